@@ -1,0 +1,1 @@
+"""Solvers bundled with vbbench: extrapolation baselines and the view birdification reference."""

@@ -1,0 +1,1 @@
+"""Scenes and sequences: readers of recorded trajectories, reprojection, corruption, and split recipes."""

@@ -1,0 +1,1 @@
+"""Committed results and the pages made of them."""

@@ -1,0 +1,279 @@
+"""A dataset folder: its published facts (``dataset.json``), sequences, and truth where it is at hand."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.camera import Camera, camera_from_dict, camera_to_dict
+from vbbench.errors import FileError, VbbenchError
+from vbbench.sequence import Given, Sequence, Truth
+from vbbench.solver import Problem
+from vbbench.tables import SequenceTable
+
+FORMAT_VERSION = 1
+INFO_FILE = "dataset.json"
+OBSERVER = -1
+"""The track number that stands for the observer in ``given.parquet``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetInfo:
+    """Everything published about a dataset.
+
+    ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
+    and of the parameters, so the same command gives the same id on every machine.
+    """
+
+    split: str
+    title: str
+    camera: Camera
+    tier: str
+    seed: int
+    dt: float
+    height_mean: float
+    height_std: float
+    pixel_std: float
+    scenes: tuple[str, ...]
+    definition: dict[str, Any]
+    caution: str | None = None
+    counts: dict[str, float] = field(default_factory=dict)
+    tables: dict[str, dict[str, Any]] = field(default_factory=dict)
+    package_version: str = ""
+    format_version: int = FORMAT_VERSION
+
+    @property
+    def id(self) -> str:
+        """Hash that a submission names: 16 hex digits of SHA-256 over the definition and all parameters."""
+        facts = {name: value for name, value in self._json().items() if name not in _NOT_IN_ID}
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
+
+    def to_json(self) -> str:
+        """The text of ``dataset.json``."""
+        return json.dumps({"id": self.id, **self._json()}, indent=2, ensure_ascii=False) + "\n"
+
+    def _json(self) -> dict[str, Any]:
+        return {**asdict(replace(self)), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
+
+    @staticmethod
+    def read(folder: Path) -> "DatasetInfo":
+        """Read ``dataset.json`` of a dataset folder.
+
+        Raises
+        ------
+        FileError
+            If it is missing, damaged, of another format version, or edited by hand.
+        """
+        path = folder / INFO_FILE
+        if not path.is_file():
+            raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")
+        try:
+            values = json.loads(path.read_text(encoding="utf-8"))
+            written_id, version = values.pop("id"), values["format_version"]
+            if version != FORMAT_VERSION:
+                raise FileError(
+                    path, f"format version {version}, this vbbench reads {FORMAT_VERSION}; generate it again"
+                )
+            camera = camera_from_dict(values["camera"])
+            info = DatasetInfo(**{**values, "camera": camera, "scenes": tuple(values["scenes"])})
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise FileError(path, f"is damaged ({error!r}); generate the dataset again") from error
+        if info.id != written_id:
+            raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
+        return info
+
+
+_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution")
+
+
+class Dataset:
+    """A dataset folder, opened for reading; sequences come as they are asked for.
+
+    Parameters
+    ----------
+    folder : the dataset folder.
+    truth : folder with the truth tables, where it is kept elsewhere.
+
+    Raises
+    ------
+    FileError
+        If a table is missing or does not have the size that was written.
+    """
+
+    def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
+        self.folder = Path(folder)
+        self.info = DatasetInfo.read(self.folder)
+        self.truth_folder = _truth_folder(Path(truth)) if truth else self.folder / "truth"
+        for name, facts in self.info.tables.items():
+            path = self.table_path(name)
+            if path.is_file() and path.stat().st_size != facts["bytes"]:
+                raise FileError(path, f"{path.stat().st_size} bytes, {facts['bytes']} were written; generate it again")
+        self._observations = self._table("observations")
+        self._given = self._table("given")
+
+    def table_path(self, name: str) -> Path:
+        """Where a table lies, truth possibly elsewhere."""
+        if name.startswith("truth/"):
+            return self.truth_folder / f"{name.removeprefix('truth/')}.parquet"
+        return self.folder / f"{name}.parquet"
+
+    def __len__(self) -> int:
+        return len(self.rows["sequence"])
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether the truth tables are at hand."""
+        return self.table_path("truth/poses").is_file()
+
+    @cached_property
+    def rows(self) -> dict[str, NDArray[Any]]:
+        """The columns of ``sequences.parquet``."""
+        path = self.table_path("sequences")
+        try:
+            table = pq.read_table(path)
+        except OSError as error:
+            raise FileError(path, f"cannot be read ({error}); generate the dataset again") from error
+        return {name: table.column(name).to_numpy() for name in table.column_names}
+
+    def problem(self, sequence: Sequence) -> Problem:
+        """The published facts about a sequence, as a solver gets them."""
+        info = self.info
+        return Problem(
+            sequence=sequence.index,
+            camera=info.camera,
+            dt=info.dt,
+            tracks=sequence.tracks,
+            height_mean=info.height_mean,
+            height_std=info.height_std,
+            pixel_std=info.pixel_std,
+        )
+
+    def sequence(self, index: int) -> Sequence:
+        """One sequence."""
+        return next(self.sequences(index, index + 1))
+
+    def sequences(self, first: int = 0, last: int | None = None) -> Iterator[Sequence]:
+        """Sequences first ≤ index < last, read in one go."""
+        last = self._checked_range(first, last)
+        boxes, given = self._observations.read(first, last), self._given.read(first, last)
+        for index in range(first, last):
+            yield self._sequence(index, _of(boxes, index), _of(given, index))
+
+    def truth(self, sequence: Sequence) -> Truth:
+        """Truth of one sequence; tracks that belong to nobody are NaN.
+
+        Raises
+        ------
+        VbbenchError
+            If the truth is withheld.
+        """
+        self._require_truth()
+        poses = self._poses.read(sequence.index, sequence.index + 1)
+        people, positions, heights = self.scene(sequence.scene)
+        persons = self.track_persons(sequence)
+        column = np.searchsorted(people, persons).clip(max=len(people) - 1)
+        frames = np.arange(sequence.first_frame, sequence.first_frame + sequence.frames)
+        path = positions[frames[:, None], column]
+        known = (people[column] == persons) & (persons >= 0)
+        return Truth(
+            poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1),
+            positions=np.where(known[..., None], path, np.nan),
+            heights=np.where(known.any(axis=0), heights[column[0]], np.nan),
+        )
+
+    def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
+        """True scene: people [K], positions [T, K, 2] in m, heights [K] in m."""
+        if scene not in self._scenes:
+            self._scenes[scene] = self._read_scene(scene)
+        return self._scenes[scene]
+
+    def track_persons(self, sequence: Sequence) -> IntArray:
+        """[T, K] the person behind each track in each frame, −1 for a false alarm."""
+        shape = (sequence.frames, len(sequence.tracks))
+        if not self.table_path("truth/tracks").is_file():
+            return np.broadcast_to(sequence.tracks, shape)
+        rows = self._track_map.read(sequence.index, sequence.index + 1)
+        persons = np.full(shape, -1, dtype=np.int64)
+        persons[rows["frame"], np.searchsorted(sequence.tracks, rows["track"])] = rows["person"]
+        return persons
+
+    @cached_property
+    def _scenes(self) -> dict[int, tuple[IntArray, FloatArray, FloatArray]]:
+        return {}
+
+    @cached_property
+    def _poses(self) -> SequenceTable:
+        return self._table("truth/poses")
+
+    @cached_property
+    def _track_map(self) -> SequenceTable:
+        return self._table("truth/tracks")
+
+    def _table(self, name: str) -> SequenceTable:
+        key = "scene" if name in ("truth/scenes", "truth/people") else "sequence"
+        return SequenceTable(self.table_path(name), name, key)
+
+    def _checked_range(self, first: int, last: int | None) -> int:
+        last = len(self) if last is None else last
+        if not 0 <= first <= last <= len(self):
+            raise VbbenchError(f"{self.folder} has sequences 0 to {len(self) - 1}, not {first} to {last - 1}")
+        return last
+
+    def _require_truth(self) -> None:
+        if not self.has_truth:
+            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with --truth")
+
+    def _sequence(self, index: int, boxes: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> Sequence:
+        row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}
+        tracks, column = np.unique(boxes["track"], return_inverse=True)
+        shape = (int(row["frames"]), len(tracks))
+        observations = np.full((*shape, 3), np.nan)
+        observations[boxes["frame"], column] = np.stack([boxes["u"], boxes["v"], boxes["l"]], axis=-1)
+        visible = np.full(shape, np.nan)
+        visible[boxes["frame"], column] = boxes["visible"]
+        return Sequence(
+            index=index,
+            scene=int(row["scene"]),
+            observer=int(row["observer"]),
+            first_frame=int(row["first_frame"]),
+            tracks=tracks,
+            observations=observations,
+            visible=visible,
+            given=_dense_given(given, tracks, shape),
+        )
+
+    def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
+        self._require_truth()
+        persons = self._table("truth/people").read(scene, scene + 1)
+        rows = self._table("truth/scenes").read(scene, scene + 1)
+        people = persons["person"].astype(np.int64)
+        positions = np.full((int(rows["frame"].max()) + 1, len(people), 2), np.nan)
+        positions[rows["frame"], np.searchsorted(people, rows["person"])] = np.stack([rows["x"], rows["y"]], axis=-1)
+        return people, positions, persons["height"]
+
+
+def _truth_folder(folder: Path) -> Path:
+    nested = folder / "truth"
+    return nested if nested.is_dir() else folder
+
+
+def _of(rows: dict[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
+    start, stop = np.searchsorted(rows["sequence"], [index, index + 1])
+    return {name: values[start:stop] for name, values in rows.items()}
+
+
+def _dense_given(rows: dict[str, NDArray[Any]], tracks: IntArray, shape: tuple[int, int]) -> Given:
+    poses, positions = np.full((shape[0], 3), np.nan), np.full((*shape, 2), np.nan)
+    own = rows["track"] == OBSERVER
+    poses[rows["frame"][own]] = np.stack([rows["x"][own], rows["y"][own], rows["yaw"][own]], axis=-1)
+    column = np.searchsorted(tracks, rows["track"][~own])
+    positions[rows["frame"][~own], column] = np.stack([rows["x"][~own], rows["y"][~own]], axis=-1)
+    return Given(poses=poses, positions=positions)

@@ -1,0 +1,48 @@
+"""The errors that users meet. All of them are mistakes that the user can mend: exit status 2, no traceback."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+
+class VbbenchError(Exception):
+    """Something the user can put right; the message says what is wrong and what to do."""
+
+
+class FileError(VbbenchError):
+    """A file that cannot be used.
+
+    Parameters
+    ----------
+    path : the file.
+    problem : what is wrong and what to do about it.
+    line : 1-based line number, where there is one.
+    """
+
+    def __init__(self, path: Path | str, problem: str, line: int | None = None) -> None:
+        self.path = Path(path)
+        self.line = line
+        super().__init__(f"{path}{'' if line is None else f', line {line}'}: {problem}")
+
+
+class UnknownNameError(VbbenchError):
+    """A name that nobody registered; the nearest known one is suggested."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        names = sorted(known)
+        near = get_close_matches(name, names, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
+        super().__init__(f"no {kind} is called '{name}'; {hint}")
+
+
+class SubmissionError(VbbenchError):
+    """A submission with faults; every one of them is listed."""
+
+    def __init__(self, path: Path | str, faults: Iterable[str]) -> None:
+        self.faults = tuple(faults)
+        listing = "".join(f"\n  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
+        super().__init__(f"{path}: {len(self.faults)} faults; mend them and score again{listing}")
+
+
+class SourceMissingError(VbbenchError):
+    """Source files of a split that are not on this machine."""

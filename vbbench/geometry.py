@@ -1,0 +1,42 @@
+"""Ground-plane geometry: the pose (x, y, yaw) and the camera's ground frame (right, forward).
+
+World frame: z up, metres, radians; yaw counter-clockwise from world +x, the direction the camera looks.
+world = pose.xy + forward·(cos yaw, sin yaw) + right·(sin yaw, −cos yaw)   (DESIGN section 2);
+the paper's θ_z (arXiv 2111.05060, eq. 2) is π/2 − yaw.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+
+
+def wrap_angle(angle: FloatArray | float) -> FloatArray:
+    """Angle in rad, any shape, wrapped to [−π, π)."""
+    return np.mod(np.asarray(angle) + np.pi, 2.0 * np.pi) - np.pi
+
+
+def relative_to_world(relative: FloatArray, poses: FloatArray) -> FloatArray:
+    """Ground-frame offsets to world positions.
+
+    Parameters
+    ----------
+    relative : [..., K, 2] (right, forward) in m.
+    poses : [..., 3] (x, y, yaw) in m and rad, one for each row of K people.
+
+    Returns
+    -------
+    [..., K, 2] world positions in m.
+    """
+    right, forward = relative[..., 0], relative[..., 1]
+    sin, cos = np.sin(poses[..., 2, None]), np.cos(poses[..., 2, None])
+    x = poses[..., 0, None] + forward * cos + right * sin
+    y = poses[..., 1, None] + forward * sin - right * cos
+    return np.stack([x, y], axis=-1)
+
+
+def world_to_relative(positions: FloatArray, poses: FloatArray) -> FloatArray:
+    """World positions [..., K, 2] in m to ground-frame offsets (right, forward), the inverse of the above."""
+    dx = positions[..., 0] - poses[..., 0, None]
+    dy = positions[..., 1] - poses[..., 1, None]
+    sin, cos = np.sin(poses[..., 2, None]), np.cos(poses[..., 2, None])
+    return np.stack([dx * sin - dy * cos, dx * cos + dy * sin], axis=-1)

@@ -1,0 +1,70 @@
+"""Evaluation protocols: what is given when, and which rows are scored. Each is a named, frozen file."""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, IntArray
+from vbbench.errors import UnknownNameError
+from vbbench.sequence import Given
+
+START_FRAMES = 2
+"""Frames 0 and 1 are given under every protocol and never scored."""
+
+PROTOCOLS = ("one-step", "sequential", "rollout")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Protocol:
+    """One protocol file.
+
+    Parameters
+    ----------
+    name, version, title, text : what it is called and says; name and version stand beside every score.
+    given : ``arrivals`` = the first two frames and everybody's first two visible frames; ``start`` = the former only.
+    revealed_frames : frames of truth shown before each frame (one-step: 2), 0 where the solver stands on its own.
+    """
+
+    name: str
+    version: int
+    title: str
+    text: str
+    given: Literal["arrivals", "start"]
+    revealed_frames: int
+
+    @property
+    def id(self) -> str:
+        """Name and version, as printed with every score."""
+        return f"{self.name}/{self.version}"
+
+    @property
+    def needs_truth(self) -> bool:
+        """Whether the runner must have truth at hand while solving."""
+        return self.revealed_frames > 0
+
+    def select_given(self, given: Given) -> Given:
+        """What this protocol hands over of the `sequential` given that a dataset stores."""
+        return given if self.given == "arrivals" else given.first_frames(START_FRAMES)
+
+    def is_given_row(self, frame: IntArray) -> BoolArray:
+        """Which rows of ``given.parquet``, by their frame [N], this protocol hands over."""
+        return np.ones(len(frame), bool) if self.given == "arrivals" else frame < START_FRAMES
+
+
+@cache
+def get_protocol(name: str) -> Protocol:
+    """The protocol called ``name``.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none; the nearest name is suggested.
+    """
+    if name not in PROTOCOLS:
+        raise UnknownNameError("protocol", name, PROTOCOLS)
+    values: dict[str, Any] = tomllib.loads((files("vbbench") / "protocols" / f"{name}.toml").read_text("utf-8"))
+    return Protocol(**values)

@@ -1,0 +1,52 @@
+"""A scene: one recording or simulation of people walking on the ground plane."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray, frozen_array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Ground-plane trajectories of all people, one row a frame.
+
+    Parameters
+    ----------
+    name : what the scene is called in messages and files.
+    dt : seconds a frame.
+    people : [K] integer ids, ascending, stable within the scene.
+    positions : [T, K, 2] in m, NaN where a person is absent.
+    heights : [K] in m, NaN where unknown.
+    """
+
+    name: str
+    dt: float
+    people: IntArray
+    positions: FloatArray
+    heights: FloatArray
+
+    def __post_init__(self) -> None:
+        count = len(np.atleast_1d(self.people))
+        object.__setattr__(self, "people", frozen_array("people", self.people, (count,), np.int64))
+        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (None, count, 2)))
+        object.__setattr__(self, "heights", frozen_array("heights", self.heights, (count,)))
+        if not (np.isfinite(self.dt) and self.dt > 0):
+            raise ValueError(f"dt must be a positive number of seconds, not {self.dt}")
+        if np.any(np.diff(self.people) <= 0):
+            raise ValueError("people must be unique ids in ascending order")
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return len(self.positions)
+
+    @property
+    def present(self) -> BoolArray:
+        """[T, K] whether a person is there."""
+        return ~np.isnan(self.positions[..., 0])
+
+    def with_heights(self, heights: ArrayLike) -> "Scene":
+        """The same scene with heights [K] in m."""
+        return replace(self, heights=np.asarray(heights, dtype=np.float64))

@@ -1,0 +1,100 @@
+"""A sequence: a run of consecutive frames of one scene, seen by one observer.
+
+What a solver may see (`Sequence`), what it is handed (`Given`) and what it never sees (`Truth`) are three types.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray, frozen_array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Given:
+    """Positions and poses handed to a solver as known; NaN where nothing is given.
+
+    Parameters
+    ----------
+    poses : [T, 3] (x, y, yaw) of the observer in m and rad.
+    positions : [T, K, 2] of the tracks in m.
+    """
+
+    poses: FloatArray
+    positions: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
+        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
+
+    def first_frames(self, frames: int) -> "Given":
+        """What is given in the first frames only, the rest NaN."""
+        keep = np.arange(len(self.poses)) < frames
+        poses = np.where(keep[:, None], self.poses, np.nan)
+        return Given(poses=poses, positions=np.where(keep[:, None, None], self.positions, np.nan))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sequence:
+    """What one observer sees, and what is given about it. Truth is not here.
+
+    Parameters
+    ----------
+    index : number of the sequence in its dataset.
+    scene : number of the scene in its dataset.
+    observer : person id of the camera's bearer in the scene.
+    first_frame : scene frame of the sequence's frame 0.
+    tracks : [K] integer ids of everybody observed, ascending.
+    observations : [T, K, 3] boxes (u, v, l) in px, NaN = not observed.
+    visible : [T, K] visible fraction of each box in (0, 1], NaN = not observed.
+    given : what the `sequential` protocol gives.
+    """
+
+    index: int
+    scene: int
+    observer: int
+    first_frame: int
+    tracks: IntArray
+    observations: FloatArray
+    visible: FloatArray
+    given: Given
+
+    def __post_init__(self) -> None:
+        count = len(np.atleast_1d(self.tracks))
+        object.__setattr__(self, "tracks", frozen_array("tracks", self.tracks, (count,), np.int64))
+        object.__setattr__(self, "observations", frozen_array("observations", self.observations, (None, count, 3)))
+        shape = (len(self.observations), count)
+        object.__setattr__(self, "visible", frozen_array("visible", self.visible, shape))
+        if self.given.positions.shape != (*shape, 2):
+            raise ValueError(f"given.positions must have shape {[*shape, 2]}, not {list(self.given.positions.shape)}")
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return len(self.observations)
+
+    @property
+    def observed(self) -> BoolArray:
+        """[T, K] whether a track has a box in a frame."""
+        return ~np.isnan(self.observations[..., 2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """Where the observer and the tracks really were.
+
+    Parameters
+    ----------
+    poses : [T, 3] (x, y, yaw) in m and rad.
+    positions : [T, K, 2] in m; NaN where the track's person is absent, or the track is a false alarm.
+    heights : [K] in m; NaN for false alarms.
+    """
+
+    poses: FloatArray
+    positions: FloatArray
+    heights: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
+        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
+        object.__setattr__(self, "heights", frozen_array("heights", self.heights, (self.positions.shape[1],)))

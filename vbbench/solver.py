@@ -1,0 +1,116 @@
+"""What a solver gets and gives back. A solver has no way to reach truth.
+
+A solver is a class that is called without arguments and implements `FrameSolver` (frame by frame) or
+`SequenceSolver` (whole sequence); the protocol runner drives both. It registers under the entry point group
+``vbbench.solvers`` or is named ``module:attribute`` on the command line.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.camera import Camera
+from vbbench.sequence import Given
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """The published facts about a sequence.
+
+    Parameters
+    ----------
+    sequence : its number in the dataset.
+    camera : intrinsics and mount height.
+    dt : seconds a frame.
+    tracks : [K] ids of the columns of every array below.
+    height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
+    pixel_std : standard deviation in px of u and of box top and bottom (0 in the ideal tier).
+    """
+
+    sequence: int
+    camera: Camera
+    dt: float
+    tracks: IntArray
+    height_mean: float
+    height_std: float
+    pixel_std: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """One frame as a solver sees it, with the window of two past frames that the paper uses.
+
+    Parameters
+    ----------
+    index : t, from 0.
+    observations : [K, 3] boxes (u, v, l) in px, NaN = not observed.
+    given : poses [3, 3] and positions [3, K, 2] known at frames t−2, t−1 and t; NaN = not given.
+    """
+
+    index: int
+    observations: FloatArray
+    given: Given
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "observations", frozen_array("observations", self.observations, (None, 3)))
+        if self.given.positions.shape != (3, len(self.observations), 2):
+            raise ValueError(f"given.positions must have shape [3, {len(self.observations)}, 2]")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameEstimate:
+    """A solver's answer for one frame.
+
+    Parameters
+    ----------
+    pose : [3] (x, y, yaw) in m and rad.
+    positions : [K, 2] in m, for every observed track; the rest is ignored.
+    """
+
+    pose: FloatArray
+    positions: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pose", frozen_array("pose", self.pose, (3,)))
+        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (None, 2)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """A solver's answer for a whole sequence: poses [T, 3] in m and rad, positions [T, K, 2] in m."""
+
+    poses: FloatArray
+    positions: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
+        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
+
+    @staticmethod
+    def of_frames(frames: "list[FrameEstimate]") -> "Estimate":
+        """Stack the answers of consecutive frames."""
+        return Estimate(
+            poses=np.stack([frame.pose for frame in frames]),
+            positions=np.stack([frame.positions for frame in frames]),
+        )
+
+
+@runtime_checkable
+class FrameSolver(Protocol):
+    """Works frame by frame and keeps its own state between frames."""
+
+    def start(self, problem: Problem) -> None:
+        """Begin a sequence; forget the last one."""
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        """Answer for this frame; called for t = 0, 1, 2, … in order."""
+
+
+@runtime_checkable
+class SequenceSolver(Protocol):
+    """Sees the whole sequence at once."""
+
+    def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
+        """Answer for all frames: observations [T, K, 3] in px, given as in `Given`."""

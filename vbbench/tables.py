@@ -1,0 +1,173 @@
+"""Parquet tables of datasets and submissions: schemas, writing row group by row group, reading by sequence."""
+
+import hashlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError
+
+Columns = Mapping[str, NDArray[Any]]
+
+_I, _F = pa.int32(), pa.float64()
+
+SCHEMAS: dict[str, pa.Schema] = {
+    "sequences": pa.schema(
+        [(name, _I) for name in ("sequence", "scene", "observer", "first_frame", "frames", "people")]
+        + [("split", pa.string())]
+    ),
+    "observations": pa.schema(
+        [("sequence", _I), ("frame", _I), ("track", _I), ("u", _F), ("v", _F), ("l", _F), ("visible", pa.float32())]
+    ),
+    "given": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "truth/scenes": pa.schema([("scene", _I), ("frame", _I), ("person", _I), ("x", _F), ("y", _F)]),
+    "truth/people": pa.schema([("scene", _I), ("person", _I), ("height", _F)]),
+    "truth/poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "truth/tracks": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("person", _I)]),
+    "poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "positions": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F)]),
+}
+"""Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
+
+
+def to_arrow(name: str, columns: Columns) -> pa.Table:
+    """Columns as an Arrow table of the schema called ``name``."""
+    schema = SCHEMAS[name]
+    return pa.table([pa.array(columns[field.name], type=field.type) for field in schema], schema=schema)
+
+
+class TableWriter:
+    """Writes one table row group by row group under a temporary name; it appears, whole, when the block ends well."""
+
+    def __init__(self, path: Path, name: str) -> None:
+        self.path = path
+        self.rows = 0
+        self._temporary = path.with_name(path.name + ".partial")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        schema = SCHEMAS[name]
+        self._writer = pq.ParquetWriter(
+            self._temporary,
+            schema,
+            compression="zstd",
+            use_dictionary=False,
+            column_encoding={field.name: _encoding(field.type) for field in schema},
+        )
+
+    def add(self, group: pa.Table) -> None:
+        """Append a row group; an empty one leaves no trace."""
+        if len(group):
+            self._writer.write_table(group, row_group_size=len(group))
+            self.rows += len(group)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._writer.close()
+        if kind is None:
+            replace_durably(self._temporary, self.path)
+        else:
+            self._temporary.unlink()
+
+
+def _encoding(kind: pa.DataType) -> str:
+    if pa.types.is_floating(kind):
+        return "BYTE_STREAM_SPLIT"
+    return "DELTA_BINARY_PACKED" if pa.types.is_integer(kind) else "PLAIN"
+
+
+def replace_durably(temporary: Path, path: Path) -> None:
+    """Flush ``temporary`` to disk and give it its final name in one step."""
+    with temporary.open("rb") as file:
+        os.fsync(file.fileno())
+    temporary.replace(path)
+
+
+def write_text_atomically(path: Path, text: str) -> None:
+    """Write a small text file so that it is there whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".partial")
+    temporary.write_text(text, encoding="utf-8")
+    replace_durably(temporary, path)
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file's bytes, in hex."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+class SequenceTable:
+    """A table on disk, read a range of sequences at a time.
+
+    Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted once in memory.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, is no Parquet file, or lacks a column.
+    """
+
+    def __init__(self, path: Path, name: str, key: str = "sequence") -> None:
+        self.path = path
+        self._columns = [field.name for field in SCHEMAS[name]]
+        self._schema, self._key = SCHEMAS[name], key
+        self._file = _open_parquet(path)
+        missing = [column for column in self._columns if column not in self._file.schema_arrow.names]
+        if missing:
+            raise FileError(path, f"column {', '.join(missing)} is missing; wanted {', '.join(self._columns)}")
+        self._first, self._last = self._key_ranges()
+        self._whole = None if np.all(self._first[1:] >= self._last[:-1]) else self._sorted()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return int(self._file.metadata.num_rows)
+
+    def read(self, first: int, last: int, columns: list[str] | None = None) -> dict[str, NDArray[Any]]:
+        """Rows with first ≤ sequence < last, in order of sequence, a NumPy array a column."""
+        table = self._groups(first, last) if self._whole is None else self._whole
+        wanted = dict.fromkeys([self._key, *(columns or self._columns)])
+        arrays = {name: table.column(name).to_numpy() for name in wanted}
+        start, stop = np.searchsorted(arrays[self._key], [first, last])
+        return {name: arrays[name][start:stop] for name in columns or self._columns}
+
+    def _groups(self, first: int, last: int) -> pa.Table:
+        groups = np.flatnonzero((self._last >= first) & (self._first < last))
+        return self._read(groups.tolist())
+
+    def _read(self, groups: list[int]) -> pa.Table:
+        try:
+            return self._file.read_row_groups(groups, columns=self._columns, use_threads=False).cast(self._schema)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FileError(self.path, f"cannot be read ({error}); generate or copy it again") from error
+
+    def _sorted(self) -> pa.Table:
+        return self._read(list(range(self._file.num_row_groups))).sort_by(self._key)
+
+    def _key_ranges(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        column = self._file.schema_arrow.names.index(self._key)
+        metadata = self._file.metadata
+        stats = [metadata.row_group(g).column(column).statistics for g in range(metadata.num_row_groups)]
+        if any(s is None or not s.has_min_max for s in stats):
+            everything = np.zeros(len(stats), np.int64)
+            return everything - 1, everything + np.iinfo(np.int32).max
+        return np.array([s.min for s in stats], np.int64), np.array([s.max for s in stats], np.int64)
+
+
+def _open_parquet(path: Path) -> pq.ParquetFile:
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    try:
+        return pq.ParquetFile(path)
+    except (pa.ArrowException, OSError) as error:
+        raise FileError(path, f"is damaged or no Parquet file ({error}); generate or copy it again") from error
