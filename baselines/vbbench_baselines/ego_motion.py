@@ -1,0 +1,123 @@
+"""Ego-motion: the observer's pose as the exact minimiser of its energy.
+
+People are expected at p_k with variance σ_k² and measured at z_k in the camera's frame with covariance N_k. The
+energy of a pose (c, R) and the people's positions x_k,
+
+    Σ_k ‖x_k − p_k‖²/σ_k² + (z_k − Rᵀ(x_k − c))ᵀ N_k⁻¹ (z_k − Rᵀ(x_k − c)),
+
+is least over the x_k, that is with the people's own places (their depths among them) eliminated, at
+
+    E(c, R) = Σ_k r_kᵀ W_k r_k,   r_k = z_k + Rᵀ(c − p_k),   W_k = (σ_k² I + N_k)⁻¹,
+
+because a sum of two independent normal errors has the sum of their covariances and σ_k² I does not turn with R. This is
+E_c of arXiv 2111.05060, section IV-B, for normal factors. The observer is one more person with z = 0 and N = 0.
+
+With m = (cos yaw, sin yaw), q = −Rᵀ(c − o) and d_k = p_k − o about any origin o, r_k = z_k − q − D_k m is linear in q
+and m; eliminating q leaves mᵀAm − 2gᵀm on the unit circle, a trigonometric polynomial of degree two, whose global
+minimum one scan and Newton's method find. With every W_k a multiple of I, A is one too, and yaw = atan2(g_2, g_1) is the
+weighted rigid (Procrustes) fit. The people are summed over once.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+
+VAGUE = 1e-6
+"""Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
+
+SCAN = 16
+"""Yaws tried before Newton's method; a polynomial of degree two has at most two minima around the circle."""
+
+
+@kernel
+def fit_pose(
+    relative: FloatArray,
+    covariance: FloatArray,
+    expected: FloatArray,
+    std: FloatArray,
+    predicted: FloatArray,
+    ego_std: float,
+) -> FloatArray:
+    """The pose (x, y, yaw) of least energy.
+
+    Parameters
+    ----------
+    relative : [K, 2] measured (right, forward) in m, NaN = not observed.
+    covariance : [K, 3] its covariance (rr, rf, ff) in m².
+    expected, std : [K, 2] and [K] where people are expected, in m, NaN = unknown.
+    predicted : [3] the observer's own predicted pose; its position counts with ``ego_std``, its yaw not at all.
+    ego_std : standard deviation in m of the observer about its prediction, inf for no such prior.
+    """
+    information = max(1.0 / ego_std**2, VAGUE)
+    s_rr, s_rf, s_ff = information, 0.0, information  # S = Σ W
+    wz, wd = np.zeros(2), np.zeros((2, 2))  # Σ W z, Σ W D
+    a, g = np.zeros((2, 2)), np.zeros(2)  # Σ Dᵀ W D, Σ Dᵀ W z
+    for k in range(len(std)):
+        if np.isnan(std[k]) or np.isnan(relative[k, 0]):
+            continue
+        rr, rf, ff = invert(covariance[k, 0] + std[k] ** 2, covariance[k, 1], covariance[k, 2] + std[k] ** 2)
+        x, y = expected[k, 0] - predicted[0], expected[k, 1] - predicted[1]
+        zr, zf = rr * relative[k, 0] + rf * relative[k, 1], rf * relative[k, 0] + ff * relative[k, 1]
+        # D = [[−y, x], [x, y]], W D = [[e, h], [i, j]]
+        e, h, i, j = rf * x - rr * y, rr * x + rf * y, ff * x - rf * y, rf * x + ff * y
+        s_rr, s_rf, s_ff = s_rr + rr, s_rf + rf, s_ff + ff
+        wz[0], wz[1] = wz[0] + zr, wz[1] + zf
+        wd[0, 0], wd[0, 1], wd[1, 0], wd[1, 1] = wd[0, 0] + e, wd[0, 1] + h, wd[1, 0] + i, wd[1, 1] + j
+        a[0, 0], a[0, 1], a[1, 1] = a[0, 0] + x * i - y * e, a[0, 1] + x * j - y * h, a[1, 1] + x * h + y * j
+        g[0], g[1] = g[0] + x * zf - y * zr, g[1] + x * zr + y * zf
+    rr, rf, ff = invert(s_rr, s_rf, s_ff)
+    inverse = np.array(((rr, rf), (rf, ff)))
+    a[1, 0] = a[0, 1]
+    a -= wd.T @ inverse @ wd
+    g -= wd.T @ inverse @ wz
+    g += VAGUE * np.array((np.cos(predicted[2]), np.sin(predicted[2])))
+    yaw = least_angle(a, g)
+    sin, cos = np.sin(yaw), np.cos(yaw)
+    q = inverse @ (wz - wd @ np.array((cos, sin)))
+    return np.array((predicted[0] - sin * q[0] - cos * q[1], predicted[1] + cos * q[0] - sin * q[1], yaw))
+
+
+@kernel
+def invert(rr: float, rf: float, ff: float) -> tuple[float, float, float]:
+    """Inverse of the symmetric matrix [[rr, rf], [rf, ff]], in the same three numbers."""
+    determinant = rr * ff - rf * rf
+    return ff / determinant, -rf / determinant, rr / determinant
+
+
+@kernel
+def least_angle(a: FloatArray, g: FloatArray) -> float:
+    """The angle in [−π, π) at which mᵀam − 2gᵀm, m = (cos, sin), is least over the whole circle."""
+    step = 2.0 * np.pi / SCAN
+    angle, least = 0.0, np.inf
+    for i in range(SCAN):
+        value = _energy(a, g, i * step)
+        if value < least:
+            angle, least = i * step, value
+    for _ in range(50):
+        slope, curvature = _derivatives(a, g, angle)
+        move = -slope / max(abs(curvature), abs(slope) / step, 1e-300)
+        while abs(move) > 1e-7 and _energy(a, g, angle + move) > _energy(a, g, angle):
+            move *= 0.5
+        angle += move
+        if abs(move) < 1e-13:
+            break
+    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+@kernel
+def _energy(a: FloatArray, g: FloatArray, angle: float) -> float:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return float(
+        a[0, 0] * cos * cos + 2.0 * a[0, 1] * cos * sin + a[1, 1] * sin * sin - 2.0 * (g[0] * cos + g[1] * sin)
+    )
+
+
+@kernel
+def _derivatives(a: FloatArray, g: FloatArray, angle: float) -> tuple[float, float]:
+    cos, sin = np.cos(angle), np.sin(angle)
+    cos2, sin2 = cos * cos - sin * sin, 2.0 * sin * cos
+    spread = a[1, 1] - a[0, 0]
+    slope = spread * sin2 + 2.0 * a[0, 1] * cos2 + 2.0 * (g[0] * sin - g[1] * cos)
+    curvature = 2.0 * spread * cos2 - 4.0 * a[0, 1] * sin2 + 2.0 * (g[0] * cos + g[1] * sin)
+    return slope, curvature
