@@ -135,24 +135,31 @@ class SequenceTable:
 
     def read(self, first: int, last: int, columns: list[str] | None = None) -> dict[str, NDArray[Any]]:
         """Rows with first ≤ sequence < last, in order of sequence, a NumPy array a column."""
-        table = self._groups(first, last) if self._whole is None else self._whole
-        wanted = dict.fromkeys([self._key, *(columns or self._columns)])
+        wanted = list(dict.fromkeys([self._key, *(columns or self._columns)]))
+        table = self._groups(first, last, wanted) if self._whole is None else self._whole
         arrays = {name: table.column(name).to_numpy() for name in wanted}
         start, stop = np.searchsorted(arrays[self._key], [first, last])
         return {name: arrays[name][start:stop] for name in columns or self._columns}
 
-    def _groups(self, first: int, last: int) -> pa.Table:
+    def _groups(self, first: int, last: int, columns: list[str]) -> pa.Table:
         groups = np.flatnonzero((self._last >= first) & (self._first < last))
-        return self._read(groups.tolist())
+        table = self._read(groups.tolist(), columns)
+        keys = table.column(self._key).to_numpy()
+        return table if np.all(keys[1:] >= keys[:-1]) else table.sort_by(self._key)
 
-    def _read(self, groups: list[int]) -> pa.Table:
+    def _read(self, groups: list[int], columns: list[str]) -> pa.Table:
+        schema = pa.schema([self._schema.field(name) for name in columns])
         try:
-            return self._file.read_row_groups(groups, columns=self._columns, use_threads=False).cast(self._schema)
+            table = self._file.read_row_groups(groups, columns=columns, use_threads=False).select(columns).cast(schema)
         except (pa.ArrowException, OSError, ValueError) as error:
             raise FileError(self.path, f"cannot be read ({error}); generate or copy it again") from error
+        empty = [name for name in columns if table.column(name).null_count]
+        if empty:
+            raise FileError(self.path, f"column {', '.join(empty)} has empty cells; write a number into each")
+        return table
 
     def _sorted(self) -> pa.Table:
-        return self._read(list(range(self._file.num_row_groups))).sort_by(self._key)
+        return self._read(list(range(self._file.num_row_groups)), self._columns).sort_by(self._key)
 
     def _key_ranges(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         column = self._file.schema_arrow.names.index(self._key)
