@@ -32,7 +32,27 @@ _HOMES = {
     "solve": "solving",
 }
 
-__all__ = ["__version__", *sorted(_HOMES)]
+__all__ = [
+    "Dataset",
+    "Estimate",
+    "Frame",
+    "FrameEstimate",
+    "FrameSolver",
+    "Given",
+    "PanoramaCamera",
+    "PerspectiveCamera",
+    "Problem",
+    "Scene",
+    "Sequence",
+    "SequenceSolver",
+    "Truth",
+    "VbbenchError",
+    "__version__",
+    "compare",
+    "generate",
+    "score",
+    "solve",
+]
 
 if TYPE_CHECKING:
     from vbbench.camera import PanoramaCamera, PerspectiveCamera

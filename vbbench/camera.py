@@ -45,6 +45,9 @@ class Camera(Protocol):
     def depth(self, relative: FloatArray) -> FloatArray:
         """The distance [...] in m that the box height measures, l = f·h/depth."""
 
+    def wrap_column(self, u: FloatArray) -> FloatArray:
+        """Columns as they stand in a file: in a picture that closes on itself, wrapped into it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PerspectiveCamera:
@@ -89,6 +92,10 @@ class PerspectiveCamera:
         """Distance along the optical axis, NaN behind the camera."""
         forward = relative[..., 1]
         return np.where(forward > NEAREST, forward, np.nan)
+
+    def wrap_column(self, u: FloatArray) -> FloatArray:
+        """Columns as they are: the picture has borders."""
+        return u
 
 
 @dataclass(frozen=True, kw_only=True)

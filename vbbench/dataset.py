@@ -128,6 +128,10 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.rows["sequence"])
 
+    def __reduce__(self) -> tuple[type["Dataset"], tuple[Path, Path]]:
+        """Workers open the folder for themselves."""
+        return Dataset, (self.folder, self.truth_folder)
+
     @property
     def has_truth(self) -> bool:
         """Whether the truth tables are at hand."""

@@ -46,3 +46,7 @@ class SubmissionError(VbbenchError):
 
 class SourceMissingError(VbbenchError):
     """Source files of a split that are not on this machine."""
+
+
+class VbbenchWarning(UserWarning):
+    """Something that works but that the user should know."""

@@ -68,3 +68,13 @@ def get_protocol(name: str) -> Protocol:
         raise UnknownNameError("protocol", name, PROTOCOLS)
     values: dict[str, Any] = tomllib.loads((files("vbbench") / "protocols" / f"{name}.toml").read_text("utf-8"))
     return Protocol(**values)
+
+
+def scored_frames(observed: BoolArray) -> BoolArray:
+    """[T] frames whose pose is scored: from the third on, where anybody is observed ([T, K])."""
+    return observed.any(axis=1) & (np.arange(len(observed)) >= START_FRAMES)
+
+
+def scored_positions(observed: BoolArray, given: Given) -> BoolArray:
+    """[T, K] positions that are scored: observed in a scored frame, and not given by the protocol."""
+    return observed & scored_frames(observed)[:, None] & np.isnan(given.positions[..., 0])

@@ -143,7 +143,8 @@ def _border_points(rng: np.random.Generator, sides: IntArray) -> FloatArray:
     turn = sides * (np.pi / 2.0)
     x = HALF_SIDE * np.cos(turn) - along * np.sin(turn)
     y = HALF_SIDE * np.sin(turn) + along * np.cos(turn)
-    return np.clip(np.stack([x, y], axis=-1), -HALF_SIDE, HALF_SIDE)
+    points: FloatArray = np.clip(np.stack([x, y], axis=-1), -HALF_SIDE, HALF_SIDE)
+    return points
 
 
 def _desired_speeds(rng: np.random.Generator, count: int) -> FloatArray:

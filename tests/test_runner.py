@@ -1,0 +1,228 @@
+"""What reaches a solver under each protocol, and that truth never does."""
+
+import gc
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vbbench.camera import PanoramaCamera
+from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.geometry import world_to_relative
+from vbbench.isolation import IsolatedSolver
+from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
+from vbbench.runner import run_sequence
+from vbbench.sequence import Given, Sequence, Truth
+from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
+
+FRAMES, PEOPLE = 8, 5
+
+
+@pytest.fixture
+def world() -> tuple[Problem, Sequence, Truth]:
+    """Five people about an observer; the last arrives at frame 4, the first leaves for frames 3 to 5."""
+    rng = np.random.default_rng(0)
+    positions = rng.uniform(-8, 8, (FRAMES, PEOPLE, 2))
+    poses = rng.uniform(-3, 3, (FRAMES, 3))
+    observed = np.ones((FRAMES, PEOPLE), bool)
+    observed[:4, -1] = observed[3:6, 0] = False
+    heights = np.full(PEOPLE, 1.7)
+    boxes = PanoramaCamera().project(world_to_relative(positions, poses), np.broadcast_to(heights, observed.shape))
+    boxes[~observed] = np.nan
+    first = observed & (np.cumsum(observed, axis=0) <= 2)
+    given = Given(
+        poses=np.where(np.arange(FRAMES)[:, None] < 2, poses, np.nan),
+        positions=np.where(first[..., None], positions, np.nan),
+    )
+    tracks = np.arange(PEOPLE)
+    sequence = Sequence(
+        index=0,
+        scene=0,
+        observer=99,
+        first_frame=0,
+        tracks=tracks,
+        observations=boxes,
+        visible=np.where(observed, 1.0, np.nan),
+        given=given,
+    )
+    problem = Problem(
+        sequence=0, camera=PanoramaCamera(), dt=0.4, tracks=tracks, height_mean=1.7, height_std=0.07, pixel_std=0.0
+    )
+    return problem, sequence, Truth(poses=poses, positions=positions, heights=heights)
+
+
+class Recorder:
+    """Keeps every frame it is shown and answers zeros."""
+
+    def start(self, problem: Problem) -> None:
+        self.frames: list[Frame] = []
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        self.frames.append(frame)
+        return FrameEstimate(pose=np.zeros(3), positions=np.zeros((len(frame.observations), 2)))
+
+
+class WholeRecorder:
+    """The same for a solver of whole sequences."""
+
+    def __init__(self) -> None:
+        self.calls: list[Given] = []
+
+    def solve(self, problem: Problem, observations: np.ndarray, given: Given) -> Estimate:
+        self.calls.append(given)
+        return Estimate(poses=np.zeros((len(observations), 3)), positions=np.zeros((*observations.shape[:2], 2)))
+
+
+def frames_under(protocol: str, world: tuple[Problem, Sequence, Truth]) -> list[Frame]:
+    recorder = Recorder()
+    run_sequence(recorder, world[0], world[1], get_protocol(protocol), world[2])
+    return recorder.frames
+
+
+def test_one_step_shows_the_truth_of_two_past_frames_and_not_the_present(world: Any) -> None:
+    _, sequence, truth = world
+    for t, frame in enumerate(frames_under("one-step", world)):
+        for back in (1, 2):
+            if t < back:
+                assert np.isnan(frame.given.poses[2 - back]).all()
+                continue
+            np.testing.assert_array_equal(frame.given.poses[2 - back], truth.poses[t - back])
+            seen = sequence.observed[t - back]
+            np.testing.assert_array_equal(frame.given.positions[2 - back][seen], truth.positions[t - back][seen])
+            assert np.isnan(frame.given.positions[2 - back][~seen]).all()
+        if t >= 2:
+            assert np.isnan(frame.given.poses[2]).all()
+            assert np.isnan(frame.given.positions[2]).all()
+
+
+@pytest.mark.parametrize("protocol", ["sequential", "rollout"])
+def test_the_rest_shows_what_is_given_and_no_more(protocol: str, world: Any) -> None:
+    problem, sequence, _ = world
+    given = get_protocol(protocol).select_given(sequence.given)
+    recorder = Recorder()
+    run_sequence(recorder, problem, sequence, get_protocol(protocol), None)
+    for t, frame in enumerate(recorder.frames):
+        np.testing.assert_array_equal(frame.given.positions[2], given.positions[t])
+        np.testing.assert_array_equal(frame.given.poses[2], given.poses[t])
+        np.testing.assert_array_equal(frame.given.poses[0], given.poses[t - 2] if t >= 2 else np.full(3, np.nan))
+
+
+def test_late_arrivals_are_given_in_sequential_only(world: Any) -> None:
+    _, sequence, _ = world
+    assert np.isfinite(get_protocol("sequential").select_given(sequence.given).positions[4:6, -1]).all()
+    assert np.isnan(get_protocol("rollout").select_given(sequence.given).positions[2:]).all()
+
+
+def test_scored_rows_are_those_of_the_contract(world: Any) -> None:
+    _, sequence, _ = world
+    arrivals = scored_positions(sequence.observed, sequence.given)
+    assert not arrivals[:2].any()
+    assert not arrivals[4:6, -1].any()
+    assert arrivals[6:, -1].all()
+    assert not arrivals[3:6, 0].any()
+    assert arrivals.sum() == 2 + 3 * 6 + 3
+
+
+def test_a_whole_sequence_solver_sees_only_the_past_in_one_step(world: Any) -> None:
+    problem, sequence, truth = world
+    solver = WholeRecorder()
+    run_sequence(solver, problem, sequence, get_protocol("one-step"), truth)
+    assert [len(call.poses) for call in solver.calls] == list(range(3, FRAMES + 1))
+    for call in solver.calls:
+        assert np.isnan(call.poses[-1]).all()
+        assert np.isnan(call.positions[-1]).all()
+        np.testing.assert_array_equal(call.poses[:-1], truth.poses[: len(call.poses) - 1])
+
+
+def reachable(root: object) -> Iterator[object]:
+    """Every object that can be had from ``root`` without going through modules, code or frames."""
+    seen, todo = set(), [root]
+    while todo:
+        found = todo.pop()
+        if id(found) in seen or isinstance(found, type) or type(found).__name__ in {"module", "function", "frame"}:
+            continue
+        seen.add(id(found))
+        yield found
+        todo.extend(gc.get_referents(found))
+        if isinstance(found, np.ndarray) and found.base is not None:
+            todo.append(found.base)
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_truth_cannot_be_reached_from_what_a_solver_holds(protocol: str, world: Any) -> None:
+    problem, sequence, truth = world
+    future = {float(x) for x in truth.poses[-1]} | {float(x) for x in truth.positions[-1].ravel()}
+
+    class Thief(Recorder):
+        def step(self, frame: Frame) -> FrameEstimate:
+            for found in reachable((self, frame)):
+                if isinstance(found, np.ndarray) and found.dtype == np.float64:
+                    assert not future & set(found.ravel().tolist())
+            return super().step(frame)
+
+    run_sequence(Thief(), problem, sequence, get_protocol(protocol), truth)
+
+
+class StackThief(Recorder):
+    """Walks up the stack and takes any truth that a caller holds."""
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        import sys
+
+        caller, answer = sys._getframe(), super().step(frame)
+        while caller is not None:
+            for value in caller.f_locals.values():
+                if isinstance(value, Truth):
+                    return FrameEstimate(pose=value.poses[frame.index], positions=value.positions[frame.index])
+            caller = caller.f_back  # type: ignore[assignment]
+        return answer
+
+
+def test_an_isolated_solver_cannot_even_walk_the_stack(world: Any) -> None:
+    problem, sequence, truth = world
+    protocol = get_protocol("one-step")
+    stolen, _ = run_sequence(StackThief(), problem, sequence, protocol, truth)
+    np.testing.assert_array_equal(stolen.poses[-1], truth.poses[-1])  # in process, a determined thief gets it
+    with IsolatedSolver(f"{__name__}:StackThief") as solver:
+        honest, _ = run_sequence(solver, problem, sequence, protocol, truth)
+    np.testing.assert_array_equal(honest.poses, np.zeros((FRAMES, 3)))
+
+
+class Failing(Recorder):
+    """Fails at frame 3."""
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        if frame.index == 3:
+            raise ZeroDivisionError("by design")
+        return super().step(frame)
+
+
+def test_a_failure_in_the_child_comes_back_with_its_traceback(world: Any) -> None:
+    with (
+        IsolatedSolver(f"{__name__}:Failing") as solver,
+        pytest.raises(RuntimeError, match=r"(?s)Failing.*ZeroDivisionError: by design"),
+    ):
+        run_sequence(solver, world[0], world[1], get_protocol("sequential"), None)
+
+
+class Garbled(Recorder):
+    """Leaves track 2 out at frame 5."""
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        answer = super().step(frame)
+        positions = answer.positions.copy()
+        positions[2 if frame.index == 5 else 0 : 3 if frame.index == 5 else 0] = np.nan
+        return FrameEstimate(pose=answer.pose, positions=positions)
+
+
+def test_what_a_solver_leaves_out_is_named(world: Any) -> None:
+    with pytest.raises(VbbenchError, match="frame 5: the solver's position of track 2 is not finite"):
+        run_sequence(Garbled(), world[0], world[1], get_protocol("sequential"), None)
+    with pytest.raises(VbbenchError, match="neither start and step nor solve"):
+        run_sequence(object(), world[0], world[1], get_protocol("sequential"), None)  # type: ignore[arg-type]
+
+
+def test_wrong_protocol_names_get_a_suggestion() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'one-step'"):
+        get_protocol("onestep")

@@ -1,0 +1,20 @@
+#!/bin/sh
+# Builds the wheel, installs it into an empty environment and uses it from another folder.
+set -eu
+here=$(pwd)
+room=$(mktemp -d)
+trap 'rm -rf "$room"' EXIT
+export PIP_CONSTRAINT="$here/constraints.txt" PIP_BUILD_CONSTRAINT="$here/constraints.txt"
+"${PYTHON:-python3}" -m build --quiet --wheel --outdir "$room/dist" "$here"
+"${PYTHON:-python3}" -m venv "$room/venv"
+"$room/venv/bin/python" -m pip install --quiet "$room"/dist/*.whl
+mkdir "$room/elsewhere"
+cd "$room/elsewhere"
+"$room/venv/bin/vbbench" splits
+env -u VBBENCH_DATA "$room/venv/bin/vbbench" demo --out demo
+test -s demo/index.md
+"$room/venv/bin/python" -c "
+import vbbench, vbbench_generators, vbbench_baselines, vbbench_renderers, vbbench_leaderboards
+assert 'site-packages' in vbbench.__file__, vbbench.__file__
+"
+echo "wheel: installed and used from another folder"

@@ -1,0 +1,97 @@
+"""The command line: parse, call one library function, print.
+
+Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user's mistake (one line, no traceback),
+1 a failure of the program, 130 stopped by the user.
+"""
+
+import contextlib
+import io
+import os
+import re
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from vbbench import __version__
+from vbbench.cli import data, evaluation, exchange, views
+from vbbench.errors import VbbenchError
+
+COMMANDS: dict[str, Callable[..., Any]] = {
+    "splits": data.splits,
+    "fetch": data.fetch,
+    "generate": data.generate,
+    "info": data.info,
+    "verify": data.verify,
+    "solve": evaluation.solve,
+    "score": evaluation.score,
+    "compare": evaluation.compare,
+    "plot": views.plot,
+    "demo": views.demo,
+    "export tum": exchange.export_tum,
+    "import tum": exchange.import_tum,
+}
+
+DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo --out demo"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments == ["--version"]:
+        print(f"vbbench {__version__}")
+        return 0
+    warnings.showwarning = _one_line_warning
+    sys.path.insert(0, os.getcwd())  # noqa: PTH109  a solver named module:attribute lies where the user stands
+    try:
+        _run(arguments)
+    except VbbenchError as error:
+        print(f"vbbench: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("vbbench: stopped; the same command goes on where this one was", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
+def _run(arguments: list[str]) -> None:
+    import tyro
+
+    complaints = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaints):
+            command = tyro.extras.subcommand_cli_from_dict(
+                {name: _deferred(function) for name, function in COMMANDS.items()},
+                prog="vbbench",
+                description=DESCRIPTION,
+                args=arguments,
+                config=(tyro.conf.FlagCreatePairsOff,),
+            )
+    except SystemExit as stop:
+        if stop.code:
+            raise VbbenchError(_one_line(complaints.getvalue())) from None
+        raise
+    command()
+
+
+def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
+    """Parse now, run later: what the command itself prints must not be taken for tyro's complaints."""
+    import functools
+
+    @functools.wraps(function)
+    def parsed(*arguments: Any, **options: Any) -> Callable[[], Any]:
+        return functools.partial(function, *arguments, **options)
+
+    return parsed
+
+
+def _one_line(complaint: str) -> str:
+    """Tyro's boxed message as one line without its frame."""
+    text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]", " ", complaint)
+    return " ".join(text.split())
+
+
+def _one_line_warning(message: Warning | str, *_where: Any, **_more: Any) -> None:
+    print(f"vbbench: warning: {message}", file=sys.stderr)

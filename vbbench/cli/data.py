@@ -1,0 +1,109 @@
+"""Commands that make and describe datasets: splits, fetch, generate, info, verify."""
+
+from pathlib import Path
+from typing import Literal
+
+from tyro.conf import Positional
+
+CameraName = Literal["panorama", "perspective"]
+TierName = Literal["ideal", "noisy", "occluded", "tracked"]
+
+
+def splits() -> None:
+    """List every split: source, licence, citation, whether its source is here."""
+    from vbbench.splits import describe_splits
+
+    print(describe_splits())
+
+
+def fetch(names: Positional[tuple[str, ...]], /) -> None:
+    """Download the sources of splits, with SHA-256, into $VBBENCH_DATA or the user's cache folder.
+
+    Args:
+        names: Splits, such as hotel eth students.
+    """
+    from vbbench.splits import fetch_splits
+
+    for path in fetch_splits(names):
+        print(path)
+
+
+def generate(
+    split: Positional[str],
+    /,
+    out: Path,
+    source: Path | None = None,
+    camera: CameraName = "panorama",
+    tier: TierName = "ideal",
+    sigma_h: float = 0.07,
+    look: Literal["motion", "wander"] = "motion",
+    seed: int = 0,
+    limit: int | None = None,
+    dt: float | None = None,
+    homography: Path | None = None,
+    jobs: int = 1,
+    withhold_truth: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Make a dataset folder.
+
+    Args:
+        split: Its name; see 'vbbench splits'.
+        out: Folder to make.
+        source: File or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
+        camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720.
+        tier: How boxes are corrupted: ideal (exact) or noisy (1 px on column, top and bottom).
+        sigma_h: Standard deviation of people's heights in m, about 1.70 m.
+        look: Where the camera looks: along its bearer's past motion, or wandering about that.
+        seed: Seed of everything random; 0 is one like any other.
+        limit: Only the first so many sequences.
+        dt: Seconds a frame of your own file (split custom).
+        homography: 3x3 image-to-ground homography of your own file in pixels (split custom).
+        jobs: Processes; the bytes do not depend on it.
+        withhold_truth: Put the truth tables into OUT.truth beside the dataset.
+        overwrite: Replace the dataset that is there.
+    """
+    from vbbench.camera import CAMERAS
+    from vbbench.generation import generate as make
+    from vbbench.generator import Options
+    from vbbench.info import describe
+
+    options = Options(
+        camera=CAMERAS[camera](),
+        tier=tier,
+        height_std=sigma_h,
+        look=look,
+        seed=seed,
+        limit=limit,
+        source=source,
+        dt=dt,
+        homography=homography,
+    )
+    dataset = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite)
+    print(describe(dataset.info))
+
+
+def info(folder: Positional[Path], /, json: bool = False) -> None:
+    """Print a dataset's row of the paper's Table 1 and its parameters.
+
+    Args:
+        folder: The dataset.
+        json: Machine-readable.
+    """
+    from vbbench.dataset import DatasetInfo
+    from vbbench.info import describe, summary_json
+
+    facts = DatasetInfo.read(folder)
+    print(summary_json(facts) if json else describe(facts))
+
+
+def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
+    """Check every checksum and invariant of a dataset.
+
+    Args:
+        folder: The dataset.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+    """
+    from vbbench.verification import verify as check
+
+    print(check(folder, truth))

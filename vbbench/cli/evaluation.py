@@ -1,0 +1,85 @@
+"""Commands that run solvers and judge what they answer: solve, score, compare."""
+
+from pathlib import Path
+from typing import Literal
+
+from tyro.conf import Positional
+
+ProtocolName = Literal["one-step", "sequential", "rollout"]
+
+
+def solve(
+    folder: Positional[Path],
+    /,
+    solver: str,
+    out: Path,
+    protocol: ProtocolName = "one-step",
+    truth: Path | None = None,
+    jobs: int = 1,
+    isolate: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Run a solver over a dataset and write its submission.
+
+    Args:
+        folder: The dataset.
+        solver: A registered name (cv, sf, vb-cv) or module:attribute of your own.
+        out: Submission folder to make.
+        protocol: What is given when.
+        truth: Folder with the truth tables, where they are kept elsewhere (one-step needs them).
+        jobs: Processes; the answers do not depend on it.
+        isolate: Run the solver in a process of its own that never holds truth.
+        overwrite: Replace the submission that is there.
+    """
+    from vbbench.dataset import Dataset
+    from vbbench.solving import solve as run
+
+    print(run(Dataset(folder, truth), solver, protocol, out, jobs=jobs, isolate=isolate, overwrite=overwrite))
+
+
+def score(
+    submission: Positional[Path],
+    /,
+    dataset: Path,
+    truth: Path | None = None,
+    json: bool = False,
+    per_sequence: Path | None = None,
+) -> None:
+    """Score a submission against a dataset's truth.
+
+    Args:
+        submission: Folder with submission.json, poses and positions (.parquet or .csv).
+        dataset: The dataset that it answers.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+        json: Machine-readable.
+        per_sequence: CSV file to write with one row a sequence.
+    """
+    from vbbench.scoring import score as judge
+
+    result = judge(submission, dataset, truth)
+    if per_sequence is not None:
+        result.write_per_sequence(per_sequence)
+    print(result.to_json() if json else result.table())
+
+
+def compare(
+    submission_a: Positional[Path],
+    submission_b: Positional[Path],
+    /,
+    dataset: Path,
+    truth: Path | None = None,
+    json: bool = False,
+) -> None:
+    """Compare two submissions sequence by sequence (paired bootstrap).
+
+    Args:
+        submission_a: One submission.
+        submission_b: The other.
+        dataset: The dataset that both answer.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+        json: Machine-readable.
+    """
+    from vbbench.comparison import compare as judge
+
+    result = judge(submission_a, submission_b, dataset, truth)
+    print(result.to_json() if json else result.table())

@@ -1,0 +1,153 @@
+"""Makes a dataset folder from a generator's plan."""
+
+import shutil
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from vbbench import __version__
+from vbbench.dataset import INFO_FILE, Dataset, DatasetInfo
+from vbbench.errors import VbbenchError
+from vbbench.generator import Generator, Options, Plan
+from vbbench.parts import Part, prepare_parts, write_in_parts
+from vbbench.registry import load
+from vbbench.rows import ROWS
+from vbbench.scene import Scene
+from vbbench.tables import TableWriter, file_sha256, to_arrow, write_text_atomically
+
+
+def generate(
+    split: str,
+    out: Path | str,
+    options: Options,
+    *,
+    jobs: int = 1,
+    withhold_truth: bool = False,
+    overwrite: bool = False,
+) -> Dataset:
+    """Make the dataset ``split`` in the folder ``out``; its bytes do not depend on ``jobs``.
+
+    Interrupted work goes on where it stopped when the same call is made again. With ``withhold_truth`` the truth
+    tables go to the folder ``<out>.truth`` beside it.
+
+    Raises
+    ------
+    VbbenchError
+        If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
+    """
+    out = Path(out)
+    _check_free(out, overwrite)
+    generator: Generator = load("generator", split)
+    plan = generator.plan(options)
+    if not len(plan):
+        raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
+    draft = out.with_name(out.name + ".partial")
+    prepare_parts(draft / "parts", plan.info.id)
+    info = _write_tables(plan, draft, jobs)
+    write_text_atomically(draft / INFO_FILE, info.to_json())
+    _put_in_place(draft, out, withhold_truth)
+    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
+
+
+def truth_folder_beside(out: Path) -> Path:
+    """Where withheld truth is kept."""
+    return out.with_name(out.name + ".truth")
+
+
+def _check_free(out: Path, overwrite: bool) -> None:
+    if not out.exists():
+        return
+    if not (out / INFO_FILE).is_file():
+        raise VbbenchError(f"{out} exists and is no dataset; choose another folder or remove it")
+    if not overwrite:
+        raise VbbenchError(f"{out} exists; add --overwrite to replace it")
+
+
+def _write_tables(plan: Plan, draft: Path, jobs: int) -> DatasetInfo:
+    tables = {name: draft / f"{name}.parquet" for name in ROWS}
+    facts = write_in_parts(
+        partial(_build_part, plan), len(plan), draft / "parts", tables, jobs=jobs, label=plan.info.split
+    )
+    _write_scenes(plan.scenes, draft)
+    _merge_row_groups(tables["sequences"])
+    return replace(plan.info, counts=_total(facts), tables=describe_tables(draft), package_version=__version__)
+
+
+def _build_part(plan: Plan, first: int, last: int) -> Part:
+    """The row groups of some sequences, and the sums that `vbbench info` is made from."""
+    built = [plan.build(index) for index in range(first, last)]
+    groups = {
+        name: [to_arrow(name, columns(data, plan.info.split)) for data in built] for name, columns in ROWS.items()
+    }
+    people = np.concatenate([data.sequence.observed.sum(axis=1) for data in built])
+    people = people[people > 0]
+    facts = {"frames": len(people), "observations": int(people.sum())}
+    facts |= {"least": int(people.min(initial=1 << 30)), "most": int(people.max(initial=0))}
+    return Part(groups=groups, facts={**facts, "sequences": last - first})
+
+
+def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
+    """Counts over the frames in which anybody is observed; the observer is not counted among the people."""
+    frames, observations, sequences = (
+        sum(part[name] for part in facts) for name in ("frames", "observations", "sequences")
+    )
+    return {
+        "sequences": sequences,
+        "frames": frames,
+        "observations": observations,
+        "people_min": min(part["least"] for part in facts),
+        "people_max": max(part["most"] for part in facts),
+    }
+
+
+def _write_scenes(scenes: tuple[Scene, ...], draft: Path) -> None:
+    with (
+        TableWriter(draft / "truth/scenes.parquet", "truth/scenes") as paths,
+        TableWriter(draft / "truth/people.parquet", "truth/people") as people,
+    ):
+        for number, scene in enumerate(scenes):
+            frame, column = np.nonzero(scene.present)
+            x, y = scene.positions[frame, column].T
+            who = np.full(len(scene.people), number)
+            where = np.full(len(frame), number)
+            people.add(to_arrow("truth/people", {"scene": who, "person": scene.people, "height": scene.heights}))
+            rows = {"scene": where, "frame": frame, "person": scene.people[column], "x": x, "y": y}
+            paths.add(to_arrow("truth/scenes", rows))
+
+
+def _merge_row_groups(path: Path) -> None:
+    """One row a sequence does not deserve a row group each."""
+    table = pq.read_table(path)
+    with TableWriter(path, "sequences") as writer:
+        writer.add(table)
+
+
+def describe_tables(folder: Path) -> dict[str, dict[str, Any]]:
+    """Size and SHA-256 of every table of a dataset folder."""
+    found = sorted(path.relative_to(folder) for path in folder.rglob("*.parquet"))
+    return {
+        path.with_suffix("").as_posix(): {
+            "bytes": (folder / path).stat().st_size,
+            "rows": pq.read_metadata(folder / path).num_rows,
+            "sha256": file_sha256(folder / path),
+        }
+        for path in found
+    }
+
+
+def _put_in_place(draft: Path, out: Path, withhold_truth: bool) -> None:
+    if withhold_truth:
+        kept = truth_folder_beside(out)
+        shutil.rmtree(kept, ignore_errors=True)
+        (draft / "truth").replace(kept)
+    if out.exists():
+        old = out.with_name(out.name + ".old")
+        out.replace(old)
+        draft.replace(out)
+        shutil.rmtree(old)
+    else:
+        draft.replace(out)

@@ -1,0 +1,91 @@
+"""What a split's generator must offer. It registers one object a split under ``vbbench.generators``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+from vbbench.camera import Camera
+from vbbench.dataset import DatasetInfo
+from vbbench.scene import Scene
+from vbbench.sequence import Sequence, Truth
+from vbbench.sources import Source
+
+Tier = Literal["ideal", "noisy", "occluded", "tracked"]
+Look = Literal["motion", "wander"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the user asks of a generator.
+
+    Parameters
+    ----------
+    camera : what everybody is seen with.
+    tier : how observations are corrupted.
+    height_std : σ_h in m of the people's heights.
+    seed : the one seed; 0 is a seed like any other.
+    limit : only the first so many sequences; ``None`` for all.
+    look : whether the camera looks where its bearer walks, or wanders about that.
+    source : file or folder that holds the source files; ``None`` to search the usual places.
+    dt : seconds a frame of a user's own file.
+    homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
+    """
+
+    camera: Camera
+    tier: Tier = "ideal"
+    height_std: float = 0.07
+    seed: int = 0
+    limit: int | None = None
+    look: Look = "motion"
+    source: Path | None = None
+    dt: float | None = None
+    homography: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Card:
+    """What a person wants to know of a split before making it."""
+
+    name: str
+    title: str
+    licence: str
+    citation: str
+    sources: tuple[Source, ...]
+    caution: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceData:
+    """One generated sequence with its truth."""
+
+    sequence: Sequence
+    truth: Truth
+
+
+class Plan(Protocol):
+    """A dataset before it is made. Any sequence can be built on its own, in any process, in any order."""
+
+    @property
+    def info(self) -> DatasetInfo:
+        """The published facts, without counts."""
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """All scenes that the sequences are taken from, with heights."""
+
+    def __len__(self) -> int:
+        """Number of sequences."""
+
+    def build(self, index: int) -> SequenceData:
+        """Make one sequence."""
+
+
+class Generator(Protocol):
+    """The maker of one split."""
+
+    @property
+    def card(self) -> Card:
+        """Source, licence and citation."""
+
+    def plan(self, options: Options) -> Plan:
+        """Read the sources and lay out the sequences; nothing is written."""

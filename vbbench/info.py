@@ -1,0 +1,49 @@
+"""A dataset's facts for people and for programs."""
+
+import json
+from typing import Any
+
+from vbbench.dataset import DatasetInfo
+
+
+def summary(info: DatasetInfo) -> dict[str, Any]:
+    """The row of the paper's Table 1, and what identifies the dataset.
+
+    Frames count where anybody is observed. Recipes say whether the people of Table 1 include the observer.
+    """
+    counts, extra = info.counts, int(info.definition.get("count_observer", False))
+    return {
+        "split": info.split,
+        "camera": info.camera.kind,
+        "tier": info.tier,
+        "sequences": counts["sequences"],
+        "mean_frames": counts["frames"] / counts["sequences"],
+        "people_min": counts["people_min"] + extra,
+        "people_mean": counts["observations"] / max(counts["frames"], 1) + extra,
+        "people_max": counts["people_max"] + extra,
+        "observations": counts["observations"],
+        "id": info.id,
+    }
+
+
+def summary_json(info: DatasetInfo) -> str:
+    """The summary as JSON, with the caution where there is one."""
+    caution = {} if info.caution is None else {"caution": info.caution}
+    return json.dumps({**summary(info), **caution}, indent=2, ensure_ascii=False)
+
+
+def describe(info: DatasetInfo) -> str:
+    """The summary and parameters as text."""
+    s = summary(info)
+    included = "observer included" if info.definition.get("count_observer") else "besides the observer"
+    lines = [
+        f"{info.split}: {info.title}",
+        f"  {s['sequences']} sequences, mean {s['mean_frames']:.2f} frames, people ({included}) "
+        f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']} (min / mean / max)",
+        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({info.pixel_std:g} px), "
+        f"dt {info.dt:g} s",
+        f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.seed}, id {s['id']}",
+    ]
+    if info.caution is not None:
+        lines.append(f"  caution: {info.caution}")
+    return "\n".join(lines)

@@ -1,0 +1,5 @@
+"""Pictures of a sequence: the bird's-eye view beside what the camera saw. Nothing here touches pyplot."""
+
+from vbbench.plotting.figure import plot_sequence, save_png
+
+__all__ = ["plot_sequence", "save_png"]

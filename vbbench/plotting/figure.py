@@ -1,0 +1,103 @@
+"""The whole figure: map, ego view, legend, and a title that states what is shown."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from vbbench.camera import PanoramaCamera
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError
+from vbbench.plotting import style
+from vbbench.plotting.bird import draw_bird
+from vbbench.plotting.captions import draw_facts, draw_legend, draw_scale, draw_title
+from vbbench.plotting.ego import STRIP_ASPECT, draw_ego
+from vbbench.plotting.moment import gather
+from vbbench.solver import Estimate
+from vbbench.tables import replace_durably
+
+_DPI = 150
+
+_Rectangles = dict[str, tuple[float, float, float, float]]
+
+_PANORAMA_SIZE = (11.0, 9.3)
+_PANORAMA: _Rectangles = {
+    "ego": (0.6, 0.55, 10.2, STRIP_ASPECT * 10.2),
+    "bird": (0.6, 3.65, 7.3, 4.95),
+    "scale": (8.25, 8.1, 2.5, 0.14),
+    "legend": (8.15, 5.3, 2.7, 2.4),
+    "facts": (8.15, 3.65, 2.7, 1.6),
+}
+_PERSPECTIVE_SIZE = (13.0, 6.3)
+_PERSPECTIVE: _Rectangles = {
+    "bird": (0.6, 0.55, 5.6, 5.1),
+    "ego": (6.9, 2.3, 5.95, 3.35),
+    "scale": (6.9, 1.4, 2.4, 0.14),
+    "legend": (9.45, 0.1, 3.45, 1.75),
+    "facts": (6.8, 0.1, 2.6, 0.85),
+}
+"""Left, bottom, width and height of every part, in inches."""
+
+
+def plot_sequence(
+    dataset: Dataset, index: int, estimate: Estimate | None = None, *, frame: int | None = None, solver: str = ""
+) -> Figure:
+    """Draw one frame of a sequence from above, with all tracks, beside what the camera saw.
+
+    Parameters
+    ----------
+    dataset : where the sequence lies; without truth, what is given and estimated is drawn.
+    index : number of the sequence.
+    estimate : a solver's answer for the whole sequence.
+    frame : frame of the sequence, from 0; by default the fullest of the middle third.
+    solver : name to put on the picture.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence or frame, or the estimate has another shape.
+    """
+    moment = gather(dataset, index, estimate, frame, solver)
+    farthest = np.ceil(np.nanmax(moment.distances, initial=1.0))
+    colours = ScalarMappable(Normalize(0.0, farthest), style.distance_colours())
+    figure = _layout(isinstance(dataset.info.camera, PanoramaCamera))
+    parts = {axes.get_label(): axes for axes in figure.axes}
+    draw_bird(parts["bird"], moment, colours)
+    draw_ego(parts["ego"], moment, colours)
+    draw_scale(parts["scale"], colours)
+    draw_legend(parts["legend"], moment)
+    draw_facts(parts["facts"], moment)
+    draw_title(figure, moment)
+    return figure
+
+
+def _layout(panorama: bool) -> Figure:
+    size, rectangles = (_PANORAMA_SIZE, _PANORAMA) if panorama else (_PERSPECTIVE_SIZE, _PERSPECTIVE)
+    figure = Figure(size, dpi=_DPI, facecolor="white")
+    for name, (left, bottom, width, height) in rectangles.items():
+        axes = figure.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]), label=name)
+        axes.tick_params(labelsize=style.TEXT_SIZE)
+    figure.draw_without_rendering()
+    return figure
+
+
+def save_png(figure: Figure, path: Path | str) -> None:
+    """Write a figure as PNG; the file is there whole or not at all.
+
+    Raises
+    ------
+    FileError
+        If the name does not end in ``.png``.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise FileError(path, "pictures are written as PNG; give a name that ends in .png")
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=_DPI, metadata={"Software": None})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".partial")
+    temporary.write_bytes(picture.getvalue())
+    replace_durably(temporary, path)

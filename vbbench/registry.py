@@ -1,0 +1,75 @@
+"""Finds generators, renderers and solvers by entry point, without importing one until it is asked for."""
+
+import warnings
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Literal
+
+from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
+
+Kind = Literal["generator", "renderer", "solver"]
+
+
+@cache
+def registered(kind: Kind) -> dict[str, EntryPoint]:
+    """Everything registered under ``vbbench.<kind>s`` by name; of two with one name, the first found counts."""
+    found: dict[str, EntryPoint] = {}
+    for point in _in_stable_order(entry_points(group=f"vbbench.{kind}s")):
+        if found.setdefault(point.name, point).value != point.value:
+            warnings.warn(
+                f"{kind} '{point.name}' is registered twice; {found[point.name].value} is used, not {point.value}",
+                VbbenchWarning,
+                stacklevel=2,
+            )
+    return found
+
+
+def load(kind: Kind, name: str) -> Any:
+    """Import what is registered as ``name``, or what ``module:attribute`` names.
+
+    Raises
+    ------
+    UnknownNameError
+        If nothing is called so; the nearest name is suggested.
+    VbbenchError
+        If it is broken: its import fails or the attribute is missing.
+    """
+    points = registered(kind)
+    if name in points:
+        return _import(kind, name, points[name].value)
+    if ":" in name:
+        return _import(kind, name, name)
+    raise UnknownNameError(kind, name, points)
+
+
+def load_all(kind: Kind) -> dict[str, Any]:
+    """Everything that imports; a broken plugin is a warning that names it."""
+    found: dict[str, Any] = {}
+    for name in registered(kind):
+        try:
+            found[name] = load(kind, name)
+        except VbbenchError as error:
+            warnings.warn(str(error), VbbenchWarning, stacklevel=2)
+    return found
+
+
+def _in_stable_order(points: Iterable[EntryPoint]) -> list[EntryPoint]:
+    """Our own first, then by distribution name, so that a stranger's package cannot replace a bundled name."""
+    return sorted(points, key=lambda point: (_owner(point) != "vbbench", _owner(point), point.name))
+
+
+def _owner(point: EntryPoint) -> str:
+    return point.dist.name if point.dist else ""
+
+
+def _import(kind: Kind, name: str, value: str) -> Any:
+    module, _, attribute = value.partition(":")
+    try:
+        found: Any = import_module(module)
+        for part in attribute.split("."):
+            found = getattr(found, part)
+    except Exception as error:
+        raise VbbenchError(f"{kind} '{name}' ({value}) cannot be imported: {type(error).__name__}: {error}") from error
+    return found

@@ -1,0 +1,66 @@
+"""A generated sequence as rows of the dataset's tables."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vbbench.dataset import OBSERVER
+from vbbench.generator import SequenceData
+from vbbench.tables import Columns
+
+
+def sequence_row(data: SequenceData, split: str) -> Columns:
+    """One row: what the sequence is."""
+    s = data.sequence
+    numbers = {"sequence": s.index, "scene": s.scene, "observer": s.observer, "first_frame": s.first_frame}
+    numbers |= {"frames": s.frames, "people": len(s.tracks)}
+    return {**{name: np.array([value]) for name, value in numbers.items()}, "split": np.array([split])}
+
+
+def observation_rows(data: SequenceData, _split: str) -> Columns:
+    """One row a box, by frame and track."""
+    s = data.sequence
+    frame, column = np.nonzero(s.observed)
+    u, v, length = s.observations[frame, column].T
+    return {
+        "sequence": np.full(len(frame), s.index),
+        "frame": frame,
+        "track": s.tracks[column],
+        "u": u,
+        "v": v,
+        "l": length,
+        "visible": s.visible[frame, column].astype(np.float32),
+    }
+
+
+def given_rows(data: SequenceData, _split: str) -> Columns:
+    """One row a given position, by frame; the observer, with its yaw, comes first."""
+    s = data.sequence
+    own = np.flatnonzero(~np.isnan(s.given.poses[:, 0]))
+    frame, column = np.nonzero(~np.isnan(s.given.positions[..., 0]))
+    order = np.argsort(np.concatenate([own, frame]), kind="stable")
+    poses, positions = s.given.poses[own], s.given.positions[frame, column]
+    return {
+        "sequence": np.full(len(order), s.index),
+        "frame": np.concatenate([own, frame])[order],
+        "track": np.concatenate([np.full(len(own), OBSERVER), s.tracks[column]])[order],
+        "x": np.concatenate([poses[:, 0], positions[:, 0]])[order],
+        "y": np.concatenate([poses[:, 1], positions[:, 1]])[order],
+        "yaw": np.concatenate([poses[:, 2], np.full(len(frame), np.nan)])[order],
+    }
+
+
+def pose_rows(data: SequenceData, _split: str) -> Columns:
+    """One row a frame: the true pose."""
+    x, y, yaw = data.truth.poses.T
+    where = {"sequence": np.full(len(x), data.sequence.index), "frame": np.arange(len(x))}
+    return {**where, "x": x, "y": y, "yaw": yaw}
+
+
+ROWS: dict[str, Callable[[SequenceData, str], Columns]] = {
+    "sequences": sequence_row,
+    "observations": observation_rows,
+    "given": given_rows,
+    "truth/poses": pose_rows,
+}
+"""The columns of every table that is written by sequence, from a sequence and the split's name."""

@@ -1,0 +1,179 @@
+"""A submission folder: its declared facts (``submission.json``) and the writer that the solve command uses."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import SubmissionError
+from vbbench.faults import Faults
+from vbbench.protocol import PROTOCOLS
+from vbbench.tables import TableWriter, to_arrow, write_text_atomically
+
+INFO_FILE = "submission.json"
+FAILURE_POLICIES = ("refuse", "hold")
+
+Columns = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubmissionInfo:
+    """What a submission declares about itself.
+
+    Parameters
+    ----------
+    solver : its name.
+    dataset : id of the dataset that was solved.
+    protocol : name of the protocol.
+    version : of the solver.
+    seconds_per_frame : mean time the solver took for a frame; ``None`` = not measured.
+    hardware, reference : what it ran on, and where it is described.
+    failure_policy : ``refuse`` = every scored row must be there; ``hold`` = a missing row is filled with the last
+        known value of that track or observer, and coverage says how many were not.
+    """
+
+    solver: str
+    dataset: str
+    protocol: str
+    version: str = ""
+    seconds_per_frame: float | None = None
+    hardware: str = ""
+    reference: str = ""
+    failure_policy: Literal["refuse", "hold"] = "refuse"
+
+    def to_json(self) -> str:
+        """The text of ``submission.json``."""
+        return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
+
+    @staticmethod
+    def read(folder: Path | str) -> "SubmissionInfo":
+        """Read ``submission.json`` of a submission folder.
+
+        Raises
+        ------
+        SubmissionError
+            If it cannot be used; every fault is listed.
+        """
+        faults = Faults()
+        info = read_info(Path(folder), faults)
+        if faults:
+            raise SubmissionError(folder, faults.listing())
+        return info
+
+
+def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
+    """The declared facts, with empty text for what cannot be used; what is wrong goes to ``faults``."""
+    values = _read_object(folder / INFO_FILE, faults)
+    known = {field.name for field in fields(SubmissionInfo)}
+    if values is not None:
+        for name in sorted(set(values) - known):
+            faults.add(f"{INFO_FILE}: key '{name}' is unknown; keys are {', '.join(sorted(known))}")
+        for name in ("solver", "dataset", "protocol"):
+            if name not in values:
+                faults.add(f"{INFO_FILE}: key '{name}' is missing; add it")
+    usable = {name: value for name, value in (values or {}).items() if name in known and _usable(name, value, faults)}
+    return SubmissionInfo(**{"solver": "", "dataset": "", "protocol": "", **usable})
+
+
+class SubmissionWriter:
+    """Writes a submission, one row group a sequence; it is a submission only when the block ends well.
+
+    ``info`` may be replaced inside the block (time is known last): it is written last.
+
+    Examples
+    --------
+    >>> with SubmissionWriter(folder, info) as writer:                          # doctest: +SKIP
+    ...     writer.add(0, {"frame": t, "x": x, "y": y, "yaw": yaw}, {"frame": t, "track": k, "x": x, "y": y})
+    """
+
+    def __init__(self, folder: Path | str, info: SubmissionInfo) -> None:
+        self.folder = Path(folder)
+        self.info = info
+        self._tables = {name: TableWriter(self.folder / f"{name}.parquet", name) for name in ("poses", "positions")}
+
+    def add(self, sequence: int, poses: Columns, positions: Columns) -> None:
+        """Append the rows of one sequence; sequences come in ascending order.
+
+        Parameters
+        ----------
+        sequence : its number in the dataset.
+        poses : columns frame, x, y, yaw, each [N], in m and rad.
+        positions : columns frame, track, x, y, each [M], in m.
+        """
+        for name, columns in (("poses", poses), ("positions", positions)):
+            number = np.full(len(columns["frame"]), sequence, dtype=np.int32)
+            self._tables[name].add(to_arrow(name, {**columns, "sequence": number}))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            (self.folder / INFO_FILE).unlink(missing_ok=True)
+        for table in self._tables.values():
+            table.__exit__(kind, error, trace)
+        if kind is None:
+            write_text_atomically(self.folder / INFO_FILE, self.info.to_json())
+
+
+def write_submission(folder: Path | str, info: SubmissionInfo, poses: Columns, positions: Columns) -> None:
+    """Write a submission from whole tables.
+
+    Parameters
+    ----------
+    folder : where to; made if needed.
+    info : the declared facts.
+    poses : columns sequence, frame, x, y, yaw, each [N], in m and rad.
+    positions : columns sequence, frame, track, x, y, each [M], in m.
+    """
+    with SubmissionWriter(folder, info) as writer:
+        for sequence in np.union1d(poses["sequence"], positions["sequence"]):
+            writer.add(int(sequence), _rows_of(poses, sequence), _rows_of(positions, sequence))
+
+
+def _rows_of(columns: Columns, sequence: int) -> Columns:
+    mine = columns["sequence"] == sequence
+    return {name: np.asarray(values)[mine] for name, values in columns.items()}
+
+
+def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
+    if not path.is_file():
+        faults.add(f"{INFO_FILE}: the file is missing; write one with the keys solver, dataset and protocol")
+        return None
+    try:
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
+    except ValueError as error:
+        faults.add(f"{INFO_FILE}: cannot be read ({error}); mend the JSON")
+        return None
+    if not isinstance(values, dict):
+        faults.add(f'{INFO_FILE}: holds no object; write {{"solver": ..., "dataset": ..., "protocol": ...}}')
+        return None
+    return values
+
+
+def _usable(name: str, value: Any, faults: Faults) -> bool:
+    problem = _problem(name, value)
+    if problem:
+        faults.add(f"{INFO_FILE}: key '{name}' {problem}")
+    return not problem
+
+
+def _problem(name: str, value: Any) -> str | None:
+    if name == "seconds_per_frame":
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if value is None or (number and np.isfinite(value) and value >= 0):
+            return None
+        return f"is {value!r}; give a number of seconds, 0 or more, or leave it out"
+    if not isinstance(value, str):
+        return f"is {value!r}; give text"
+    choices = {"failure_policy": FAILURE_POLICIES, "protocol": PROTOCOLS}.get(name)
+    if choices and value not in choices:
+        return f"is '{value}', which is unknown; choose {', '.join(choices)}"
+    return "is empty; fill it in" if name == "solver" and not value.strip() else None

@@ -1,0 +1,63 @@
+"""Checks a dataset folder: every checksum, and every invariant that its readers rely on."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError
+from vbbench.sequence import Sequence
+from vbbench.tables import file_sha256
+
+
+def verify(folder: Path | str, truth: Path | str | None = None) -> str:
+    """What was checked, as one line of text.
+
+    Raises
+    ------
+    FileError
+        At the first table whose bytes differ from what was written, or whose rows contradict one another.
+    """
+    dataset = Dataset(folder, truth)
+    checked = list(_check_sums(dataset))
+    for sequence in dataset.sequences():
+        _check_sequence(dataset, sequence)
+    withheld = "" if dataset.has_truth else "; truth is withheld and was not checked"
+    return f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written{withheld}"
+
+
+def _check_sums(dataset: Dataset) -> Iterator[str]:
+    for name, facts in dataset.info.tables.items():
+        path = dataset.table_path(name)
+        if name.startswith("truth/") and not dataset.has_truth:
+            continue
+        if not path.is_file():
+            raise FileError(path, "the file is missing; generate the dataset again")
+        if file_sha256(path) != facts["sha256"]:
+            raise FileError(path, "its SHA-256 is not the one in dataset.json; generate the dataset again")
+        yield name
+
+
+def _check_sequence(dataset: Dataset, sequence: Sequence) -> None:
+    where = f"sequence {sequence.index}"
+    boxes, seen = sequence.observations, sequence.observed
+    if not np.isfinite(boxes[seen]).all() or (boxes[seen][:, 2] <= 0).any():
+        raise FileError(dataset.table_path("observations"), f"{where}: a box is not finite or has no height")
+    if np.isnan(sequence.given.poses[:2]).any():
+        raise FileError(dataset.table_path("given"), f"{where}: the observer's first two poses are not given")
+    if (~np.isnan(sequence.given.positions[..., 0]) & ~seen).any():
+        raise FileError(dataset.table_path("given"), f"{where}: a position is given of somebody not observed")
+    if dataset.has_truth:
+        _check_truth(dataset, sequence, where)
+
+
+def _check_truth(dataset: Dataset, sequence: Sequence, where: str) -> None:
+    truth, given = dataset.truth(sequence), sequence.given
+    if truth.poses.shape != (sequence.frames, 3) or not np.isfinite(truth.poses).all():
+        raise FileError(dataset.table_path("truth/poses"), f"{where}: wanted {sequence.frames} finite poses")
+    if dataset.info.tier != "tracked" and np.isnan(truth.positions[sequence.observed]).any():
+        raise FileError(dataset.table_path("truth/scenes"), f"{where}: somebody observed is not there")
+    known = ~np.isnan(given.positions)
+    if not np.array_equal(given.positions[known], truth.positions[known]):
+        raise FileError(dataset.table_path("given"), f"{where}: a given position is not the true one")
