@@ -8,12 +8,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Wedge
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MultipleLocator
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import PerspectiveCamera
 from vbbench.plotting import labels, style
 from vbbench.plotting.moment import Moment
 
+_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100, 1000, np.inf)  # m between ticks
 _MARGIN = 1.0  # m around everything drawn
 _ARROW = 0.11  # of the height of the map
 _OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
@@ -45,6 +47,9 @@ def _set_window(axes: Axes, moment: Moment) -> None:
     low, high = (low + high - spans) / 2.0, (low + high + spans) / 2.0
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
     axes.set_aspect("equal")
+    step = float(next(s for s in _TICKS if spans.max() / s <= 10.0))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step))
     axes.grid(color=style.FAINT, linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -3,6 +3,7 @@
 import textwrap
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
@@ -61,28 +62,41 @@ def _result_line(moment: Moment) -> str:
     parts = [f"solver {moment.solver}" if moment.solver else "estimate"]
     units = {"Δr": "rad"}
     parts += [f"{name} = {value:.3f} {units.get(name, 'm')}" for name, value in moment.errors.items()]
-    return ",  ".join(parts) if moment.errors else f"{parts[0]}, no truth at hand"
+    if moment.truth is None:
+        parts.append("no truth at hand")
+    return ",  ".join(parts)
 
 
 def _handles(moment: Moment) -> list[Line2D]:
     handles = [_line("given to the solver", color=style.GIVEN, marker="D", markersize=4, linestyle="none", fill=False)]
     if moment.truth is not None:
+        handles += _truth_handles(moment)
+    elif moment.estimate is None:
         handles += [
-            _line("true observer and its path", color=style.TRUTH, marker="o", markersize=6),
-            _line(f"true tracks, last {style.TAIL_FRAMES} frames darker", color=style.TRUTH_TAIL, linewidth=1.0),
-            _line("true position now", **_POINT, color=style.TRUTH, markersize=6, fill=False),
-            _line("there, but not observed now", **_POINT, color="#b5b5b5", markersize=4, fill=False),
+            _line("given observer and its viewing direction", color=style.TRUTH, marker="o", markersize=6),
+            _line("given position now", **_POINT, color=style.distance_colours()(0.35), markersize=5),
         ]
     if moment.estimate is not None:
-        mid = style.distance_colours()(0.35)
         handles += [
             _line("estimated observer and its path", color=style.ESTIMATE, marker="o", markersize=6),
-            _line("estimated person and its path", color=mid, marker="o", markersize=4),
+            _line("estimated person and its path", color=style.distance_colours()(0.35), marker="o", markersize=4),
         ]
-        if moment.truth is not None:
-            handles.append(_line("error, truth to estimate", color=style.INK, linewidth=1.1))
+    if moment.truth is not None and moment.estimate is not None:
+        handles.append(_line("error, truth to estimate", color=style.INK, linewidth=1.1))
     if isinstance(moment.info.camera, PerspectiveCamera):
         handles.append(_line("field of view", color="#cbbf98", marker="s", linestyle="none", markersize=8))
+    return handles
+
+
+def _truth_handles(moment: Moment) -> list[Line2D]:
+    now = {"color": style.TRUTH, "fill": False} if moment.estimate else {"color": style.distance_colours()(0.35)}
+    handles = [
+        _line("true observer and its path", color=style.TRUTH, marker="o", markersize=6),
+        _line(f"true tracks, last {style.TAIL_FRAMES} frames darker", color=style.TRUTH_TAIL, linewidth=1.0),
+        _line("true position now", **_POINT, markersize=6, **now),
+    ]
+    if np.isfinite(moment.known[~moment.observed]).any():
+        handles.append(_line("there, but not observed now", **_POINT, color="#b5b5b5", markersize=4, fill=False))
     return handles
 
 

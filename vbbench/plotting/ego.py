@@ -24,8 +24,9 @@ def draw_ego(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
     axes.axhline(camera_horizon(camera), color="#9a9a9a", linewidth=0.8, linestyle=(0, (6, 3)), zorder=1, gid="horizon")
     # Boxes have no fill worth the name: small ones lie on top, so that none is lost behind somebody near.
     near_to_far = np.flatnonzero(moment.observed)[np.argsort(-moment.boxes[moment.observed, 2])]
+    hues = [(float(r), float(g), float(b)) for r, g, b, _ in colours.to_rgba(moment.distances)]
     for order, k in enumerate(near_to_far):
-        colour = colours.to_rgba(float(moment.distances[k]))
+        colour = hues[k]
         for u in _columns(camera, moment.boxes[k]):
             _draw_box(axes, u, moment.boxes[k], colour, f"box-{moment.sequence.tracks[k]}", 2.0 + order / 1000.0)
     _draw_labels(axes, moment, near_to_far)
@@ -64,11 +65,11 @@ def _columns(camera: Camera, box: FloatArray) -> list[float]:
 
 
 def _draw_box(
-    axes: Axes, u: float, box: FloatArray, colour: tuple[float, float, float, float], gid: str, zorder: float
+    axes: Axes, u: float, box: FloatArray, colour: tuple[float, float, float], gid: str, zorder: float
 ) -> None:
     height = float(box[2])
     corner = (u - 0.5 * BOX_ASPECT * height, float(box[1]) - 0.5 * height)
-    face = (*colour[:3], 0.10)
+    face = (*colour, 0.10)
     patch = Rectangle(corner, BOX_ASPECT * height, height, facecolor=face, edgecolor=colour, linewidth=1.2, gid=gid)
     axes.add_patch(patch).set_zorder(zorder)
 

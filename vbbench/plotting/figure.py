@@ -29,7 +29,7 @@ _PANORAMA: _Rectangles = {
     "bird": (0.6, 3.65, 7.3, 4.95),
     "scale": (8.25, 8.1, 2.5, 0.14),
     "legend": (8.15, 5.3, 2.7, 2.4),
-    "facts": (8.15, 3.65, 2.7, 1.6),
+    "facts": (8.15, 3.65, 2.7, 1.75),
 }
 _PERSPECTIVE_SIZE = (13.0, 6.3)
 _PERSPECTIVE: _Rectangles = {

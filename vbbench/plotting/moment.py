@@ -7,7 +7,7 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench.dataset import Dataset, DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.geometry import wrap_angle
+from vbbench.metrics import position_error, relative_position_error, rotation_error, translation_error
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
@@ -68,13 +68,18 @@ class Moment:
         """Δx, Δx̃ and Δt in m and Δr in rad of this frame, over the people observed and not given; {} without truth."""
         if self.truth is None or self.estimate is None or not np.isfinite(self.estimate.poses[self.frame]).all():
             return {}
-        pose = self.estimate.poses[self.frame] - self.truth.poses[self.frame]
-        errors = {"Δr": float(np.abs(wrap_angle(pose[2]))), "Δt": float(np.hypot(*pose[:2]))}
-        off = (self.estimated - self.truth.positions[self.frame])[~self.given_now]
-        off = off[np.isfinite(off[:, 0])]
-        if len(off) == 0:
+        pose, true_pose = self.estimate.poses[self.frame], self.truth.poses[self.frame]
+        errors = {
+            "Δr": float(rotation_error(pose, true_pose)),
+            "Δt": float(translation_error(pose, true_pose)),
+        }
+        known = self.truth.positions[self.frame]
+        off = position_error(self.estimated, known)
+        counted = ~self.given_now & np.isfinite(off)
+        if not counted.any():
             return errors
-        return {"Δx": _mean_length(off), "Δx̃": _mean_length(off - pose[:2]), **errors}
+        apart = relative_position_error(self.estimated, pose, known, true_pose)
+        return {"Δx": float(off[counted].mean()), "Δx̃": float(apart[counted].mean()), **errors}
 
 
 def gather(dataset: Dataset, index: int, estimate: Estimate | None, frame: int | None, solver: str) -> Moment:
@@ -107,7 +112,3 @@ def _check_shape(sequence: Sequence, estimate: Estimate | None) -> None:
         raise VbbenchError(
             f"the estimate has positions {list(estimate.positions.shape)}, sequence {sequence.index} has {list(wanted)}"
         )
-
-
-def _mean_length(vectors: FloatArray) -> float:
-    return float(np.linalg.norm(vectors, axis=-1).mean())
