@@ -1,0 +1,91 @@
+"""Sanity gates that every recording passes before anything is made from it."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.errors import FileError, VbbenchWarning
+from vbbench.scene import Scene
+
+SPEED_RANGE = (0.3, 3.0)
+"""Median walking speeds in m/s that people can have."""
+
+_LARGEST = {"frame": 2**53, "id": 2**31 - 1}
+_FEET_A_METRE = 3.28
+
+
+def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -> IntArray:
+    """Frame numbers or ids [N] as integers; ``1.0`` is one, ``1.5`` is an error, and so is a negative id."""
+    bad = (values != np.round(values)) | (np.abs(values) > _LARGEST[name])
+    if name == "id":
+        bad |= values < 0
+    if bad.any():
+        row = int(bad.argmax())
+        kind = "an integer of 0 or more" if name == "id" else "an integer"
+        raise FileError(path, f"{name} is {values[row]:.15g}, not {kind}", int(lines[row]))
+    return values.astype(np.int64)
+
+
+def check_on_ground(path: Path, positions: FloatArray, lines: IntArray) -> None:
+    """Positions [N, 2] must be finite after a homography; a point on its horizon lies nowhere on the ground."""
+    bad = ~np.isfinite(positions).all(axis=1)
+    if bad.any():
+        raise FileError(path, "the homography maps this point beyond its horizon", int(lines[bad.argmax()]))
+
+
+def check_tracks(path: Path, frame: IntArray, person: IntArray, lines: IntArray, step: int) -> None:
+    """Rows [N] sorted by person, then frame: each person once a frame, and every ``step`` frames without a gap."""
+    same, delta = np.diff(person) == 0, np.diff(frame)
+    twice = same & (delta == 0)
+    if twice.any():
+        row = _earliest(twice, lines)
+        earlier, later = sorted((int(lines[row - 1]), int(lines[row])))
+        problem = f"person {person[row]} is in frame {frame[row]} twice (also on line {earlier})"
+        raise FileError(path, problem, later)
+    off = same & (delta != step)
+    if off.any():
+        row = _earliest(off, lines)
+        problem = f"person {person[row]}: frame {frame[row]} follows frame {frame[row - 1]}, but the step is {step}"
+        raise FileError(path, f"{problem}; complete the track, or give its parts ids of their own", int(lines[row]))
+
+
+def check_phase(path: Path, frame: IntArray, lines: IntArray, step: int) -> None:
+    """All people must be recorded at the same instants: no two frames of ``frame`` [N] less than a step apart."""
+    order = np.argsort(frame, kind="stable")
+    delta = np.diff(frame[order])
+    off = (delta > 0) & (delta < step)
+    if off.any():
+        row = _earliest(off, lines[order])
+        problem = f"frame {frame[order][row]} is {delta[row - 1]} after the one before it, but the step is {step}"
+        raise FileError(path, problem, int(lines[order][row]))
+
+
+def check_speed(path: Path, scene: Scene) -> None:
+    """Warn where the median walking speed is none that people have, and name the likely cause."""
+    steps = np.linalg.norm(np.diff(scene.positions, axis=0), axis=-1)
+    steps = steps[~np.isnan(steps)]
+    if not len(steps):
+        return
+    speed = float(np.median(steps)) / scene.dt
+    if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
+        low, high = SPEED_RANGE
+        message = f"{path}: the median walking speed is {speed:.3g} m/s, outside {low:g}–{high:g} m/s: {_cause(speed)}"
+        warnings.warn(message, VbbenchWarning, stacklevel=4)
+
+
+def _earliest(bad: BoolArray, lines: IntArray) -> int:
+    """Of the pairs of rows that are bad [N − 1], the one whose second row stands first in the file; that row."""
+    rows = np.flatnonzero(bad) + 1
+    return int(rows[lines[rows].argmin()])
+
+
+def _cause(speed: float) -> str:
+    if speed < SPEED_RANGE[0]:
+        return "most people stand, or dt is too long, or the unit is larger than a metre"
+    if speed > 10.0:
+        return "positions are probably pixels (a homography is needed) or centimetres"
+    if speed > SPEED_RANGE[1] * _FEET_A_METRE / 2.0:
+        return "positions are probably feet, or dt is too short (frame rate or frame step)"
+    return "dt is probably too short for the frame step, or positions are feet"

@@ -1,0 +1,48 @@
+"""Frozen dataclasses from TOML tables; a key that is unknown, missing or of the wrong type is an error."""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from difflib import get_close_matches
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from vbbench.errors import FileError
+
+T = TypeVar("T")
+
+
+def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
+    """Make a ``kind`` of ``table``, the part of the file ``path`` that is called ``where``.
+
+    Raises
+    ------
+    FileError
+        If a key is unknown (the nearest is suggested), missing, or its value has another type.
+    """
+    known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]
+    for key in table:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
+            raise FileError(path, f"{where}: unknown key '{key}'; {hint}")
+    for name, field in known.items():
+        if name not in table and field.default is MISSING:
+            raise FileError(path, f"{where}: key '{name}' is missing")
+    hints = get_type_hints(kind)
+    for key, value in table.items():
+        if not _fits(value, hints[key]):
+            raise FileError(path, f"{where}: {key} = {value!r} is not of the kind wanted ({hints[key]})")
+    return kind(**table)
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    if isinstance(hint, UnionType):
+        return any(_fits(value, option) for option in get_args(hint))
+    if get_origin(hint) is Literal:
+        return value in get_args(hint)
+    if get_origin(hint) is tuple:
+        return isinstance(value, tuple) and all(_fits(item, get_args(hint)[0]) for item in value)
+    if isinstance(value, bool) or hint is bool:
+        return isinstance(value, bool) and hint is bool
+    return isinstance(value, (int, float) if hint is float else hint)
