@@ -14,8 +14,8 @@ E_c of arXiv 2111.05060, section IV-B, for normal factors. The observer is one m
 
 With m = (cos yaw, sin yaw), q = −Rᵀ(c − o) and d_k = p_k − o about any origin o, r_k = z_k − q − D_k m is linear in q
 and m; eliminating q leaves mᵀAm − 2gᵀm on the unit circle, a trigonometric polynomial of degree two, whose global
-minimum one scan and Newton's method find. With every W_k a multiple of I, A is one too, and yaw = atan2(g_2, g_1) is the
-weighted rigid (Procrustes) fit. The people are summed over once.
+minimum one scan and Newton's method find. With every W_k a multiple of I, A is one too, and yaw = atan2(g_2, g_1) is
+the weighted rigid (Procrustes) fit. The people are summed over once.
 """
 
 import numpy as np
@@ -26,8 +26,8 @@ from vbbench_baselines.compiled import kernel
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
 
-SCAN = 16
-"""Yaws tried before Newton's method; a polynomial of degree two has at most two minima around the circle."""
+SCAN = 32
+"""Yaws at which Newton's method looks for a start; a polynomial of degree two has at most two minima on the circle."""
 
 
 @kernel
@@ -87,22 +87,36 @@ def invert(rr: float, rf: float, ff: float) -> tuple[float, float, float]:
 
 @kernel
 def least_angle(a: FloatArray, g: FloatArray) -> float:
-    """The angle in [−π, π) at which mᵀam − 2gᵀm, m = (cos, sin), is least over the whole circle."""
+    """The angle in [−π, π) at which mᵀam − 2gᵀm, m = (cos, sin), is least over the whole circle.
+
+    Newton's method from every low of the scan: the deepest valley may be too narrow for the scan to tell.
+    """
     step = 2.0 * np.pi / SCAN
-    angle, least = 0.0, np.inf
+    values = np.empty(SCAN)
     for i in range(SCAN):
-        value = _energy(a, g, i * step)
-        if value < least:
-            angle, least = i * step, value
+        values[i] = _energy(a, g, i * step)
+    best, least = 0.0, np.inf
+    for i in range(SCAN):
+        if values[i] <= values[i - 1] and values[i] <= values[(i + 1) % SCAN]:
+            angle = _descend(a, g, i * step, step)
+            value = _energy(a, g, angle)
+            if value < least:
+                best, least = angle, value
+    return float((best + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+@kernel
+def _descend(a: FloatArray, g: FloatArray, angle: float, reach: float) -> float:
+    """Newton's method downhill from ``angle``, in moves of at most ``reach`` rad."""
     for _ in range(50):
         slope, curvature = _derivatives(a, g, angle)
-        move = -slope / max(abs(curvature), abs(slope) / step, 1e-300)
+        move = -slope / max(abs(curvature), abs(slope) / reach, 1e-300)
         while abs(move) > 1e-7 and _energy(a, g, angle + move) > _energy(a, g, angle):
             move *= 0.5
         angle += move
         if abs(move) < 1e-13:
             break
-    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+    return angle
 
 
 @kernel

@@ -28,15 +28,17 @@ class ConstantVelocity:
         """See `vbbench.solver.FrameSolver.step`."""
         history = self._history
         history.advance(frame.given)
-        pose, positions = self._continue(history, self._problem.dt)
+        pose, positions = self._continue(history)
         measured = self._measure(frame.observations, np.where(np.isnan(history.poses[2]), pose, history.poses[2]))
         positions = np.where(np.isnan(positions), measured, positions)
         positions[np.isnan(frame.observations[:, 2])] = np.nan
         return history.store(pose, positions)
 
-    def _continue(self, history: History, dt: float) -> tuple[FloatArray, FloatArray]:
+    def _continue(self, history: History) -> tuple[FloatArray, FloatArray]:
         """Pose [3] and positions [K, 2] at t, NaN = never known."""
-        return continue_observer(history.poses), continue_people(history.positions, 0.0, 0.0)[0]
+        pose, _ = continue_observer(history.poses, history.pose_given, 0.0, 0.0)
+        positions, _ = continue_people(history.positions, history.position_given, 0.0, 0.0, 0.0)
+        return pose, positions
 
     def _measure(self, observations: FloatArray, pose: FloatArray) -> FloatArray:
         heights = np.full(len(observations), self._problem.height_mean)
@@ -58,8 +60,9 @@ class SocialForce(ConstantVelocity):
     relaxation: float = 0.5
     radius: float = 1.0
 
-    def _continue(self, history: History, dt: float) -> tuple[FloatArray, FloatArray]:
-        pose, positions = super()._continue(history, dt)
+    def _continue(self, history: History) -> tuple[FloatArray, FloatArray]:
+        pose, positions = super()._continue(history)
+        dt = self._problem.dt
         before, last = (np.concatenate((history.positions[row], history.poses[row : row + 1, :2])) for row in (0, 1))
         change = adapt_velocities(last, (last - before) / dt, self.radius, dt / self.relaxation) * dt
         pose[:2] += change[-1]

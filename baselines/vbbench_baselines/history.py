@@ -43,7 +43,7 @@ class History:
         self.pose_given |= known[:, 2]
 
     def store(self, pose: FloatArray, positions: FloatArray) -> FrameEstimate:
-        """Keep pose [3] and positions [K, 2] as the estimate of frame t, what is given excepted; return what is kept."""
+        """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given; return what is kept."""
         for row, values in ((self.poses[2], pose), (self.positions[2], positions)):
             np.copyto(row, values, where=np.isnan(row))
         return FrameEstimate(pose=self.poses[2].copy(), positions=self.positions[2].copy())

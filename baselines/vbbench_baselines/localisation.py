@@ -11,7 +11,7 @@ from vbbench_baselines.ego_motion import invert
 def localise(
     pose: FloatArray, relative: FloatArray, covariance: FloatArray, expected: FloatArray, std: FloatArray
 ) -> FloatArray:
-    """Positions of least energy given the pose (see `vbbench_baselines.ego_motion`), the same as a Kalman update:
+    """Positions of least energy given the pose (see `vbbench_baselines.ego_motion`), the same as a Kalman update.
 
     Rᵀ(x_k − c) = e_k + σ_k² (σ_k² I + N_k)⁻¹ (z_k − e_k),   e_k = Rᵀ(p_k − c).
 

@@ -1,8 +1,13 @@
-"""Where people and the observer are expected at t, from where they were at t−1 and t−2."""
+"""Where people and the observer are expected at t, from where they were at t−1 and t−2.
+
+Constant velocity: x = 2x' − x'' (arXiv 2111.05060, eq. 10). Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
+being the motion's, σ_e that of the solver's own estimates, and e', e'' one where the past position is such an estimate
+and zero where it was given.
+"""
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.arrays import BoolArray, FloatArray
 from vbbench_baselines.compiled import kernel
 
 ANCHOR_STD = 1e-3
@@ -10,14 +15,17 @@ ANCHOR_STD = 1e-3
 
 
 @kernel
-def continue_people(positions: FloatArray, motion_std: float, stay_std: float) -> tuple[FloatArray, FloatArray]:
-    """Constant velocity, x = 2x' − x'' (arXiv 2111.05060, eq. 10), as far as the past is known.
+def continue_people(
+    positions: FloatArray, given: BoolArray, motion_std: float, stay_std: float, estimate_std: float
+) -> tuple[FloatArray, FloatArray]:
+    """Constant velocity, as far as the past is known.
 
     Parameters
     ----------
     positions : [3, K, 2] at t−2, t−1 and t in m, NaN = unknown. Row t is where people are, if known.
-    motion_std : standard deviation in m of a person about 2x' − x''.
-    stay_std : the same about the one known past position, for each frame since.
+    given : [3, K] whether the position was given.
+    motion_std, estimate_std : σ_m and σ_e in m.
+    stay_std : standard deviation in m about the one known past position, for each frame since.
 
     Returns
     -------
@@ -35,15 +43,17 @@ def continue_people(positions: FloatArray, motion_std: float, stay_std: float) -
         elif np.isnan(before[0]):
             expected[k], std[k] = last, stay_std
         else:
-            expected[k], std[k] = 2.0 * last - before, motion_std
+            expected[k], std[k] = 2.0 * last - before, total_std(given[0, k], given[1, k], motion_std, estimate_std)
     return expected, std
 
 
 @kernel
-def continue_observer(poses: FloatArray) -> FloatArray:
-    """The observer at constant velocity, looking where it looked: poses [3, 3] at t−2, t−1, t → [3] at t.
+def continue_observer(
+    poses: FloatArray, given: BoolArray, motion_std: float, estimate_std: float
+) -> tuple[FloatArray, float]:
+    """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
 
-    The world's origin is the answer where no pose is known at all.
+    Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
     """
     pose = np.zeros(3)
     if not np.isnan(poses[1, 0]):
@@ -52,4 +62,11 @@ def continue_observer(poses: FloatArray) -> FloatArray:
             pose[:2] += poses[1, :2] - poses[0, :2]
     elif not np.isnan(poses[0, 0]):
         pose[:] = poses[0]
-    return pose
+    return pose, total_std(given[0], given[1], motion_std, estimate_std)
+
+
+@kernel
+def total_std(before_given: bool, last_given: bool, motion_std: float, estimate_std: float) -> float:
+    """Standard deviation in m about 2x' − x'', as derived above."""
+    estimates = (0.0 if last_given else 4.0) + (0.0 if before_given else 1.0)
+    return float(np.sqrt(motion_std**2 + estimates * estimate_std**2))

@@ -24,6 +24,7 @@ class ConstantVelocityBirdifier:
     ego_prior : whether the observer is expected to walk on at constant velocity, too; off for robots.
     acceleration_std : of people and observer, in m/s²; the standard deviation about 2x' − x'' is this times dt².
     speed_std : in m/s; standard deviation, times dt, of people of whom only one past position is known.
+    estimate_std : in m, of the solver's own past positions, where it has to stand on them.
     height_limits : range of plausible heights in m.
     pose_std : in m; what the solver's own poses add to the error of heights that are learned from them.
     """
@@ -31,8 +32,9 @@ class ConstantVelocityBirdifier:
     ego_prior: bool = True
     acceleration_std: float = 0.6
     speed_std: float = 1.3
+    estimate_std: float = 0.05
     height_limits: tuple[float, float] = (1.4, 2.0)
-    pose_std: float = 0.15
+    pose_std: float = 0.05
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
@@ -40,7 +42,6 @@ class ConstantVelocityBirdifier:
         self._camera, self._pixel_std = problem.camera, problem.pixel_std
         self._motion_std = self.acceleration_std * problem.dt**2
         self._stay_std = self.speed_std * problem.dt
-        self._ego_std = self._motion_std if self.ego_prior else np.inf
         self._history = History(people)
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
@@ -52,8 +53,10 @@ class ConstantVelocityBirdifier:
         heights.learn(history, self._seen)
         self._seen = sight(self._camera, frame.observations, self._pixel_std)
         measured = measure(*self._seen, heights.mean, heights.variance)
-        expected = continue_people(history.positions, self._motion_std, self._stay_std)
+        motion = self._motion_std, self._stay_std, self.estimate_std
+        expected = continue_people(history.positions, history.position_given, *motion)
         pose = history.poses[2]
         if not history.pose_given[2]:
-            pose = fit_pose(*measured, *expected, continue_observer(history.poses), self._ego_std)
+            walk, std = continue_observer(history.poses, history.pose_given, self._motion_std, self.estimate_std)
+            pose = fit_pose(*measured, *expected, walk, std if self.ego_prior else np.inf)
         return history.store(pose, localise(pose, *measured, *expected))
