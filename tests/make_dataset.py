@@ -100,8 +100,13 @@ def _sequence(index: int, scene: int, observer: int, positions: FloatArray, tier
     rows |= dict(zip("uvl", boxes[frame, column].T, strict=True))
     tables = {
         "sequences": {
-            **{"sequence": [index], "scene": [scene], "observer": [observer], "first_frame": [first]},
-            **{"frames": [count], "people": [len(np.unique(column)) + 1], "split": ["tiny"]},
+            "sequence": [index],
+            "scene": [scene],
+            "observer": [observer],
+            "first_frame": [first],
+            "frames": [count],
+            "people": [len(np.unique(column)) + 1],
+            "split": ["tiny"],
         },
         "truth/poses": {"sequence": np.full(count, index), "frame": np.arange(count), **_xyyaw(poses)},
         "given": _given(index, frame, track, others[frame, column], poses),
@@ -137,7 +142,7 @@ def _with_false_alarms(rows: Columns, index: int, count: int) -> Columns:
 
 def _given(index: int, frame: IntArray, track: IntArray, xy: FloatArray, poses: FloatArray) -> Columns:
     """The observer's first two frames, the first two frames, and everybody's first two visible frames."""
-    seen = np.array([np.sum((track[:row] == track[row])) for row in range(len(track))], dtype=int)
+    seen = np.array([np.sum(track[:row] == track[row]) for row in range(len(track))], dtype=int)
     keep = (seen < 2) | (frame < 2)
     start = min(2, len(poses))
     return {

@@ -32,7 +32,7 @@ class Summary:
     median: float
     p95: float
 
-    def to_json(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, object]:
         """The summary with ``None`` for what has no value, as JSON wants it."""
         values = {name: _number(value) for name, value in vars(self).items() if name != "ci95"}
         return {**values, "ci95": [_number(end) for end in self.ci95]}
@@ -56,7 +56,7 @@ def summarise(sequences: dict[str, FloatArray], frames: dict[str, FloatArray]) -
 def bootstrap_means(values: FloatArray, resamples: int = RESAMPLES, seed: int = SEED) -> FloatArray:
     """Means of N sequences drawn with replacement, ``resamples`` times.
 
-    How often each sequence is drawn is one row of a count matrix C [R, N]; the means are C·values over C·(value is known).
+    How often each sequence is drawn is one row of a count matrix C [R, N]: means are C·values over C·(value is known).
 
     Parameters
     ----------
@@ -74,25 +74,31 @@ def bootstrap_means(values: FloatArray, resamples: int = RESAMPLES, seed: int = 
         _draw_counts(random, min(block, resamples - done), len(values)) @ columns for done in range(0, resamples, block)
     ]
     total, count = np.split(np.concatenate(sums), 2, axis=1)
-    return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
+    return _ratio(total, count)
 
 
 def two_sided_p(means: FloatArray) -> FloatArray:
     """p-value [M] that a mean is 0, from bootstrap means [R, M]: twice the smaller tail, and never below 2/(R + 1)."""
     count = len(means) + 1
     tails = np.minimum(np.sum(means <= 0, axis=0) + 1, np.sum(means >= 0, axis=0) + 1)
-    return np.minimum(1.0, 2.0 * tails / count)
+    p: FloatArray = np.minimum(1.0, 2.0 * tails / count)
+    return p
 
 
 def mean_of_groups(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
     """Mean of values [R] over rows of the same group number [R] → [groups]; NaN for an empty group."""
-    total, count = np.bincount(group, values, groups), np.bincount(group, minlength=groups)
-    return np.divide(total, count, out=np.full(groups, np.nan), where=count > 0)
+    return _ratio(np.bincount(group, values, groups).astype(float), np.bincount(group, minlength=groups))
 
 
 def known(values: FloatArray) -> FloatArray:
     """The values that are there: those that are not NaN."""
     return values[~np.isnan(values)]
+
+
+def _ratio(total: FloatArray, count: FloatArray | IntArray) -> FloatArray:
+    ratio = np.full(total.shape, np.nan)
+    np.divide(total, count, out=ratio, where=count > 0)
+    return ratio
 
 
 def _draw_counts(random: np.random.Generator, resamples: int, size: int) -> FloatArray:

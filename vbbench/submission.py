@@ -15,7 +15,7 @@ from vbbench.faults import Faults
 from vbbench.protocol import PROTOCOLS
 from vbbench.tables import TableWriter, to_arrow, write_text_atomically
 
-INFO_FILE = "submission.json"
+SUBMISSION_FILE = "submission.json"
 FAILURE_POLICIES = ("refuse", "hold")
 
 Columns = Mapping[str, NDArray[Any]]
@@ -68,14 +68,14 @@ class SubmissionInfo:
 
 def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     """The declared facts, with empty text for what cannot be used; what is wrong goes to ``faults``."""
-    values = _read_object(folder / INFO_FILE, faults)
+    values = _read_object(folder / SUBMISSION_FILE, faults)
     known = {field.name for field in fields(SubmissionInfo)}
     if values is not None:
         for name in sorted(set(values) - known):
-            faults.add(f"{INFO_FILE}: key '{name}' is unknown; keys are {', '.join(sorted(known))}")
+            faults.add(f"{SUBMISSION_FILE}: key '{name}' is unknown; keys are {', '.join(sorted(known))}")
         for name in ("solver", "dataset", "protocol"):
             if name not in values:
-                faults.add(f"{INFO_FILE}: key '{name}' is missing; add it")
+                faults.add(f"{SUBMISSION_FILE}: key '{name}' is missing; add it")
     usable = {name: value for name, value in (values or {}).items() if name in known and _usable(name, value, faults)}
     return SubmissionInfo(**{"solver": "", "dataset": "", "protocol": "", **usable})
 
@@ -116,11 +116,11 @@ class SubmissionWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if kind is None:
-            (self.folder / INFO_FILE).unlink(missing_ok=True)
+            (self.folder / SUBMISSION_FILE).unlink(missing_ok=True)
         for table in self._tables.values():
             table.__exit__(kind, error, trace)
         if kind is None:
-            write_text_atomically(self.folder / INFO_FILE, self.info.to_json())
+            write_text_atomically(self.folder / SUBMISSION_FILE, self.info.to_json())
 
 
 def write_submission(folder: Path | str, info: SubmissionInfo, poses: Columns, positions: Columns) -> None:
@@ -145,15 +145,15 @@ def _rows_of(columns: Columns, sequence: int) -> Columns:
 
 def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
     if not path.is_file():
-        faults.add(f"{INFO_FILE}: the file is missing; write one with the keys solver, dataset and protocol")
+        faults.add(f"{SUBMISSION_FILE}: the file is missing; write one with the keys solver, dataset and protocol")
         return None
     try:
         values = json.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError as error:
-        faults.add(f"{INFO_FILE}: cannot be read ({error}); mend the JSON")
+        faults.add(f"{SUBMISSION_FILE}: cannot be read ({error}); mend the JSON")
         return None
     if not isinstance(values, dict):
-        faults.add(f'{INFO_FILE}: holds no object; write {{"solver": ..., "dataset": ..., "protocol": ...}}')
+        faults.add(f'{SUBMISSION_FILE}: holds no object; write {{"solver": ..., "dataset": ..., "protocol": ...}}')
         return None
     return values
 
@@ -161,7 +161,7 @@ def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
 def _usable(name: str, value: Any, faults: Faults) -> bool:
     problem = _problem(name, value)
     if problem:
-        faults.add(f"{INFO_FILE}: key '{name}' {problem}")
+        faults.add(f"{SUBMISSION_FILE}: key '{name}' {problem}")
     return not problem
 
 

@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.csv_rows import read_csv_rows
@@ -56,14 +58,39 @@ def open_table(folder: Path, name: str, faults: Faults) -> SubmissionTable | Non
     parquet, csv = folder / f"{name}.parquet", folder / f"{name}.csv"
     if parquet.is_file() and csv.is_file():
         faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
-    if not parquet.is_file() and not csv.is_file():
-        faults.add(f"{parquet.name}: the file is missing, and so is {csv.name}; write one of them")
-        return None
-    try:
-        if parquet.is_file():
-            return ParquetRows(parquet, name)
+    if parquet.is_file():
+        return _open_parquet(parquet, name, faults)
+    if csv.is_file():
         columns = read_csv_rows(csv, [field.name for field in SCHEMAS[name]], faults)
         return None if columns is None else RowsInMemory(csv.name, columns)
+    faults.add(f"{parquet.name}: the file is missing, and so is {csv.name}; write one of them")
+    return None
+
+
+def file_fault(error: FileError) -> str:
+    """The message of an error about a file of the submission, with the file's name for its path."""
+    return str(error).replace(str(error.path), error.path.name, 1)
+
+
+def _open_parquet(path: Path, name: str, faults: Faults) -> ParquetRows | None:
+    try:
+        _require_numbers(path, name)
+        return ParquetRows(path, name)
     except FileError as error:
-        faults.add(str(error).replace(str(error.path), error.path.name, 1))
+        faults.add(file_fault(error))
         return None
+
+
+def _require_numbers(path: Path, name: str) -> None:
+    try:
+        schema = pq.read_schema(path)
+    except (pa.ArrowException, OSError) as error:
+        raise FileError(path, f"is damaged or no Parquet file ({error}); write it again") from error
+    wanted = set(SCHEMAS[name].names)
+    text = [f.name for f in schema if f.name in wanted and not _is_number(f.type)]
+    if text:
+        raise FileError(path, f"column {', '.join(text)} holds no numbers; write integers and floats")
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))

@@ -1,0 +1,114 @@
+"""Which rows of a dataset a submission is scored on.
+
+Poses: frames t ≥ 2 in which anything is observed. Positions: whatever is observed at t ≥ 2 and was not given.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.arrays import BoolArray, IntArray
+from vbbench.dataset import OBSERVER, Dataset
+from vbbench.protocol import START_FRAMES, Protocol
+from vbbench.row_grid import RowGrid
+from vbbench.tables import SequenceTable
+
+FRAMES_AT_ONCE = 4096
+"""Frames of the sequences that are held in memory together."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScoredRows:
+    """The scored rows of consecutive sequences, in order of sequence and frame.
+
+    Parameters
+    ----------
+    grid : numbers of frames and tracks.
+    pose_sequence, pose_frame : [P] the scored poses.
+    sequence, frame, track : [Q] the scored positions.
+    given : columns of the rows of ``given.parquet`` that the protocol hands over.
+    """
+
+    grid: RowGrid
+    pose_sequence: IntArray
+    pose_frame: IntArray
+    sequence: IntArray
+    frame: IntArray
+    track: IntArray
+    given: dict[str, NDArray[Any]]
+
+    def where(self, keep: BoolArray) -> "ScoredRows":
+        """The same with only those positions that are marked in ``keep`` [Q]."""
+        return replace(self, sequence=self.sequence[keep], frame=self.frame[keep], track=self.track[keep])
+
+    @cached_property
+    def pose_slot(self) -> IntArray:
+        """[P] slot of each scored pose, ascending."""
+        return self.grid.slot(self.pose_sequence, self.pose_frame)
+
+    @cached_property
+    def cell(self) -> IntArray:
+        """[Q] cell of each scored position."""
+        return self.grid.cell(self.sequence, self.frame, self.track)
+
+    @cached_property
+    def pose_of_position(self) -> IntArray:
+        """[Q] index among the scored poses of the pose in each position's frame."""
+        return np.searchsorted(self.pose_slot, self.grid.slot(self.sequence, self.frame))
+
+
+def scored_rows(dataset: Dataset, protocol: Protocol) -> Iterator[ScoredRows]:
+    """Scored rows of the whole dataset, a number of whole sequences at a time."""
+    observations = SequenceTable(dataset.table_path("observations"), "observations")
+    given = SequenceTable(dataset.table_path("given"), "given")
+    for first, last in _chunks(dataset.rows["frames"]):
+        seen = observations.read(first, last, ["sequence", "frame", "track"])
+        known = given.read(first, last)
+        known = _select(known, protocol.is_given_row(known["frame"]))
+        yield _scored(RowGrid(first, dataset.rows["frames"][first:last], seen["sequence"], seen["track"]), seen, known)
+
+
+def _scored(grid: RowGrid, seen: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> ScoredRows:
+    sequence, frame, track = (seen[name] for name in ("sequence", "frame", "track"))
+    is_given = np.zeros(grid.cells, dtype=bool)
+    people = _select(given, given["track"] != OBSERVER)
+    cell = grid.cell(people["sequence"], people["frame"], people["track"])
+    is_given[cell[cell >= 0]] = True
+    keep = (frame >= START_FRAMES) & ~is_given[grid.cell(sequence, frame, track)]
+    pose_sequence, pose_frame = _poses(grid, sequence, frame)
+    return ScoredRows(
+        grid=grid,
+        pose_sequence=pose_sequence,
+        pose_frame=pose_frame,
+        sequence=sequence[keep],
+        frame=frame[keep],
+        track=track[keep],
+        given=given,
+    )
+
+
+def _poses(grid: RowGrid, sequence: IntArray, frame: IntArray) -> tuple[IntArray, IntArray]:
+    any_seen = np.zeros(grid.slots, dtype=bool)
+    any_seen[grid.slot(sequence, frame)] = True
+    local = np.repeat(np.arange(len(grid.frames)), grid.frames)
+    frame_of_slot = np.arange(grid.slots) - grid.slot(local + grid.first, np.zeros_like(local))
+    scored = any_seen & (frame_of_slot >= START_FRAMES)
+    return local[scored] + grid.first, frame_of_slot[scored]
+
+
+def _chunks(frames: NDArray[Any]) -> Iterator[tuple[int, int]]:
+    ends = np.cumsum(frames, dtype=np.int64)
+    first = 0
+    while first < len(frames):
+        budget = ends[first] - frames[first] + FRAMES_AT_ONCE
+        last = max(first + 1, int(np.searchsorted(ends, budget, side="right")))
+        yield first, last
+        first = last
+
+
+def _select(columns: dict[str, NDArray[Any]], keep: BoolArray) -> dict[str, NDArray[Any]]:
+    return {name: values[keep] for name, values in columns.items()}

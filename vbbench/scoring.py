@@ -1,0 +1,124 @@
+"""Scores a submission: errors of every scored row, each sequence's figures, and the split's."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vbbench import metrics
+from vbbench.answers import Answers
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.dataset import Dataset
+from vbbench.errors import VbbenchError
+from vbbench.score import PerSequence, Score, join_figures
+from vbbench.scored_rows import ScoredRows
+from vbbench.statistics import mean_of_groups, summarise
+from vbbench.truth_rows import TruthRows
+from vbbench.validation import CheckedSubmission
+
+
+def score(submission: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Score:
+    """Score a submission folder against its dataset.
+
+    Parameters
+    ----------
+    submission, dataset : the folders.
+    truth : folder with the truth tables, where it is kept elsewhere.
+
+    Raises
+    ------
+    SubmissionError
+        With every fault of the submission.
+    VbbenchError
+        If the truth is not at hand, or there is nothing to score.
+    """
+    opened = Dataset(dataset, truth)
+    true_rows = TruthRows(opened)
+    checked = CheckedSubmission(Path(submission), opened, true_rows)
+    parts = [_figures(rows, answers, true_rows, opened.info.dt) for rows, answers in checked.chunks()]
+    per_sequence = PerSequence.join([part.sequences for part in parts])
+    if not len(per_sequence.sequence):
+        raise VbbenchError(f"{dataset}: no sequence has a frame to score; generate longer sequences")
+    return Score(
+        info=checked.info,
+        dataset=opened.info,
+        protocol=checked.protocol,
+        total_sequences=len(opened),
+        per_sequence=per_sequence,
+        summaries=summarise(per_sequence.figures, join_figures([part.frames for part in parts])),
+    )
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Figures of some sequences, and by metric of their scored frames [P]."""
+
+    sequences: PerSequence
+    frames: dict[str, FloatArray]
+
+
+def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) -> _Part:
+    true_poses = truth.poses(rows)
+    errors = _person_errors(rows, answers, truth, true_poses)
+    owner, count = rows.pose_of_position, len(rows.pose_sequence)
+    pose_figures = {
+        "dr": metrics.rotation_error(answers.poses, true_poses),
+        "dt": metrics.translation_error(answers.poses, true_poses),
+    }
+    drifts = _drifts(rows, answers.poses, true_poses, dt)
+    frames = {**pose_figures, **{name: mean_of_groups(owner, error, count) for name, error in errors.items()}, **drifts}
+    return _Part(_sequence_figures(rows, answers, {**pose_figures, **drifts}, errors), frames)
+
+
+def _person_errors(
+    rows: ScoredRows, answers: Answers, truth: TruthRows, true_poses: FloatArray
+) -> dict[str, FloatArray]:
+    """[Q] position errors of each scored position."""
+    owner = rows.pose_of_position
+    true_positions = truth.positions(rows, truth.persons(rows))
+    return {
+        "dx": metrics.position_error(answers.positions, true_positions),
+        "dx_rel": metrics.relative_position_error(
+            answers.positions, answers.poses[owner], true_positions, true_poses[owner]
+        ),
+    }
+
+
+def _sequence_figures(
+    rows: ScoredRows, answers: Answers, by_frame: dict[str, FloatArray], by_person: dict[str, FloatArray]
+) -> PerSequence:
+    size = len(rows.grid.frames)
+    pose_owner, owner = rows.pose_sequence - rows.grid.first, rows.sequence - rows.grid.first
+    return PerSequence(
+        sequence=np.arange(size) + rows.grid.first,
+        frames=np.bincount(pose_owner, minlength=size),
+        positions=np.bincount(owner, minlength=size),
+        posed=np.bincount(pose_owner[answers.posed], minlength=size),
+        placed=np.bincount(owner[answers.placed], minlength=size),
+        figures={
+            **{name: _known_mean(pose_owner, values, size) for name, values in by_frame.items()},
+            **{name: mean_of_groups(owner, values, size) for name, values in by_person.items()},
+        },
+    ).scored()
+
+
+def _drifts(rows: ScoredRows, poses: FloatArray, true_poses: FloatArray, dt: float) -> dict[str, FloatArray]:
+    """[P] drift from each scored frame to the one a second later; NaN where that is not scored."""
+    step = max(1, round(1.0 / dt))
+    slot = rows.pose_slot
+    end = np.searchsorted(slot, slot + step).clip(max=max(len(slot) - 1, 0))
+    paired = (slot[end] == slot + step) & (rows.pose_sequence[end] == rows.pose_sequence)
+    begin, end = np.flatnonzero(paired), end[paired]
+    values = metrics.drift(poses[begin], poses[end], true_poses[begin], true_poses[end], step * dt)
+    return {name: _spread(paired, value) for name, value in zip(("drift_m", "drift_rad"), values, strict=True)}
+
+
+def _spread(where: BoolArray, values: FloatArray) -> FloatArray:
+    spread = np.full(len(where), np.nan)
+    spread[where] = values
+    return spread
+
+
+def _known_mean(owner: IntArray, values: FloatArray, size: int) -> FloatArray:
+    there = ~np.isnan(values)
+    return mean_of_groups(owner[there], values[there], size)

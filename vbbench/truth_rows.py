@@ -1,0 +1,75 @@
+"""Truth of scored rows, looked up for many sequences at once."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError, VbbenchError
+from vbbench.row_grid import RowGrid, rows_by_number
+from vbbench.scored_rows import ScoredRows
+from vbbench.tables import SequenceTable
+
+NOBODY = -1
+"""The person behind a false alarm."""
+
+
+class TruthRows:
+    """The truth tables of a dataset, opened for scoring.
+
+    Raises
+    ------
+    VbbenchError
+        If the truth is withheld.
+    """
+
+    def __init__(self, dataset: Dataset) -> None:
+        if not dataset.has_truth:
+            place = dataset.table_path("truth/poses")
+            raise VbbenchError(
+                f"the truth of {dataset.folder} is not at hand ({place} is missing); name its folder with --truth"
+            )
+        self._rows = dataset.rows
+        self._poses = SequenceTable(dataset.table_path("truth/poses"), "truth/poses")
+        self._scenes = SequenceTable(dataset.table_path("truth/scenes"), "truth/scenes", "scene")
+        tracks = dataset.table_path("truth/tracks")
+        self._tracks = SequenceTable(tracks, "truth/tracks") if tracks.is_file() else None
+
+    def persons(self, rows: ScoredRows) -> IntArray:
+        """[Q] the person behind each scored position, `NOBODY` for a false alarm."""
+        if self._tracks is None:
+            return rows.track
+        grid = rows.grid
+        links = self._tracks.read(grid.first, grid.first + len(grid.frames))
+        link = rows_by_number(grid.cell(links["sequence"], links["frame"], links["track"]), grid.cells)[rows.cell]
+        persons = np.append(links["person"], NOBODY)
+        return persons[link]
+
+    def poses(self, rows: ScoredRows) -> FloatArray:
+        """[P, 3] true poses (x, y, yaw) in m and rad."""
+        grid = rows.grid
+        truth = self._poses.read(grid.first, grid.first + len(grid.frames))
+        row = rows_by_number(grid.slot(truth["sequence"], truth["frame"]), grid.slots)[rows.pose_slot]
+        self._require(row, self._poses, "pose")
+        return np.stack([truth[name][row] for name in ("x", "y", "yaw")], axis=-1)
+
+    def positions(self, rows: ScoredRows, persons: IntArray) -> FloatArray:
+        """[Q, 2] true positions in m of the persons [Q] behind the scored positions."""
+        scene, frame = self._rows["scene"][rows.sequence], self._rows["first_frame"][rows.sequence] + rows.frame
+        first, last = (int(scene.min()), int(scene.max()) + 1) if len(scene) else (0, 0)
+        truth = self._scenes.read(first, last)
+        length = np.full(last - first, truth["frame"].max(initial=-1) + 1)
+        grid = RowGrid(first, length, truth["scene"], truth["person"])
+        row_of_cell = rows_by_number(grid.cell(truth["scene"], truth["frame"], truth["person"]), grid.cells)
+        row = row_of_cell[grid.cell(scene, frame, persons)]
+        self._require(row, self._scenes, "person")
+        return np.stack([truth["x"][row], truth["y"][row]], axis=-1)
+
+    @staticmethod
+    def _require(row: NDArray[Any], table: SequenceTable, what: str) -> None:
+        if np.any(row < 0):
+            raise FileError(
+                table.path, f"lacks the true {what} of {np.sum(row < 0)} observed rows; generate the dataset again"
+            )
