@@ -8,14 +8,13 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Wedge
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import PerspectiveCamera
 from vbbench.plotting import labels, style
 from vbbench.plotting.moment import Moment
 
-_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100, 1000, np.inf)  # m between ticks
 _MARGIN = 1.0  # m around everything drawn
 _ARROW = 0.11  # of the height of the map
 _OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
@@ -34,7 +33,7 @@ def draw_bird(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
 
 def _set_window(axes: Axes, moment: Moment) -> None:
     seen = moment.observed
-    real = np.vstack([moment.known[seen], moment.known_pose[None, :2], moment.sequence.given.poses[:, :2]])
+    real = np.vstack([moment.known[seen], moment.known_pose[None, :2], moment.given.poses[:, :2]])
     guessed = moment.estimated[seen]
     if moment.truth is not None:
         real = np.vstack([real, moment.truth.poses[:, :2]])
@@ -47,7 +46,7 @@ def _set_window(axes: Axes, moment: Moment) -> None:
     low, high = (low + high - spans) / 2.0, (low + high + spans) / 2.0
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
     axes.set_aspect("equal")
-    step = float(next(s for s in _TICKS if spans.max() / s <= 10.0))
+    step = float(np.diff(MaxNLocator(12, steps=[1, 2, 5, 10]).tick_values(0.0, spans.max()))[0])
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
     axes.grid(color=style.FAINT, linewidth=0.6)
@@ -84,7 +83,7 @@ def _draw_tracks(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
 
 
 def _draw_given(axes: Axes, moment: Moment) -> None:
-    given = moment.sequence.given
+    given = moment.given
     points = np.vstack([given.positions[:, moment.observed].reshape(-1, 2), given.poses[:, :2]])
     look = {"s": 9, "marker": "D", "facecolors": "none", "edgecolors": style.GIVEN, "linewidths": 0.6, "zorder": 2.4}
     _draw_points(axes, points, "given", **look)

@@ -59,7 +59,7 @@ def draw_facts(axes: Axes, moment: Moment) -> None:
 def _result_line(moment: Moment) -> str:
     if moment.estimate is None:
         return "truth" if moment.truth else "no truth at hand: what is given"
-    parts = [f"solver {moment.solver}" if moment.solver else "estimate"]
+    parts = [f"{moment.solver or 'estimate'} ({moment.protocol.name})"]
     units = {"Δr": "rad"}
     parts += [f"{name} = {value:.3f} {units.get(name, 'm')}" for name, value in moment.errors.items()]
     if moment.truth is None:
@@ -68,7 +68,9 @@ def _result_line(moment: Moment) -> str:
 
 
 def _handles(moment: Moment) -> list[Line2D]:
-    handles = [_line("given to the solver", color=style.GIVEN, marker="D", markersize=4, linestyle="none", fill=False)]
+    revealed = moment.protocol.revealed_frames if moment.estimate else 0
+    given = "given to the solver" + f", besides {revealed} frames before" * (revealed > 0)
+    handles = [_line(given, color=style.GIVEN, marker="D", markersize=4, linestyle="none", fill=False)]
     if moment.truth is not None:
         handles += _truth_handles(moment)
     elif moment.estimate is None:

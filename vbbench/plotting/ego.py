@@ -43,6 +43,7 @@ def _set_window(axes: Axes, camera: Camera) -> None:
     elif isinstance(camera, PerspectiveCamera):
         axes.set(xlim=(0, camera.width), ylim=(camera.height, 0), xlabel="u (px)", ylabel="v (px)")
     axes.set_aspect("equal")
+    axes.apply_aspect()  # labels are placed by the size that the axes have from here on
 
 
 def _set_strip(axes: Axes, camera: PanoramaCamera) -> None:

@@ -17,6 +17,7 @@ from vbbench.plotting.captions import draw_facts, draw_legend, draw_scale, draw_
 from vbbench.plotting.ego import STRIP_ASPECT, draw_ego
 from vbbench.plotting.moment import gather
 from vbbench.solver import Estimate
+from vbbench.submitted import SubmittedEstimates
 from vbbench.tables import replace_durably
 
 _DPI = 150
@@ -43,7 +44,13 @@ _PERSPECTIVE: _Rectangles = {
 
 
 def plot_sequence(
-    dataset: Dataset, index: int, estimate: Estimate | None = None, *, frame: int | None = None, solver: str = ""
+    dataset: Dataset,
+    index: int,
+    estimate: Estimate | None = None,
+    *,
+    frame: int | None = None,
+    solver: str = "",
+    protocol: str = "sequential",
 ) -> Figure:
     """Draw one frame of a sequence from above, with all tracks, beside what the camera saw.
 
@@ -54,13 +61,14 @@ def plot_sequence(
     estimate : a solver's answer for the whole sequence.
     frame : frame of the sequence, from 0; by default the fullest of the middle third.
     solver : name to put on the picture.
+    protocol : what the solver was given; that is marked, and not counted in the errors of the frame.
 
     Raises
     ------
     VbbenchError
-        If there is no such sequence or frame, or the estimate has another shape.
+        If there is no such sequence, frame or protocol, or the estimate has another shape.
     """
-    moment = gather(dataset, index, estimate, frame, solver)
+    moment = gather(dataset, index, estimate, frame=frame, solver=solver, protocol=protocol)
     farthest = np.ceil(np.nanmax(moment.distances, initial=1.0))
     colours = ScalarMappable(Normalize(0.0, farthest), style.distance_colours())
     figure = _layout(isinstance(dataset.info.camera, PanoramaCamera))
@@ -80,8 +88,27 @@ def _layout(panorama: bool) -> Figure:
     for name, (left, bottom, width, height) in rectangles.items():
         axes = figure.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]), label=name)
         axes.tick_params(labelsize=style.TEXT_SIZE)
-    figure.draw_without_rendering()
     return figure
+
+
+def plot_to_file(
+    dataset: Dataset, index: int, out: Path | str, *, submission: Path | str | None = None, frame: int | None = None
+) -> Path:
+    """Draw a sequence, and a submission's answer to it, into a PNG file; see `plot_sequence` and `save_png`.
+
+    Raises
+    ------
+    VbbenchError
+        If the submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
+    """
+    if submission is None:
+        figure = plot_sequence(dataset, index, frame=frame)
+    else:
+        submitted = SubmittedEstimates(dataset, submission)
+        estimate, info = submitted.of(dataset.sequence(index)), submitted.info
+        figure = plot_sequence(dataset, index, estimate, frame=frame, solver=info.solver, protocol=info.protocol)
+    save_png(figure, out)
+    return Path(out)
 
 
 def save_png(figure: Figure, path: Path | str) -> None:

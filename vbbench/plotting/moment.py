@@ -8,8 +8,8 @@ from vbbench.arrays import BoolArray, FloatArray
 from vbbench.dataset import Dataset, DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.metrics import position_error, relative_position_error, rotation_error, translation_error
-from vbbench.protocol import START_FRAMES
-from vbbench.sequence import Sequence, Truth
+from vbbench.protocol import START_FRAMES, Protocol, get_protocol
+from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
 
 
@@ -23,6 +23,12 @@ class Moment:
     truth: Truth | None
     estimate: Estimate | None
     solver: str
+    protocol: Protocol
+
+    @property
+    def given(self) -> Given:
+        """What the protocol hands over, frames revealed one by one left out."""
+        return self.protocol.select_given(self.sequence.given)
 
     @property
     def boxes(self) -> FloatArray:
@@ -41,19 +47,19 @@ class Moment:
 
     @property
     def given_now(self) -> BoolArray:
-        """[K] whose position in this frame the `sequential` protocol gives."""
-        return ~np.isnan(self.sequence.given.positions[self.frame, :, 0])
+        """[K] whose position in this frame is given, and not scored."""
+        return ~np.isnan(self.given.positions[self.frame, :, 0])
 
     @property
     def known(self) -> FloatArray:
         """[K, 2] positions in m to draw as the real ones: truth where it is at hand, else what is given."""
-        source = self.sequence.given if self.truth is None else self.truth
+        source = self.given if self.truth is None else self.truth
         return np.asarray(source.positions[self.frame])
 
     @property
     def known_pose(self) -> FloatArray:
         """[3] the observer's real pose, as in `known`."""
-        source = self.sequence.given if self.truth is None else self.truth
+        source = self.given if self.truth is None else self.truth
         return np.asarray(source.poses[self.frame])
 
     @property
@@ -82,7 +88,9 @@ class Moment:
         return {"Δx": float(off[counted].mean()), "Δx̃": float(apart[counted].mean()), **errors}
 
 
-def gather(dataset: Dataset, index: int, estimate: Estimate | None, frame: int | None, solver: str) -> Moment:
+def gather(
+    dataset: Dataset, index: int, estimate: Estimate | None, *, frame: int | None, solver: str, protocol: str
+) -> Moment:
     """Read what there is to draw of a sequence; ``frame`` None means the fullest frame of its middle third.
 
     Raises
@@ -97,7 +105,15 @@ def gather(dataset: Dataset, index: int, estimate: Estimate | None, frame: int |
         frame = _middle_frame(sequence) if truth or estimate else min(START_FRAMES, sequence.frames) - 1
     elif not 0 <= frame < sequence.frames:
         raise VbbenchError(f"sequence {index} has frames 0 to {sequence.frames - 1}, not {frame}")
-    return Moment(info=dataset.info, sequence=sequence, frame=frame, truth=truth, estimate=estimate, solver=solver)
+    return Moment(
+        info=dataset.info,
+        sequence=sequence,
+        frame=frame,
+        truth=truth,
+        estimate=estimate,
+        solver=solver,
+        protocol=get_protocol(protocol),
+    )
 
 
 def _middle_frame(sequence: Sequence) -> int:

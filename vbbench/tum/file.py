@@ -1,0 +1,134 @@
+"""Poses to and from TUM trajectory files: lines of ``timestamp tx ty tz qx qy qz qw``, one file a sequence.
+
+Convention: timestamp = frame·dt in s; (tx, ty) is the observer's place in m and tz the camera's mount height; the
+quaternion turns the body frame (x forward, z up) into the world frame (z up), so that a yaw alone is
+(0, 0, sin yaw/2, cos yaw/2).
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.errors import FileError
+from vbbench.geometry import wrap_angle
+from vbbench.tables import write_text_atomically
+
+_HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
+_COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
+_UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1: files are often written with four digits."""
+_TILT_TOLERANCE = 1e-2
+"""Roll or pitch, in rad, that is put down to rounding."""
+_GRID_TOLERANCE = 0.05
+"""How far a timestamp may be from its frame, in frames."""
+_LAST_FRAME = 2**31 - 1
+"""The largest frame that the tables hold."""
+
+
+def export_tum(poses: FloatArray, dt: float, mount_height: float, path: Path | str) -> None:
+    """Write poses [T, 3] (x, y, yaw) in m and rad as a TUM trajectory; frames whose pose is NaN are left out.
+
+    Parameters
+    ----------
+    poses : pose of frame t in row t.
+    dt : seconds a frame.
+    mount_height : the camera's height in m, written as tz.
+    path : the file.
+    """
+    frames = np.flatnonzero(np.isfinite(poses).all(axis=-1))
+    x, y, yaw = poses[frames].T
+    zero = np.zeros(len(frames))
+    rows = np.stack([frames * dt, x, y, zero + mount_height, zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=-1)
+    lines = [" ".join(map(repr, row)) + "\n" for row in rows.tolist()]
+    write_text_atomically(Path(path), _HEADER + "".join(lines))
+
+
+def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
+    """Read a TUM trajectory of a level camera.
+
+    Parameters
+    ----------
+    path : the file; empty lines and lines that begin with ``#`` are skipped.
+    dt : seconds a frame; timestamp / dt is the frame.
+
+    Returns
+    -------
+    frames [N], ascending, and poses [N, 3] (x, y, yaw) in m and rad, yaw in [−π, π).
+
+    Raises
+    ------
+    FileError
+        With the line: wrong number of columns, text or NaN in a number, a quaternion that is not of unit length,
+        roll or pitch, a timestamp between two frames or before the first, a frame that comes twice; or an empty file.
+    """
+    path = Path(path)
+    lines, values = _read_numbers(path)
+    _check_rotations(path, lines, values)
+    frames = _frames(path, lines, values[:, 0], dt)
+    yaw = wrap_angle(2.0 * np.arctan2(values[:, 6], values[:, 7]))
+    order = np.argsort(frames)
+    return frames[order], np.stack([values[:, 1], values[:, 2], yaw], axis=-1)[order]
+
+
+def _read_numbers(path: Path) -> tuple[IntArray, FloatArray]:
+    """Line numbers [N], from 1, and values [N, 8]."""
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    rows = {}
+    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").splitlines(), 1):
+        if text.strip() and not text.lstrip().startswith("#"):
+            rows[line] = _numbers(path, line, text.split())
+    if not rows:
+        raise FileError(path, f"holds no pose; write lines of '{' '.join(_COLUMNS)}'")
+    return np.array(list(rows)), np.array(list(rows.values()))
+
+
+def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
+    if len(cells) != len(_COLUMNS):
+        raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
+    numbers = []
+    for name, cell in zip(_COLUMNS, cells, strict=True):
+        try:
+            numbers.append(float(cell))
+        except ValueError:
+            raise FileError(path, f"{name} is '{cell}'; write a number", line) from None
+        if not np.isfinite(numbers[-1]):
+            raise FileError(path, f"{name} is {cell}; leave out frames without a pose", line)
+    return numbers
+
+
+def _check_rotations(path: Path, lines: IntArray, values: FloatArray) -> None:
+    length = np.linalg.norm(values[:, 4:], axis=-1)
+    wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
+    if len(wrong):
+        problem = f"the quaternion (qx qy qz qw) has length {length[wrong[0]]:.4g}; a rotation has length 1"
+        raise FileError(path, problem, int(lines[wrong[0]]))
+    # The body's z axis leans by acos(1 − 2(qx² + qy²)) from the world's, whatever the yaw.
+    tilt = 2.0 * np.arcsin(np.clip(np.hypot(values[:, 4], values[:, 5]) / length, 0.0, 1.0))
+    wrong = np.flatnonzero(tilt > _TILT_TOLERANCE)
+    if len(wrong):
+        problem = (
+            f"the camera leans by {np.degrees(tilt[wrong[0]]):.3g}°, and a pose here is (x, y, yaw) of a level camera; "
+            "write the body frame with x forward and z up (an optical frame, z forward, looks as if it leaned by 90° "
+            "or more), in a world whose z is up"
+        )
+        raise FileError(path, problem, int(lines[wrong[0]]))
+
+
+def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:
+    """The frame [N] of each timestamp [N] in s."""
+    exact = timestamps / dt
+    nearest = np.round(exact)
+    wrong = np.flatnonzero((np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME))
+    if len(wrong):
+        problem = f"timestamp {timestamps[wrong[0]]:.10g} s is no frame; frame n is at n × {dt:g} s, from 0"
+        raise FileError(path, problem, int(lines[wrong[0]]))
+    frames = nearest.astype(np.int64)
+    _, first, place = np.unique(frames, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[place] != np.arange(len(frames)))
+    if len(again):
+        before = int(lines[first[place[again[0]]]])
+        problem = f"frame {frames[again[0]]} was already given in line {before}; leave one of them out"
+        raise FileError(path, problem, int(lines[again[0]]))
+    return frames
