@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
@@ -142,8 +143,8 @@ class Dataset:
         """The columns of ``sequences.parquet``."""
         path = self.table_path("sequences")
         try:
-            table = pq.read_table(path)
-        except OSError as error:
+            table = pq.ParquetFile(path).read(use_threads=False)
+        except (pa.ArrowException, OSError) as error:
             raise FileError(path, f"cannot be read ({error}); generate the dataset again") from error
         return {name: table.column(name).to_numpy() for name in table.column_names}
 
