@@ -13,7 +13,6 @@ SPEED_RANGE = (0.3, 3.0)
 """Median walking speeds in m/s that people can have."""
 
 _LARGEST = {"frame": 2**53, "id": 2**31 - 1}
-_FEET_A_METRE = 3.28
 
 
 def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -> IntArray:
@@ -54,12 +53,15 @@ def check_tracks(path: Path, frame: IntArray, person: IntArray, lines: IntArray,
 def check_phase(path: Path, frame: IntArray, lines: IntArray, step: int) -> None:
     """All people must be recorded at the same instants: no two frames of ``frame`` [N] less than a step apart."""
     order = np.argsort(frame, kind="stable")
-    delta = np.diff(frame[order])
-    off = (delta > 0) & (delta < step)
-    if off.any():
-        row = _earliest(off, lines[order])
-        problem = f"frame {frame[order][row]} is {delta[row - 1]} after the one before it, but the step is {step}"
-        raise FileError(path, problem, int(lines[order][row]))
+    frame, lines = frame[order], lines[order]
+    delta = np.diff(frame)
+    close = np.flatnonzero((delta > 0) & (delta < step))
+    if len(close):
+        # Of two rows too close in time, the one that stands later in the file is the stranger.
+        row = close[np.maximum(lines[close], lines[close + 1]).argmin()]
+        other, stranger = sorted((row, row + 1), key=lambda n: int(lines[n]))
+        problem = f"frame {frame[stranger]} is {delta[row]} from frame {frame[other]}, but the step is {step}"
+        raise FileError(path, problem, int(lines[stranger]))
 
 
 def check_speed(path: Path, scene: Scene) -> None:
@@ -86,6 +88,4 @@ def _cause(speed: float) -> str:
         return "most people stand, or dt is too long, or the unit is larger than a metre"
     if speed > 10.0:
         return "positions are probably pixels (a homography is needed) or centimetres"
-    if speed > SPEED_RANGE[1] * _FEET_A_METRE / 2.0:
-        return "positions are probably feet, or dt is too short (frame rate or frame step)"
     return "dt is probably too short for the frame step, or positions are feet"

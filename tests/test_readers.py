@@ -1,0 +1,312 @@
+"""Readers give validated scenes, and bad files one error with file and line."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vbbench.errors import FileError, VbbenchWarning
+from vbbench.scene import Scene
+from vbbench_generators.readers.detect import detect_format
+from vbbench_generators.readers.homography import read_homography, to_ground
+from vbbench_generators.readers.obsmat import read_obsmat
+from vbbench_generators.readers.smooth import smooth_curve
+from vbbench_generators.readers.trajnet import read_trajnet
+from vbbench_generators.readers.vsp import polyline, read_vsp
+
+Write = Callable[..., Path]
+
+WALK = "0 1 0.0 0.0\n10 1 0.5 0.0\n20 1 1.0 0.0\n"
+SPLINES = """2 - the number of splines
+3 - Num of control points
+0.0 0.0 0 90.0 - (2D point, m_id)
+100.0 0.0 20 90.0 - (2D point, m_id)
+100.0 50.0 35 -80.5 - (2D point, m_id)
+2 - Num of control points
+0.0 10.0 8 0.0 - (2D point, m_id)
+0.0 70.0 32 0.0 - (2D point, m_id)
+7 - number of line obstacles
+-379.0 -300.0 380.0 -300.0 1 - left(x,y) right(x,y), type
+"""
+CENTIMETRES = np.diag([0.01, 0.01, 1.0])
+
+
+def read(path: Path) -> Scene:
+    return read_trajnet(path, dt=0.4)
+
+
+@pytest.mark.parametrize("separator", [" ", "\t", ",", ", ", "   "])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_trajnet_separators_comments_and_order(write: Write, separator: str, end: str) -> None:
+    rows = ["# frame id x y", "20.0 7.0 1 -2", "", "10 7 0.5 -1", "20 3 4.5e0 0", "30 3 5 0"]
+    path = write(end.join(separator.join(row.split(" ")) if "#" not in row else row for row in rows))
+    scene = read(path)
+    assert scene.name == "tracks"
+    assert scene.dt == 0.4
+    assert scene.people.tolist() == [3, 7]
+    assert np.isnan(scene.heights).all()
+    nan = [np.nan, np.nan]
+    np.testing.assert_array_equal(scene.positions, [[nan, [0.5, -1]], [[4.5, 0], [1, -2]], [[5, 0], nan]])
+
+
+def test_frames_with_nobody_stay(write: Write) -> None:
+    scene = read(write("0 1 0 0\n10 1 .5 0\n40 2 0 0\n50 2 .5 0\n"))
+    assert scene.present.sum(axis=1).tolist() == [1, 1, 0, 0, 1, 1]
+
+
+def test_recording_may_go_on_at_another_phase_after_nobody_was_there(write: Write) -> None:
+    scene = read(write("0 1 0 0\n10 1 .5 0\n43 2 0 0\n53 2 .5 0\n"))
+    assert scene.present.sum(axis=1).tolist() == [1, 1, 0, 0, 0, 1, 1]
+
+
+def test_frames_may_start_below_zero_and_far_away(write: Write) -> None:
+    assert read(write("-10 0 0 0\n0 0 .5 0\n")).frames == 2
+    assert read(write("1700000000 0 0 0\n1700000001 0 .5 0\n")).frames == 2
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> tuple[list[tuple[int, int, float, float]], int]:
+    """Rows of a scene whose people come and go, in any order, and its frame step."""
+    step = draw(st.integers(1, 12))
+    metres = st.floats(-1e4, 1e4, allow_subnormal=False)
+    rows = []
+    for person in draw(st.lists(st.integers(0, 2**31 - 1), min_size=1, max_size=5, unique=True)):
+        first, length = draw(st.integers(0, 20)), draw(st.integers(2, 6))
+        rows += [(step * (first + n), person, draw(metres), draw(metres)) for n in range(length)]
+    return draw(st.permutations(rows)), step
+
+
+@settings(max_examples=60, deadline=None)
+@given(scenes())
+@pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")
+def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tuple[list[tuple], int]) -> None:
+    rows, step = made
+    path = tmp_path_factory.mktemp("round") / "trip.txt"
+    path.write_text("".join(f"{frame} {person} {x!r} {y!r}\n" for frame, person, x, y in rows))
+    scene = read(path)
+    start = min(frame for frame, *_ in rows)
+    row, column = np.nonzero(scene.present)
+    back = zip(row * step + start, scene.people[column], *scene.positions[row, column].T, strict=True)
+    assert sorted(tuple(item.item() for item in each) for each in back) == sorted(rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "problem"),
+    [
+        pytest.param("", None, "empty", id="empty file"),
+        pytest.param("\n# only a comment\n\n", None, "empty", id="no rows"),
+        pytest.param("0 1 0 0\n10 1 .5\n", 2, "3 columns, not 4", id="missing column"),
+        pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns, not 4", id="column missing everywhere"),
+        pytest.param("0,1,,0\n", 1, "3 columns", id="empty cell"),
+        pytest.param("0 1 0 0 9\n", 1, "5 columns", id="superfluous column"),
+        pytest.param("frame id x y\n" + WALK, 1, "frame is 'frame', not a number", id="header"),
+        pytest.param(WALK + "30 1 1.5m 0\n", 4, "x is '1.5m', not a number", id="text in a number"),
+        pytest.param(WALK + "30 1 1_5 0\n", 4, "not a number", id="underscore"),
+        pytest.param("0 1 0 0\n\n# note\n10 1 0 oops\n", 4, "y is 'oops'", id="blank lines are counted"),
+        pytest.param(WALK + "30 1 nan 0\n", 4, "not a finite number", id="nan"),
+        pytest.param(WALK + "30 1 0 -inf\n", 4, "not a finite number", id="infinite"),
+        pytest.param("0 1 0 0\n10.5 1 .5 0\n", 2, "frame is 10.5, not an integer", id="fraction of a frame"),
+        pytest.param("0 1 0 0\n10 1.25 .5 0\n", 2, "id is 1.25, not an integer", id="fraction of a person"),
+        pytest.param("0 1 0 0\n10 -1 .5 0\n", 2, "id is -1", id="negative id"),
+        pytest.param("0 1e12 0 0\n", 1, "id is 1000000000000", id="huge id"),
+        pytest.param(WALK + "10 1 .6 0\n", 4, "frame 10 twice .also on line 2", id="duplicate"),
+        pytest.param(WALK + "40 1 2 0\n50 1 2 1\n", 4, "frame 40 follows frame 20", id="gap in a track"),
+        pytest.param(WALK + "5 2 0 0\n15 2 .5 0\n", 4, "frame 5 is 5 from frame", id="person off the step"),
+        pytest.param("0 1 0 0\n1 1 .5 0\n100000001 2 0 0\n100000002 2 .5 0\n", None, "too many", id="far too long"),
+    ],
+)
+def test_bad_trajnet(write: Write, text: str, line: int | None, problem: str) -> None:
+    path = write(text)
+    with pytest.raises(FileError, match=problem) as caught:
+        read(path)
+    assert caught.value.path == path
+    assert caught.value.line == line
+    assert str(caught.value).startswith(f"{path}, line {line}:" if line else f"{path}:")
+
+
+def test_first_of_several_faults_is_named(write: Write) -> None:
+    text = "0 9 0 0\n10 9 .5 0\n30 9 1 0\n0 1 0 0\n10 1 .5 0\n30 1 1 0\n"
+    with pytest.raises(FileError) as caught:
+        read(write(text))
+    assert caught.value.line == 3
+
+
+def test_wrong_frame_step_is_an_error(write: Write) -> None:
+    with pytest.raises(FileError, match="but the step is 5"):
+        read_trajnet(write(WALK), dt=0.4, frame_step=5)
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    (tmp_path / "picture.txt").write_bytes(b"\x89PNG\r\n\xff\xfe")
+    for name, problem in [("nowhere.txt", "cannot be read"), (".", "cannot be read"), ("picture.txt", "no text file")]:
+        with pytest.raises(FileError, match=problem):
+            read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("step_length", "cause"), [(2.0, "dt is probably too short.*feet"), (50.0, "pixels"), (0.01, "stand")]
+)
+def test_implausible_speed_is_a_warning_that_names_the_cause(write: Write, step_length: float, cause: str) -> None:
+    path = write("".join(f"{10 * n} 1 {n * step_length} 0\n" for n in range(9)))
+    with pytest.warns(VbbenchWarning, match=f"tracks.txt: the median walking speed.*{cause}"):
+        assert read(path).frames == 9
+
+
+def test_homography_makes_metres(write: Write) -> None:
+    scene = read_trajnet(write("0 1 100 50\n10 1 150 50\n"), dt=0.4, homography=CENTIMETRES)
+    np.testing.assert_allclose(scene.positions[:, 0], [[1.0, 0.5], [1.5, 0.5]])
+
+
+def test_point_on_the_horizon(write: Write) -> None:
+    tilted = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, -0.01, 1.0]])
+    with pytest.raises(FileError, match="horizon") as caught:
+        read_trajnet(write("0 1 1 1\n10 1 5 100\n"), dt=0.4, homography=tilted)
+    assert caught.value.line == 2
+
+
+def test_homography_is_projective() -> None:
+    matrix = np.array([[2.0, 0, 1], [0, 3, -1], [0.5, 0, 1]])
+    np.testing.assert_allclose(to_ground(np.array([[2.0, 1.0]]), matrix), [[5 / 2, 2 / 2]])
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "problem"),
+    [
+        ("1 0 0\n0 1 0\n", 2, "3 rows of 3 numbers, not 2"),
+        ("1 0 0\n0 1 0\n0 0 1\n0 0 1\n", 4, "not 4"),
+        ("1 0\n0 1\n", 1, "2 columns, not 3"),
+        ("1 0 0\n0 one 0\n0 0 1\n", 2, "'one', not a number"),
+        ("1 0 0\n0 nan 0\n0 0 1\n", 2, "finite"),
+        ("1 0 0\n2 0 0\n0 0 1\n", None, "singular"),
+        ("", None, "empty"),
+    ],
+)
+def test_bad_homography(write: Write, text: str, line: int | None, problem: str) -> None:
+    with pytest.raises(FileError, match=problem) as caught:
+        read_homography(write(text, "H.txt"))
+    assert caught.value.line == line
+
+
+def test_obsmat_takes_x_and_y(write: Write) -> None:
+    path = write(" 7.8e+02 1e+00 8.5 0 3.6 1 0 2\r\n 7.86e+02 1 9.0 0 3.7 1 0 2\r\n", "obsmat.txt")
+    scene = read_obsmat(path, dt=0.4, frame_step=6)
+    np.testing.assert_array_equal(scene.positions[:, 0], [[8.5, 3.6], [9.0, 3.7]])
+
+
+@pytest.mark.parametrize(
+    ("text", "line"), [("1 1 0 0 0 0 0\n", 1), ("1 1 0 0 0 0 0 0\n7 1 0 0 x 0 0 0\n", 2), (WALK, 1)]
+)
+def test_bad_obsmat(write: Write, text: str, line: int) -> None:
+    with pytest.raises(FileError) as caught:
+        read_obsmat(write(text), dt=0.4)
+    assert caught.value.line == line
+
+
+def test_vsp_is_interpolated_between_key_points(write: Write) -> None:
+    scene = read_vsp(write(SPLINES, "a.vsp"), dt=0.4, frame_step=10, homography=CENTIMETRES)
+    assert scene.people.tolist() == [1, 2]
+    np.testing.assert_allclose(scene.positions[:, 0], [[0, 0], [0.5, 0], [1, 0], [1, 1 / 3]])
+    np.testing.assert_allclose(scene.positions[:, 1], [[np.nan] * 2, [0, 0.15], [0, 0.4], [0, 0.65]])
+
+
+def _replace(line: int, text: str) -> str:
+    rows = SPLINES.split("\n")
+    rows[line - 1] = text
+    return "\n".join(rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "problem"),
+    [
+        pytest.param("", None, "empty", id="empty file"),
+        pytest.param("0 - the number of splines\n", 1, "no spline", id="no splines"),
+        pytest.param(_replace(1, "many splines"), 1, "the number of splines' should stand", id="no header"),
+        pytest.param(_replace(2, "4 - Num of control points"), 6, "columns, not 4", id="count too large"),
+        pytest.param(
+            _replace(2, "2 - Num of control points"), 5, "Num of control points' should", id="count too small"
+        ),
+        pytest.param(_replace(2, "0 - Num of control points"), 2, "0 control points", id="no control points"),
+        pytest.param(_replace(1, "3 - the number of splines"), 9, "should stand here", id="splines missing"),
+        pytest.param("\n".join(SPLINES.split("\n")[:7]), 6, "2 control points has 1", id="cut in a spline"),
+        pytest.param("\n".join(SPLINES.split("\n")[:5]), 5, "ends where", id="cut between splines"),
+        pytest.param(_replace(4, "100.0 0.0 20 - (2D point, m_id)"), 4, "3 columns, not 4", id="missing column"),
+        pytest.param(_replace(4, "100.0 zero 20 90 - (2D point, m_id)"), 4, "y is 'zero'", id="text in a number"),
+        pytest.param(_replace(4, "100.0 inf 20 90 - (2D point, m_id)"), 4, "finite", id="not finite"),
+        pytest.param(_replace(4, "100.0 0 20.5 90 - (2D point, m_id)"), 4, "frame is 20.5", id="fraction of a frame"),
+        pytest.param(_replace(4, "100.0 0 0 90 - (2D point, m_id)"), 4, "does not come after 0", id="frame twice"),
+    ],
+)
+def test_bad_vsp(write: Write, text: str, line: int | None, problem: str) -> None:
+    path = write(text, "a.vsp")
+    with pytest.raises(FileError, match=problem) as caught:
+        read_vsp(path, dt=0.4, frame_step=10, homography=CENTIMETRES)
+    assert caught.value.path == path
+    assert caught.value.line == line
+
+
+def test_vsp_without_a_sample(write: Write) -> None:
+    text = "1 - the number of splines\n2 - Num of control points\n0 0 1 0 - (2D)\n1 1 9 0 - (2D)\n"
+    with pytest.raises(FileError, match="nobody is there"):
+        read_vsp(write(text), dt=0.4, frame_step=10, homography=CENTIMETRES)
+
+
+def test_smooth_curve_passes_key_points_and_stays_between_them() -> None:
+    key_times = np.array([0.0, 10.0, 30.0, 1000.0, 1030.0])
+    keys = np.array([[0.0, 0], [1, 0.2], [2, 0.1], [2.01, 0.1], [4, 0.5]])
+    times = np.linspace(0, 1030, 4000)
+    curve = smooth_curve(times, key_times, keys)
+    np.testing.assert_allclose(smooth_curve(key_times, key_times, keys), keys, atol=1e-12)
+    assert np.diff(curve[:, 0]).min() >= -1e-12
+    assert np.abs(curve - polyline(times, key_times, keys)).max() < 0.3
+    np.testing.assert_array_equal(smooth_curve(times[:3], key_times[:1], keys[:1]), np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("# mine\n" + WALK, "trajnet"),
+        ("0,1,2,3\n", "trajnet"),
+        ("1 1 0 0 0 0 0 0\r\n", "obsmat"),
+        (SPLINES, "vsp"),
+    ],
+)
+def test_detect_format(write: Write, text: str, found: str) -> None:
+    assert detect_format(write(text)) == found
+
+
+@pytest.mark.parametrize("text", ['\n{"scene": 1}\n', "\n1 2 3 4 5\n"])
+def test_unknown_format_names_the_known_ones(write: Write, text: str) -> None:
+    with pytest.raises(FileError, match=r"frame id x y.*vx vz vy.*\.vsp") as caught:
+        detect_format(write(text))
+    assert caught.value.line == 2
+
+
+@pytest.mark.parametrize("name", ["students001", "students003"])
+def test_vsp_gives_the_published_students(data_folder: Path, name: str) -> None:
+    """Wherever the spline annotation has a person, the published text has the same place to the millimetre."""
+    homography = read_homography(data_folder / "ucy/students003_H.txt")
+    made = read_vsp(data_folder / f"ucy/{name}.vsp", dt=0.4, frame_step=10, homography=homography)
+    published = read_trajnet(data_folder / f"ucy/{name}.txt", dt=0.4, frame_step=10)
+    np.testing.assert_array_equal(made.people, published.people)
+    both = made.present & published.present
+    assert both[made.present].all()
+    # The text rounds each person's first and last key frame to the nearest sample: up to two more rows each.
+    assert (published.present & ~made.present).sum() <= 2 * len(made.people)
+    assert np.abs(made.positions[both] - published.positions[both]).max() < 1e-3
+
+
+def test_eth_text_is_too_fast(data_folder: Path) -> None:
+    """biwi_eth.txt is the authors' table at every 10th frame of a 15 Hz video, which is 0.67 s and not 0.4 s."""
+    text = np.loadtxt(data_folder / "eth/biwi_eth.txt")
+    obsmat = np.loadtxt(data_folder / "eth/seq_eth_obsmat.txt")
+    for person in (1, 100, 360):
+        here, there = text[text[:, 1] == person], obsmat[obsmat[:, 1] == person]
+        np.testing.assert_allclose(here[:, 2], np.interp(here[:, 0], there[:, 0], there[:, 2]), atol=0.02)
+    medians = []
+    for read_file, name, step in [(read_trajnet, "biwi_eth", 10), (read_obsmat, "seq_eth_obsmat", 6)]:
+        scene = read_file(data_folder / f"eth/{name}.txt", dt=0.4, frame_step=step)
+        medians.append(np.nanmedian(np.linalg.norm(np.diff(scene.positions, axis=0), axis=-1)) / scene.dt)
+    assert medians == pytest.approx([2.45, 1.47], abs=0.01)

@@ -1,0 +1,205 @@
+"""Recipes are strict, readable and give the paper's Table 1."""
+
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import fields
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
+from vbbench_generators.eligibility import Rules, find_spans, observed_crowd
+from vbbench_generators.recipe import Recipe, get_recipe, read_recipe, recipe_names
+
+Write = Callable[..., Path]
+
+NAMES = ["custom", "eth", "eth-15fps", "hotel", "students", "students-resampled", "zara01", "zara02"]
+RECIPE = """
+name = "mine"
+title = "Mine"
+licence = "mine"
+citation = "me"
+format = "trajnet"
+dt = 0.4
+frame_step = 10
+[[source]]
+path = "mine.txt"
+url = "http://127.0.0.1/mine.txt"
+sha256 = "00"
+[sequences]
+skip_first_frames = 0
+min_others = 1
+min_frames = 2
+standing_displacement = 0
+count_observer = false
+"""
+WALK = "0 1 0.0 0.0\n10 1 50 0.0\n20 1 100 0.0\n"
+
+
+def table1(recipe: Recipe, source: Path) -> tuple[int, float, int, float, int]:
+    """Sequences, mean frames, and people (least, mean, most), counted after the recipe's rules."""
+    rules, people, spans = recipe.sequences, [], 0
+    for number, scene in enumerate(recipe.load_scenes(source, seed=0)[0]):
+        crowd = observed_crowd(scene, rules)
+        for span in find_spans(scene, number, rules):
+            frames = span.first + np.flatnonzero(span.counted)
+            people.append(crowd[frames].sum(axis=1) - crowd[frames, span.column] + rules.count_observer)
+            spans += 1
+    seen = np.concatenate(people)
+    return spans, len(seen) / spans, int(seen.min()), float(seen.mean()), int(seen.max())
+
+
+def test_every_split_has_its_recipe() -> None:
+    assert recipe_names() == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bundled_recipe(name: str) -> None:
+    recipe = get_recipe(name)
+    assert recipe.name == name
+    assert recipe.title
+    assert recipe.licence
+    assert recipe.citation
+    for source in recipe.sources:
+        assert re.fullmatch("[0-9a-f]{64}", source.sha256)
+        assert re.match(r"https://raw\.githubusercontent\.com/[^/]+/[^/]+/[0-9a-f]{40}/", source.url)
+    table = tomllib.loads((files("vbbench_generators") / "recipes" / f"{name}.toml").read_text("utf-8"))
+    assert set(table["sequences"]) == {field.name for field in fields(Rules)}
+
+
+def test_cautions_hold_by_tier() -> None:
+    assert "interpolated truth" in (get_recipe("students").caution_for("ideal") or "")
+    assert get_recipe("students").caution_for("noisy") is None
+    assert "1.67" in (get_recipe("eth").caution_for("noisy") or "")
+    assert get_recipe("hotel").caution_for("ideal") is None
+
+
+def test_unknown_recipe_suggests() -> None:
+    with pytest.raises(UnknownNameError, match="'hotel'"):
+        get_recipe("hotels")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("dt = 0.4", "dt = 0.4\nspeed = 1", "recipe: unknown key 'speed'"),
+        ("frame_step", "frame_stp", "unknown key 'frame_stp'; did you mean 'frame_step'"),
+        ("min_others", "min_other", r"\[sequences\]: unknown key 'min_other'; did you mean 'min_others'"),
+        ('url = "http', 'uri = "http', r"\[\[source\]\]: unknown key 'uri'"),
+        ('sha256 = "00"', "", r"\[\[source\]\]: key 'sha256' is missing"),
+        ('title = "Mine"', "", "recipe: key 'title' is missing"),
+        ("dt = 0.4", 'dt = "fast"', "dt = 'fast' is not of the kind"),
+        ("min_others = 1", "min_others = true", "min_others = True"),
+        ("min_others = 1", "min_others = 1.5", "min_others = 1.5"),
+        ("count_observer = false", "count_observer = 0", "count_observer = 0"),
+        ('format = "trajnet"', 'format = "csv"', "format = 'csv'"),
+        ("[sequences]", "[caution]\ntext = 'x'\ntiers = ['clean']\n[sequences]", "tiers"),
+        ("dt = 0.4", "dt = ", "no TOML"),
+    ],
+)
+def test_bad_recipe(write: Write, old: str, new: str, problem: str) -> None:
+    assert old in RECIPE
+    path = write(RECIPE.replace(old, new, 1), "mine.toml")
+    with pytest.raises(FileError, match=problem) as caught:
+        read_recipe(path)
+    assert caught.value.path == path
+
+
+def test_integers_do_for_floats(write: Write) -> None:
+    assert read_recipe(write(RECIPE.replace("0.4", "1"), "mine.toml")).dt == 1
+
+
+def test_missing_sources_name_the_split(no_data: Path) -> None:
+    with pytest.raises(SourceMissingError, match="vbbench fetch hotel"):
+        get_recipe("hotel").load_scenes(None, seed=0)
+
+
+def test_overrides_are_for_custom_only(no_data: Path) -> None:
+    with pytest.raises(VbbenchError, match="custom"):
+        get_recipe("hotel").load_scenes(None, seed=0, dt=0.1)
+
+
+def test_custom(write: Write) -> None:
+    path, homography = write(WALK), write("0.01 0 0\n0 0.01 0\n0 0 1\n", "H.txt")
+    scenes, sums = get_recipe("custom").load_scenes(path, seed=0, dt=0.5, homography=homography)
+    np.testing.assert_allclose(scenes[0].positions[:, 0, 0], [0, 0.5, 1])
+    assert scenes[0].dt == 0.5
+    assert [name for name, _ in sums] == ["tracks.txt", "H.txt"]
+
+
+def test_custom_vsp_is_sampled_every_dt(write: Write) -> None:
+    text = "1 - the number of splines\n2 - Num of control points\n0 0 0 0 - (2D)\n100 0 25 0 - (2D)\n"
+    path, homography = write(text, "a.vsp"), write("0.01 0 0\n0 0.01 0\n0 0 1\n", "H.txt")
+    scenes, _ = get_recipe("custom").load_scenes(path, seed=0, dt=0.2, homography=homography)
+    np.testing.assert_allclose(scenes[0].positions[:, 0, 0], [0, 0.2, 0.4, 0.6, 0.8, 1])
+    with pytest.raises(FileError, match=r"multiple of 0\.04"):
+        get_recipe("custom").load_scenes(path, seed=0, dt=0.25, homography=homography)
+    with pytest.raises(FileError, match="--homography"):
+        get_recipe("custom").load_scenes(path, seed=0, dt=0.2)
+
+
+def test_custom_obsmat_needs_no_homography(write: Write) -> None:
+    path = write("0 1 0 0 0 0 0 0\n6 1 .5 0 0 0 0 0\n", "obsmat.txt")
+    assert get_recipe("custom").load_scenes(path, seed=0, dt=0.4)[0][0].frames == 2
+    with pytest.raises(FileError, match="metres already"):
+        get_recipe("custom").load_scenes(path, seed=0, dt=0.4, homography=write("1 0 0\n0 1 0\n0 0 1\n", "H.txt"))
+
+
+@pytest.mark.parametrize("dt", [None, 0.0, -1.0, float("nan")])
+def test_custom_needs_dt(write: Write, dt: float | None) -> None:
+    with pytest.raises(VbbenchError, match="--dt"):
+        get_recipe("custom").load_scenes(write(WALK), seed=0, dt=dt)
+
+
+def test_custom_needs_a_file(tmp_path: Path) -> None:
+    for source in (None, tmp_path, tmp_path / "nowhere.txt"):
+        with pytest.raises(VbbenchError, match="--source FILE"):
+            get_recipe("custom").load_scenes(source, seed=0, dt=0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "sequences", "frames", "people"),
+    [
+        ("hotel", 340, 14.791, (3, 6.303, 16)),
+        ("eth", 347, 14.372, (3, 9.270, 26)),
+        ("eth-15fps", 348, 23.098, (3, 9.155, 26)),
+        ("students", 849, 45.839, (13, 44.286, 75)),
+        ("students-resampled", 849, 45.007, (4, 43.617, 75)),
+    ],
+)
+def test_table1(data_folder: Path, name: str, sequences: int, frames: float, people: tuple[int, float, int]) -> None:
+    found = table1(get_recipe(name), data_folder)
+    assert found == pytest.approx((sequences, frames, *people), abs=6e-4)
+
+
+def test_source_sums_are_those_of_the_recipe(data_folder: Path) -> None:
+    recipe = get_recipe("students-resampled")
+    _, sums = recipe.load_scenes(data_folder, seed=0)
+    assert sums == [(source.path, source.sha256) for source in recipe.sources]
+
+
+def test_resampled_students_follow_from_the_seed(data_folder: Path) -> None:
+    recipe = get_recipe("students-resampled")
+    first, again, other = (recipe.load_scenes(data_folder, seed=seed)[0] for seed in (0, 0, 1))
+    for a, b, c in zip(first, again, other, strict=True):
+        np.testing.assert_array_equal(a.positions, b.positions)
+        moved = (a.positions - c.positions)[a.present]
+        assert moved.std() == pytest.approx(0.01 * np.sqrt(2), rel=0.02)
+    noise = [scene.positions[scene.present][:100] for scene in first]
+    assert not np.allclose(*noise)
+
+
+def test_resampled_students_stay_near_the_published_ones(data_folder: Path) -> None:
+    """But accelerate: in the text file about half of all second differences are zero to its last digits."""
+    published = get_recipe("students").load_scenes(data_folder, seed=0)[0]
+    smooth = get_recipe("students-resampled").load_scenes(data_folder, seed=0)[0]
+    for text, curve in zip(published, smooth, strict=True):
+        apart = np.linalg.norm(text.positions - curve.positions, axis=-1)[curve.present]
+        assert np.median(apart) < 0.03
+        assert np.quantile(apart, 0.99) < 0.15
+        bends = [np.abs(np.diff(scene.positions, 2, axis=0)) for scene in (text, curve)]
+        assert np.nanmedian(bends[0]) < 0.004
+        assert np.nanmedian(bends[1]) > 0.01
