@@ -304,6 +304,7 @@ def test_eth_text_is_too_fast(data_folder: Path) -> None:
     obsmat = np.loadtxt(data_folder / "eth/seq_eth_obsmat.txt")
     for person in (1, 100, 360):
         here, there = text[text[:, 1] == person], obsmat[obsmat[:, 1] == person]
+        here = here[(here[:, 0] >= there[0, 0]) & (here[:, 0] <= there[-1, 0])]
         np.testing.assert_allclose(here[:, 2], np.interp(here[:, 0], there[:, 0], there[:, 2]), atol=0.02)
     medians = []
     for read_file, name, step in [(read_trajnet, "biwi_eth", 10), (read_obsmat, "seq_eth_obsmat", 6)]:
