@@ -17,7 +17,7 @@ _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
 
 def draw_title(figure: Figure, moment: Moment) -> None:
-    """Two lines over everything: what is shown, and how far the estimate is off in this frame."""
+    """Over everything: what is shown, how far the estimate is off in this frame, and the split's caution."""
     info, sequence = moment.info, moment.sequence
     what = [info.split, f"sequence {sequence.index}", f"frame {moment.frame} (0–{sequence.frames - 1})"]
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
@@ -25,6 +25,10 @@ def draw_title(figure: Figure, moment: Moment) -> None:
     figure.text(left, top, "  ·  ".join([*what, info.camera.kind, tier]), fontsize=12.5, weight="bold")
     below = top - 0.24 / figure.get_figheight()
     figure.text(left, below, _result_line(moment), fontsize=10, color=style.INK)
+    if info.caution:
+        text = textwrap.shorten(f"Caution: {info.caution.split('. ')[0]}", 70, placeholder=" …")
+        right = 1.0 - 0.2 / figure.get_figwidth()
+        figure.text(right, top, text, fontsize=style.TEXT_SIZE, style="italic", color=style.CAUTION, ha="right")
 
 
 def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
@@ -42,7 +46,7 @@ def draw_legend(axes: Axes, moment: Moment) -> None:
 
 
 def draw_facts(axes: Axes, moment: Moment) -> None:
-    """What the numbers rest on: camera, frame time, people, and the split's caution."""
+    """What the numbers rest on: camera, frame time, people."""
     axes.set_axis_off()
     info = moment.info
     lines = [
@@ -51,8 +55,6 @@ def draw_facts(axes: Axes, moment: Moment) -> None:
         f"people's heights {info.height_mean:.2f} ± {info.height_std:.2f} m",
         "dashed: horizon; box widths are made up",
     ]
-    if info.caution:
-        lines += textwrap.wrap(f"Caution: {info.caution}", 44)
     axes.text(0.03, 1.0, "\n".join(lines), va="top", fontsize=style.TEXT_SIZE, color=style.INK, linespacing=1.4)
 
 

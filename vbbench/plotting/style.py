@@ -10,6 +10,7 @@ TRUTH_TAIL = "#a8a8a8"
 ESTIMATE = "#d55e00"
 GIVEN = "#0072b2"
 FAINT = "#ededed"
+CAUTION = "#9c2a00"
 
 LABEL_SIZE = 6.5
 TEXT_SIZE = 8.5
