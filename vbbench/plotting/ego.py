@@ -76,31 +76,24 @@ def _draw_box(
 
 
 def _draw_labels(axes: Axes, moment: Moment, people: IntArray) -> None:
-    """One row of ids over all heads, each joined to its box."""
+    """One row of ids over all heads, each joined to its box; set upright where they would not fit in a line."""
     texts = [str(track) for track in moment.sequence.tracks[people]]
-    extents = labels.text_extent(texts, style.LABEL_SIZE)
-    per_point = 72.0 / axes.figure.dpi * axes.transData.get_matrix()[0, 0]
+    widths = labels.text_extent(texts, style.LABEL_SIZE)[:, 0] + 2.0
     width = axes.get_xlim()[1]
-    upright = np.sum(extents[:, 0] + 2.0) < 0.9 * width * per_point
-    gap = (extents[:, 0].max(initial=0.0) + 2.0 if upright else 1.2 * style.LABEL_SIZE) / per_point
+    per_point = 72.0 / axes.figure.dpi * axes.transData.get_matrix()[0, 0]
+    in_line = widths.sum() < 0.9 * width * per_point
+    gap = (widths.max(initial=0.0) if in_line else 1.2 * style.LABEL_SIZE) / per_point
     u, tops = moment.boxes[people, 0], moment.boxes[people, 1] - 0.5 * moment.boxes[people, 2]
     places = labels.spread(u, gap, 0.7 * gap, width - 0.7 * gap)
     row = _label_row(axes, tops, camera_horizon(moment.info.camera))
     for text, place, column, top in zip(texts, places, u, tops, strict=True):
-        axes.annotate(
-            text,
-            (column, top),
-            (place, row),
-            ha="center",
-            va="bottom",
-            fontsize=style.LABEL_SIZE,
-            color=style.INK,
-            rotation=0 if upright else 90,
-            zorder=4,
-            gid=f"id-{text}",
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": "#b0b0b0", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0},
-        )
+        _draw_label(axes, text, (column, top), (place, row), 0 if in_line else 90)
+
+
+def _draw_label(axes: Axes, text: str, head: tuple[float, float], place: tuple[float, float], rotation: float) -> None:
+    leader = {"arrowstyle": "-", "color": "#b0b0b0", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
+    label = axes.annotate(text, head, place, ha="center", va="bottom", arrowprops=leader, annotation_clip=False)
+    label.set(fontsize=style.LABEL_SIZE, color=style.INK, rotation=rotation, zorder=4, gid=f"id-{text}")
 
 
 def _label_row(axes: Axes, tops: FloatArray, horizon: float) -> float:
