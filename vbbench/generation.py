@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench import __version__
@@ -15,9 +16,9 @@ from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan
 from vbbench.parts import Part, prepare_parts, write_in_parts
 from vbbench.registry import load
-from vbbench.rows import ROWS
+from vbbench.rows import ROWS, sequence_row
 from vbbench.scene import Scene
-from vbbench.tables import TableWriter, file_sha256, to_arrow, write_text_atomically
+from vbbench.tables import SCHEMAS, TableWriter, file_sha256, to_arrow, write_text_atomically
 
 
 def generate(
@@ -73,7 +74,7 @@ def _write_tables(plan: Plan, draft: Path, jobs: int) -> DatasetInfo:
         partial(_build_part, plan), len(plan), draft / "parts", tables, jobs=jobs, label=plan.info.split
     )
     _write_scenes(plan.scenes, draft)
-    _merge_row_groups(tables["sequences"])
+    _write_sequences(facts, draft)
     return replace(plan.info, counts=_total(facts), tables=describe_tables(draft), package_version=__version__)
 
 
@@ -81,24 +82,22 @@ def _build_part(plan: Plan, first: int, last: int) -> Part:
     """The row groups of some sequences, and the sums that `vbbench info` is made from."""
     built = [plan.build(index) for index in range(first, last)]
     groups = {
-        name: [to_arrow(name, columns(data, plan.info.split)) for data in built] for name, columns in ROWS.items()
+        name: [to_arrow(name, columns(data)) for data in built] for name, columns in ROWS.items()
     }
     people = np.concatenate([data.sequence.observed.sum(axis=1) for data in built])
     people = people[people > 0]
     facts = {"frames": len(people), "observations": int(people.sum())}
     facts |= {"least": int(people.min(initial=1 << 30)), "most": int(people.max(initial=0))}
-    return Part(groups=groups, facts={**facts, "sequences": last - first})
+    rows = [sequence_row(data, plan.info.split) for data in built]
+    return Part(groups=groups, facts={**facts, "rows": rows})
 
 
 def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
     """Counts over the frames in which anybody is observed; the observer is not counted among the people."""
-    frames, observations, sequences = (
-        sum(part[name] for part in facts) for name in ("frames", "observations", "sequences")
-    )
     return {
-        "sequences": sequences,
-        "frames": frames,
-        "observations": observations,
+        "sequences": sum(len(part["rows"]) for part in facts),
+        "frames": sum(part["frames"] for part in facts),
+        "observations": sum(part["observations"] for part in facts),
         "people_min": min(part["least"] for part in facts),
         "people_max": max(part["most"] for part in facts),
     }
@@ -119,11 +118,11 @@ def _write_scenes(scenes: tuple[Scene, ...], draft: Path) -> None:
             paths.add(to_arrow("truth/scenes", rows))
 
 
-def _merge_row_groups(path: Path) -> None:
-    """One row a sequence does not deserve a row group each."""
-    table = pq.read_table(path)
-    with TableWriter(path, "sequences") as writer:
-        writer.add(table)
+def _write_sequences(facts: list[dict[str, Any]], draft: Path) -> None:
+    """One row a sequence, all in one row group."""
+    rows = [row for part in facts for row in part["rows"]]
+    with TableWriter(draft / "sequences.parquet", "sequences") as writer:
+        writer.add(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
 
 
 def describe_tables(folder: Path) -> dict[str, dict[str, Any]]:

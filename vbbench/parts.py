@@ -1,7 +1,7 @@
 """Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
 
-The work on N sequences is cut into parts of a fixed size. A worker writes its part's tables as Arrow files into a
-folder that gets its final name when it is whole; the parts are then appended, in order, to the final tables.
+The work on N sequences is cut into parts of a fixed size. A worker writes its part's tables, one Arrow stream after the
+other, into a file that gets its final name when it is whole; the parts are then appended, in order, to the tables.
 """
 
 import json
@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import pyarrow as pa
 
 from vbbench.tables import SCHEMAS, TableWriter
 
-PART_SIZE = 16
+PART_SIZE = 32
 """Sequences a part: large enough to outweigh its overhead, small enough that an interruption loses little."""
 
 
@@ -27,6 +28,9 @@ class Part:
     groups: dict[str, list[pa.Table]]
     facts: dict[str, Any]
 
+
+FACTS = b"facts"
+"""Key of the facts in the metadata of a part's streams."""
 
 Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
@@ -48,54 +52,50 @@ def write_in_parts(
 
     Parts found whole in the folder ``parts`` are not made again.
     """
-    facts = []
+    make = partial(_make_part, work, list(tables), parts)
     with ExitStack() as stack:
         writers = {name: stack.enter_context(TableWriter(path, name)) for name, path in tables.items()}
-        for folder in _make_parts(work, count, parts, jobs, label):
-            for name, writer in writers.items():
-                for group in _read_groups(folder / f"{name.replace('/', '-')}.arrow"):
-                    writer.add(group)
-            facts.append(json.loads((folder / "facts.json").read_text("utf-8")))
+        facts = [_append_part(file, writers) for file in _make_parts(make, count, jobs, label)]
     shutil.rmtree(parts)
     return facts
 
 
-def _make_parts(work: Work, count: int, parts: Path, jobs: int, label: str) -> Iterator[Path]:
+def _make_parts(make: Callable[[int, int], Path], count: int, jobs: int, label: str) -> Iterator[Path]:
     from joblib import Parallel, delayed
     from tqdm import tqdm
 
     ranges = [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
     run = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="4*n_jobs")
-    done = run(delayed(_make_part)(work, first, last, parts) for first, last in ranges)
+    done = run(delayed(make)(first, last) for first, last in ranges)
     with tqdm(total=count, desc=label, unit="seq", disable=None) as bar:
-        for (first, last), folder in zip(ranges, done, strict=True):
-            yield folder
+        for (first, last), file in zip(ranges, done, strict=True):
+            yield file
             bar.update(last - first)
 
 
-def _make_part(work: Work, first: int, last: int, parts: Path) -> Path:
+def _make_part(work: Work, names: list[str], parts: Path, first: int, last: int) -> Path:
     """Make one part unless it is there; a half-written one is made again."""
-    folder = parts / f"{first:08d}"
-    if not folder.is_dir():
+    path = parts / f"{first:08d}.arrows"
+    if not path.is_file():
         part = work(first, last)
-        draft = parts / f"{first:08d}.partial"
-        shutil.rmtree(draft, ignore_errors=True)
-        draft.mkdir()
-        for name, groups in part.groups.items():
-            _write_groups(draft / f"{name.replace('/', '-')}.arrow", name, groups)
-        (draft / "facts.json").write_text(json.dumps(part.facts), encoding="utf-8")
-        draft.replace(folder)
-    return folder
+        draft = path.with_suffix(".partial")
+        with pa.OSFile(str(draft), "wb") as file:
+            for name in names:
+                schema = SCHEMAS[name].with_metadata({FACTS: json.dumps(part.facts)})
+                with pa.ipc.new_stream(file, schema) as stream:
+                    for group in part.groups[name]:
+                        stream.write_table(group)
+        draft.replace(path)
+    return path
 
 
-def _write_groups(path: Path, name: str, groups: list[pa.Table]) -> None:
-    with pa.OSFile(str(path), "wb") as file, pa.ipc.new_file(file, SCHEMAS[name]) as writer:
-        for group in groups:
-            writer.write_table(group)
-
-
-def _read_groups(path: Path) -> Iterator[pa.Table]:
+def _append_part(path: Path, writers: dict[str, TableWriter]) -> dict[str, Any]:
+    """Append a part's row groups to the tables, in the order of writing, and return its facts."""
+    facts: dict[str, Any] = {}
     with pa.memory_map(str(path)) as file:
-        reader = pa.ipc.open_file(file)
-        for number in range(reader.num_record_batches):
-            yield pa.Table.from_batches([reader.get_batch(number)])
+        for writer in writers.values():
+            stream = pa.ipc.open_stream(file)
+            facts = json.loads(stream.schema.metadata[FACTS])
+            for batch in stream:
+                writer.add(pa.Table.from_batches([batch]).replace_schema_metadata())
+    return facts

@@ -1,6 +1,7 @@
 """A generated sequence as rows of the dataset's tables."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -9,15 +10,21 @@ from vbbench.generator import SequenceData
 from vbbench.tables import Columns
 
 
-def sequence_row(data: SequenceData, split: str) -> Columns:
-    """One row: what the sequence is."""
+def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
+    """What the sequence is: its row of ``sequences.parquet``."""
     s = data.sequence
-    numbers = {"sequence": s.index, "scene": s.scene, "observer": s.observer, "first_frame": s.first_frame}
-    numbers |= {"frames": s.frames, "people": len(s.tracks)}
-    return {**{name: np.array([value]) for name, value in numbers.items()}, "split": np.array([split])}
+    return {
+        "sequence": s.index,
+        "scene": s.scene,
+        "observer": s.observer,
+        "first_frame": s.first_frame,
+        "frames": s.frames,
+        "people": len(s.tracks),
+        "split": split,
+    }
 
 
-def observation_rows(data: SequenceData, _split: str) -> Columns:
+def observation_rows(data: SequenceData) -> Columns:
     """One row a box, by frame and track."""
     s = data.sequence
     frame, column = np.nonzero(s.observed)
@@ -33,7 +40,7 @@ def observation_rows(data: SequenceData, _split: str) -> Columns:
     }
 
 
-def given_rows(data: SequenceData, _split: str) -> Columns:
+def given_rows(data: SequenceData) -> Columns:
     """One row a given position, by frame; the observer, with its yaw, comes first."""
     s = data.sequence
     own = np.flatnonzero(~np.isnan(s.given.poses[:, 0]))
@@ -50,17 +57,16 @@ def given_rows(data: SequenceData, _split: str) -> Columns:
     }
 
 
-def pose_rows(data: SequenceData, _split: str) -> Columns:
+def pose_rows(data: SequenceData) -> Columns:
     """One row a frame: the true pose."""
     x, y, yaw = data.truth.poses.T
     where = {"sequence": np.full(len(x), data.sequence.index), "frame": np.arange(len(x))}
     return {**where, "x": x, "y": y, "yaw": yaw}
 
 
-ROWS: dict[str, Callable[[SequenceData, str], Columns]] = {
-    "sequences": sequence_row,
+ROWS: dict[str, Callable[[SequenceData], Columns]] = {
     "observations": observation_rows,
     "given": given_rows,
     "truth/poses": pose_rows,
 }
-"""The columns of every table that is written by sequence, from a sequence and the split's name."""
+"""The columns of every table that is written by sequence."""

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset import DatasetInfo
 from vbbench.generator import Look, SequenceData
 from vbbench.geometry import world_to_relative
@@ -54,9 +54,14 @@ class Reprojection:
         seen = self._crowds[span.scene][frames] & span.counted[:, None]
         seen[:, span.column] = False
         columns = np.flatnonzero(seen.any(axis=0))
-        boxes = self._boxes(scene, frames, columns, poses, rng)
-        boxes[~seen[:, columns]] = np.nan
-        return self._sequence(index, span, boxes, columns, poses)
+        boxes = self._boxes(scene, span.first, columns, seen[:, columns], poses, rng)
+        observed = ~np.isnan(boxes[..., 2])
+        kept = observed.any(axis=0)
+        if not kept.all():
+            columns, boxes, observed = columns[kept], boxes[:, kept], observed[:, kept]
+        truth = Truth(poses=poses, positions=scene.positions[frames, columns], heights=scene.heights[columns])
+        sequence = _sequence(index, span, scene, columns, boxes, arrivals_given(truth, observed))
+        return SequenceData(sequence=sequence, truth=truth)
 
     @cached_property
     def _crowds(self) -> list[BoolArray]:
@@ -75,33 +80,37 @@ class Reprojection:
         return np.concatenate([scene.positions[frames, span.column], wrapped[:, None]], axis=1)
 
     def _boxes(
-        self, scene: Scene, frames: slice, columns: np.ndarray, poses: FloatArray, rng: np.random.Generator
+        self,
+        scene: Scene,
+        first: int,
+        columns: IntArray,
+        seen: BoolArray,
+        poses: FloatArray,
+        rng: np.random.Generator,
     ) -> FloatArray:
-        relative = world_to_relative(scene.positions[frames, columns], poses)
-        boxes = self.info.camera.project(relative, np.broadcast_to(scene.heights[columns], relative.shape[:-1]))
+        """Boxes [T, K, 3] in px of whoever is to be seen ([T, K]); NaN elsewhere and outside the picture."""
+        camera, (frame, column) = self.info.camera, np.nonzero(seen)
+        people = scene.positions[first + frame, columns[column]]
+        relative = world_to_relative(people[:, None], poses[frame])[:, 0]
+        found = camera.project(relative, scene.heights[columns[column]])
         if self.info.pixel_std > 0:
-            boxes = add_pixel_noise(boxes, self.info.camera, self.info.pixel_std, rng)
+            found = add_pixel_noise(found, camera, self.info.pixel_std, rng)
+        boxes = np.full((*seen.shape, 3), np.nan)
+        boxes[frame, column] = found
         return boxes
 
-    def _sequence(
-        self, index: int, span: Span, boxes: FloatArray, columns: np.ndarray, poses: FloatArray
-    ) -> SequenceData:
-        scene = self.scenes[span.scene]
-        kept = ~np.isnan(boxes[..., 2]).all(axis=0)
-        boxes, columns = boxes[:, kept], columns[kept]
-        frames = slice(span.first, span.first + len(boxes))
-        truth = Truth(poses=poses, positions=scene.positions[frames, columns], heights=scene.heights[columns])
-        sequence = Sequence(
-            index=index,
-            scene=span.scene,
-            observer=int(scene.people[span.column]),
-            first_frame=span.first,
-            tracks=scene.people[columns],
-            observations=boxes,
-            visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-            given=arrivals_given(truth, ~np.isnan(boxes[..., 2])),
-        )
-        return SequenceData(sequence=sequence, truth=truth)
+
+def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, boxes: FloatArray, given: Given) -> Sequence:
+    return Sequence(
+        index=index,
+        scene=span.scene,
+        observer=int(scene.people[span.column]),
+        first_frame=span.first,
+        tracks=scene.people[columns],
+        observations=boxes,
+        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
+        given=given,
+    )
 
 
 def arrivals_given(truth: Truth, observed: BoolArray) -> Given:

@@ -1,0 +1,60 @@
+"""The objects that the entry points ``vbbench.generators`` name, one a split."""
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+
+from vbbench.generator import Card, Options
+from vbbench_generators.demo import DemoSplit
+from vbbench_generators.planning import plan_reprojection
+from vbbench_generators.recipe import Recipe, get_recipe
+from vbbench_generators.reprojection import Reprojection
+
+
+@dataclass(frozen=True)
+class RecipeSplit:
+    """A split made by the recipe of its name; the file is read when it is first needed."""
+
+    name: str
+
+    @cached_property
+    def recipe(self) -> Recipe:
+        """The recipe."""
+        return get_recipe(self.name)
+
+    @property
+    def card(self) -> Card:
+        """What the recipe says of its source."""
+        return self._card(self.recipe.caution.text if self.recipe.caution else None)
+
+    def plan(self, options: Options) -> Reprojection:
+        """Read the source files and lay out the sequences."""
+        scenes, files = self.recipe.load_scenes(
+            options.source, seed=options.seed, dt=options.dt, homography=options.homography
+        )
+        reading = {"format": self.recipe.format, "dt": self.recipe.dt, "frame_step": self.recipe.frame_step}
+        resampling = self.recipe.resampling and asdict(self.recipe.resampling)
+        definition = {**reading, "resampling": resampling, "files": [list(file) for file in files]}
+        card = self._card(self.recipe.caution_for(options.tier))
+        return plan_reprojection(card, self.recipe.sequences, scenes, options, definition)
+
+    def _card(self, caution: str | None) -> Card:
+        recipe = self.recipe
+        return Card(
+            name=recipe.name,
+            title=recipe.title,
+            licence=recipe.licence,
+            citation=recipe.citation,
+            sources=recipe.sources,
+            caution=caution,
+        )
+
+
+hotel = RecipeSplit("hotel")
+eth = RecipeSplit("eth")
+eth_15fps = RecipeSplit("eth-15fps")
+students = RecipeSplit("students")
+students_resampled = RecipeSplit("students-resampled")
+zara01 = RecipeSplit("zara01")
+zara02 = RecipeSplit("zara02")
+custom = RecipeSplit("custom")
+demo = DemoSplit()

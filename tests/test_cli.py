@@ -1,0 +1,142 @@
+"""The command line as a stranger uses it: exit status, one line for a mistake, results on stdout alone."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vbbench.cli import COMMANDS, main
+
+VBBENCH = [sys.executable, "-m", "vbbench"]
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    status = main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("cli") / "data"
+    assert main(["generate", "demo", "--out", str(folder), "--limit", "20"]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def submission(dataset: Path) -> Path:
+    out = dataset.parent / "vb"
+    assert main(["solve", str(dataset), "--solver", "vb-cv", "--protocol", "sequential", "--out", str(out)]) == 0
+    return out
+
+
+def test_info_json_has_the_keys_of_the_contract(capsys: pytest.CaptureFixture[str], dataset: Path) -> None:
+    status, out, _ = run(capsys, "info", dataset, "--json")
+    keys = {"split", "camera", "tier", "sequences", "mean_frames", "people_min", "people_mean", "people_max"}
+    assert status == 0
+    assert keys | {"observations", "id"} <= set(json.loads(out))
+
+
+def test_score_json_has_the_keys_of_the_contract(
+    capsys: pytest.CaptureFixture[str], dataset: Path, submission: Path
+) -> None:
+    table = dataset.parent / "rows.csv"
+    status, out, _ = run(capsys, "score", submission, "--dataset", dataset, "--json", "--per-sequence", table)
+    assert status == 0
+    result = json.loads(out)
+    top = {"dataset", "protocol", "solver", "sequences", "frames", "coverage", "seconds_per_frame", "metrics"}
+    assert top <= set(result)
+    assert {"dr", "dt", "dx", "dx_rel"} <= set(result["metrics"])
+    keys = {"mean", "std", "ci95", "frame_mean", "frame_std", "median", "p95"}
+    assert all(keys <= set(metric) for metric in result["metrics"].values())
+    assert result["coverage"] == 1.0
+    assert len(table.read_text().splitlines()) == 21
+
+
+def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset: Path, submission: Path) -> None:
+    room = dataset.parent
+    other = room / "cv"
+    assert run(capsys, "solve", dataset, "--solver", "cv", "--protocol", "sequential", "--out", other)[0] == 0
+    status, out, _ = run(capsys, "compare", submission, other, "--dataset", dataset, "--json")
+    assert status == 0
+    assert json.loads(out)
+    assert run(capsys, "verify", dataset)[0] == 0
+    picture = room / "p.png"
+    assert run(capsys, "plot", dataset, "--sequence", 3, "--estimate", submission, "--out", picture)[0] == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert run(capsys, "export", "tum", dataset, "--out", room / "tum")[0] == 0
+    status, *_ = run(
+        capsys, "import", "tum", room / "tum", "--dataset", dataset, "--out", room / "perfect", "--solver", "truth"
+    )
+    assert status == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["generate", "hotle", "--out", "x"], "did you mean 'hotel'"),
+        (["generate", "demo"], "--out"),
+        (["generate", "demo", "--out", "x", "--limit", "many"], "limit"),
+        (["generate", "demo", "--out", "x", "--tier", "tracked"], "tiers ideal, noisy"),
+        (["info", "nowhere"], "no dataset here"),
+        (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
+        (["frobnicate"], "frobnicate"),
+        (["fetch", "hotle"], "did you mean 'hotel'"),
+    ],
+)
+def test_a_mistake_is_one_line_on_stderr_and_status_2(
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_for_every_option(name: str) -> None:
+    text = subprocess.run([*VBBENCH, *name.split(), "--help"], capture_output=True, text=True, check=True).stdout
+    assert "usage: vbbench" in text
+    assert COMMANDS[name].__doc__.splitlines()[0].split(":")[0][:30] in " ".join(text.replace("│", " ").split())
+
+
+def test_a_strangers_solver_is_found_where_the_user_stands(dataset: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "import numpy as np\n"
+        "from vbbench import FrameEstimate\n"
+        "class Still:\n"
+        "    def start(self, problem): self.pose = None\n"
+        "    def step(self, frame):\n"
+        "        pose = frame.given.poses[2] if np.isfinite(frame.given.poses[2, 0]) else self.pose\n"
+        "        self.pose = pose\n"
+        "        return FrameEstimate(pose=pose, positions=np.tile(pose[:2], (len(frame.observations), 1)))\n"
+    )
+    command = ["solve", str(dataset), "--solver", "mine:Still", "--protocol", "rollout", "--out", "answer"]
+    for extra in ([], ["--isolate", "--overwrite"], ["--jobs", "2", "--overwrite"]):
+        done = subprocess.run([*VBBENCH, *command, *extra], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert json.loads((tmp_path / "answer/submission.json").read_text())["solver"] == "mine:Still"
+
+
+def test_importing_vbbench_stays_light() -> None:
+    heavy = ["numba", "matplotlib", "cv2", "pandas", "pyarrow", "scipy"]
+    code = f"import sys, vbbench; sys.exit(any(name in sys.modules for name in {heavy}))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\nfrom vbbench.cli import main\n"
+        "try: main(['--help'])\nexcept SystemExit: pass\n"
+        "sys.exit(any(name in sys.modules for name in ['numpy', 'numba', 'matplotlib', 'pandas', 'pyarrow']))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, capture_output=True).returncode == 0
+    assert subprocess.run([*VBBENCH, "--version"], check=True, capture_output=True).stdout.startswith(b"vbbench ")

@@ -1,0 +1,202 @@
+"""Dataset folders: the same bytes for any number of jobs, whole or not there, refused when damaged."""
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError, VbbenchError
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.geometry import world_to_relative
+from vbbench.parts import Part, prepare_parts, write_in_parts
+from vbbench.tables import to_arrow
+from vbbench.verification import verify
+
+LIMIT = 40
+
+
+def options(**changes: object) -> Options:
+    return Options(**{"camera": PanoramaCamera(), "limit": LIMIT, **changes})  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return generate("demo", tmp_path_factory.mktemp("made") / "demo", options())
+
+
+@pytest.fixture
+def copy(made: Dataset, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made.folder, tmp_path / "copy"))
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.rglob("*.*")
+    }
+
+
+def test_bytes_do_not_depend_on_jobs(made: Dataset, tmp_path: Path) -> None:
+    again = generate("demo", tmp_path / "again", options(), jobs=2)
+    assert digests(again.folder) == digests(made.folder)
+
+
+def test_a_limit_takes_the_first_sequences_unchanged(made: Dataset, tmp_path: Path) -> None:
+    few = generate("demo", tmp_path / "few", options(limit=5, tier="noisy"))
+    more = generate("demo", tmp_path / "more", options(limit=9, tier="noisy"))
+    for a, b in zip(few.sequences(), more.sequences(0, 5), strict=True):
+        np.testing.assert_array_equal(a.observations, b.observations)
+        np.testing.assert_array_equal(few.truth(a).poses, more.truth(b).poses)
+    assert few.info.id != more.info.id
+
+
+def test_seed_zero_is_a_seed(made: Dataset, tmp_path: Path) -> None:
+    one = generate("demo", tmp_path / "one", options(seed=1))
+    assert one.info.id != made.info.id
+    assert not np.array_equal(one.scene(0)[2], made.scene(0)[2])
+
+
+@pytest.mark.parametrize("camera", [PanoramaCamera(), PerspectiveCamera()])
+def test_boxes_are_the_projection_of_the_truth(camera: PanoramaCamera, tmp_path: Path) -> None:
+    dataset = generate("demo", tmp_path / "d", options(camera=camera, limit=6))
+    for sequence in dataset.sequences():
+        truth = dataset.truth(sequence)
+        relative = world_to_relative(truth.positions, truth.poses)
+        heights = np.broadcast_to(truth.heights, relative.shape[:2])
+        seen = sequence.observed
+        np.testing.assert_allclose(camera.project(relative, heights)[seen], sequence.observations[seen], atol=1e-9)
+        np.testing.assert_allclose(camera.unproject(sequence.observations, heights)[seen], relative[seen], atol=1e-9)
+
+
+def test_noise_has_the_stated_size(made: Dataset, tmp_path: Path) -> None:
+    noisy = generate("demo", tmp_path / "noisy", options(tier="noisy"))
+    errors = []
+    for exact, corrupted in zip(made.sequences(), noisy.sequences(), strict=True):
+        difference = corrupted.observations - exact.observations
+        difference[..., 0] = (difference[..., 0] + 720) % 1440 - 720
+        errors.append(difference[exact.observed])
+    u, v, length = np.concatenate(errors).T
+    assert abs(u.std() - 1.0) < 0.02
+    assert abs((v + length / 2).std() - 1.0) < 0.02
+    assert abs((v - length / 2).std() - 1.0) < 0.02
+
+
+def test_wandering_look_turns_the_head_and_nothing_else(made: Dataset, tmp_path: Path) -> None:
+    wander = generate("demo", tmp_path / "wander", options(look="wander"))
+    turns = []
+    for a, b in zip(made.sequences(), wander.sequences(), strict=True):
+        plain, turned = made.truth(a).poses, wander.truth(b).poses
+        np.testing.assert_array_equal(plain[:, :2], turned[:, :2])
+        turns.append(np.angle(np.exp(1j * (turned[:, 2] - plain[:, 2]))))
+    assert 0.3 < np.concatenate(turns).std() < 0.7
+
+
+def test_withheld_truth_lies_beside_and_serves_from_there(tmp_path: Path) -> None:
+    generate("demo", tmp_path / "d", options(limit=4), withhold_truth=True)
+    bare = Dataset(tmp_path / "d")
+    assert not bare.has_truth
+    assert not list((tmp_path / "d").rglob("poses*"))
+    with pytest.raises(VbbenchError, match="--truth"):
+        bare.truth(bare.sequence(0))
+    whole = Dataset(tmp_path / "d", truth=tmp_path / "d.truth")
+    assert np.isfinite(whole.truth(whole.sequence(0)).poses).all()
+    assert "truth is withheld" in verify(tmp_path / "d")
+    assert "truth is withheld" not in verify(tmp_path / "d", tmp_path / "d.truth")
+
+
+def test_what_is_in_the_way_is_left_alone(copy: Path, tmp_path: Path) -> None:
+    with pytest.raises(VbbenchError, match="--overwrite"):
+        generate("demo", copy, options())
+    foreign = tmp_path / "mine"
+    foreign.mkdir()
+    (foreign / "thesis.tex").write_text("years of work")
+    with pytest.raises(VbbenchError, match="is no dataset"):
+        generate("demo", foreign, options(), overwrite=True)
+    assert (foreign / "thesis.tex").read_text() == "years of work"
+    generate("demo", copy, options(limit=3), overwrite=True)
+    assert len(Dataset(copy)) == 3
+
+
+def test_a_whole_dataset_is_verified(made: Dataset) -> None:
+    assert f"{LIMIT} sequences" in verify(made.folder)
+
+
+@pytest.mark.parametrize("table", ["observations", "given", "sequences", "truth/poses", "truth/scenes"])
+def test_one_changed_byte_is_found(copy: Path, table: str) -> None:
+    path = copy / f"{table}.parquet"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 3] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(FileError, match=rf"{path.name}.*SHA-256"):
+        verify(copy)
+
+
+def test_half_a_file_is_refused_at_once(copy: Path) -> None:
+    path = copy / "observations.parquet"
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(FileError, match=r"observations\.parquet.*bytes"):
+        Dataset(copy)
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda text: text[:-20], "is damaged"),
+        (lambda text: text.replace('"seed": 0', '"seed": 7'), "do not belong to its id"),
+        (lambda text: text.replace('"format_version": 1', '"format_version": 99'), "format version 99"),
+    ],
+)
+def test_an_edited_dataset_json_is_refused(copy: Path, damage: object, message: str) -> None:
+    path = copy / "dataset.json"
+    path.write_text(damage(path.read_text()))  # type: ignore[operator]
+    with pytest.raises(FileError, match=message):
+        Dataset(copy)
+
+
+def test_an_empty_folder_says_how_to_make_one(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="vbbench generate SPLIT"):
+        Dataset(tmp_path)
+
+
+class Interrupted(Exception):
+    """Stands for a key press."""
+
+
+def test_interrupted_work_goes_on_where_it_was(tmp_path: Path) -> None:
+    made: list[int] = []
+    stops = [64]
+
+    def work(first: int, last: int) -> Part:
+        if first in stops:
+            stops.clear()
+            raise Interrupted
+        made.append(first)
+        rows = [{"sequence": [i], "frame": [0], "x": [0.5 * i], "y": [0.0], "yaw": [0.0]} for i in range(first, last)]
+        return Part(groups={"poses": [to_arrow("poses", row) for row in rows]}, facts={"first": first})  # type: ignore[arg-type]
+
+    tables = {"poses": tmp_path / "poses.parquet"}
+    prepare_parts(tmp_path / "parts", "key")
+    with pytest.raises(Interrupted):
+        write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
+    assert not tables["poses"].exists()
+    prepare_parts(tmp_path / "parts", "key")
+    facts = write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
+    assert made == [0, 32, 64]
+    assert [fact["first"] for fact in facts] == made
+    prepare_parts(tmp_path / "parts", "another key")
+    write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
+    assert len(made) == 6
+
+
+def test_dataset_json_names_what_a_reader_needs(made: Dataset) -> None:
+    facts = json.loads((made.folder / "dataset.json").read_text())
+    assert {"format_version", "split", "seed", "camera", "tier", "dt", "definition", "package_version"} <= set(facts)
+    assert set(facts["tables"]) == {
+        "sequences", "observations", "given", "truth/scenes", "truth/people", "truth/poses"
+    }  # fmt: skip
+    assert all(len(table["sha256"]) == 64 for table in facts["tables"].values())
