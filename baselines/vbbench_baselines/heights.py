@@ -7,7 +7,7 @@ from vbbench_baselines.compiled import kernel
 from vbbench_baselines.history import History
 from vbbench_baselines.sightings import Sightings
 
-FLOOR = 1e-4
+FLOOR = 1e-5
 """Standard deviation in m below which no single frame measures a height: keeps exact data from dividing by zero."""
 
 
