@@ -88,9 +88,7 @@ def test_fetch_is_silent_off_a_terminal_and_draws_a_bar_on_demand(
     assert "100%" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("page", "reason"), [("truncated", "Incomplete|broken"), ("corrupted", "damaged"), ("absent", "404")]
-)
+@pytest.mark.parametrize(("page", "reason"), [("truncated", "cut short"), ("corrupted", "damaged"), ("absent", "404")])
 def test_bad_download_leaves_nothing(server: ThreadingHTTPServer, no_data: Path, page: str, reason: str) -> None:
     source = source_at(server, page)
     with pytest.raises(VbbenchError, match=reason) as caught:
@@ -105,7 +103,7 @@ def test_bad_download_leaves_nothing(server: ThreadingHTTPServer, no_data: Path,
 
 def test_server_down(no_data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
-    with pytest.raises(VbbenchError, match=r"eth/tracks\.txt could not be fetched"):
+    with pytest.raises(VbbenchError, match=r"eth/tracks\.txt could not be fetched.*no connection"):
         fetch([local()])
 
 

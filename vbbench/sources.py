@@ -18,6 +18,15 @@ DATA_VARIABLE = "VBBENCH_DATA"
 TIMEOUT = 30
 """Seconds without an answer after which a download is given up."""
 
+# By name, because requests is pooch's dependency and not ours; a ValueError is pooch's word for a wrong checksum.
+_REASONS = {
+    "ValueError": "what came is damaged or another file (wrong SHA-256)",
+    "ChunkedEncodingError": "the download was cut short",
+    "ConnectionError": "no connection to the server",
+    "ConnectTimeout": f"the server did not answer in {TIMEOUT} s",
+    "ReadTimeout": f"the server did not answer in {TIMEOUT} s",
+}
+
 
 @dataclass(frozen=True)
 class Source:
@@ -174,9 +183,7 @@ def _download(source: Source, target: Path, show: bool) -> None:
 
 
 def _failed(source: Source, target: Path, error: Exception) -> VbbenchError:
-    # requests' errors are OSErrors; pooch reports a wrong checksum as a ValueError.
-    wrong_bytes = isinstance(error, ValueError) and "hash" in str(error)
-    reason = "what came is damaged or another file (wrong SHA-256)" if wrong_bytes else str(error)
+    reason = _REASONS.get(type(error).__name__, str(error))
     return VbbenchError(
         f"{source.path} could not be fetched from {source.url}: {reason}; nothing was changed. Try again, or download "
         f"that address elsewhere and save it as {target} (${DATA_VARIABLE} names the data folder)"
