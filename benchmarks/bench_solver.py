@@ -20,18 +20,20 @@ class PlainBirdifier:
     """One-step vb-cv as one would write it down: whitened residuals and a general least-squares solver."""
 
     def start(self, problem: Problem) -> None:
+        """See `vbbench.solver.FrameSolver.start`."""
         self.problem = problem
         self.mean = np.full(len(problem.tracks), problem.height_mean)
         self.variance = np.full(len(problem.tracks), problem.height_std**2)
         self.previous: FloatArray | None = None
 
     def step(self, frame: Frame) -> FrameEstimate:
+        """See `vbbench.solver.FrameSolver.step`."""
         poses, positions, camera = frame.given.poses, frame.given.positions, self.problem.camera
         sigma, motion = self.problem.pixel_std, 0.6 * DT**2
         if self.previous is not None:
-            self.learn(world_to_relative(positions[1], poses[1]), *self.rays(self.previous))
+            self._learn(world_to_relative(positions[1], poses[1]), self.previous)
         self.previous = frame.observations
-        rays, sideways = self.rays(frame.observations)
+        rays, sideways = self._rays(frame.observations)
         along = self.variance + (self.mean * np.sqrt(2.0) * sigma / frame.observations[:, 2]) ** 2
         noise = along[:, None, None] * rays[:, :, None] * rays[:, None]
         noise += (self.mean**2)[:, None, None] * sideways[:, :, None] * sideways[:, None]
@@ -50,18 +52,18 @@ class PlainBirdifier:
         moved = prior + motion**2 * (weight @ (relative - prior)[..., None])[..., 0]
         return FrameEstimate(pose=pose, positions=relative_to_world(moved, pose))
 
-    def rays(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _rays(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         unit = np.ones(len(boxes))
         rays = self.problem.camera.unproject(boxes, unit)
-        shifted = self.problem.camera.unproject(boxes + (1.0, 0.0, 0.0), unit)
+        shifted = self.problem.camera.unproject(boxes + np.array((1.0, 0.0, 0.0)), unit)
         return rays, self.problem.pixel_std * (shifted - rays)
 
-    def learn(self, relative: FloatArray, rays: FloatArray, sideways: FloatArray) -> None:
-        assert self.previous is not None
+    def _learn(self, relative: FloatArray, boxes: FloatArray) -> None:
+        rays, sideways = self._rays(boxes)
         squared = np.sum(rays**2, axis=1)
         height = np.sum(relative * rays, axis=1) / squared
         slip = np.sum(rays * sideways, axis=1) / squared
-        noise = height**2 * (2.0 * (self.problem.pixel_std / self.previous[:, 2]) ** 2 + slip**2) + 1e-10
+        noise = height**2 * (2.0 * (self.problem.pixel_std / boxes[:, 2]) ** 2 + slip**2) + 1e-10
         gain = self.variance / (self.variance + noise)
         self.mean = np.clip(self.mean + gain * (height - self.mean), 1.4, 2.0)
         self.variance = self.variance * (1.0 - gain)
@@ -72,7 +74,7 @@ def crowd() -> tuple[Problem, list[Frame]]:
     rng, camera = np.random.default_rng(0), PanoramaCamera()
     velocity = rng.normal(0.0, 0.05, (FRAMES, PEOPLE, 2)).cumsum(axis=0) + rng.normal(0.0, 0.7, (PEOPLE, 2))
     positions = rng.uniform(-8, 8, (PEOPLE, 2)) + velocity.cumsum(axis=0) * DT
-    poses = np.cumsum(rng.normal(0.0, (0.02, 0.02, 0.05), (FRAMES, 3)) + (0.4, 0.0, 0.0), axis=0)
+    poses = np.cumsum(rng.normal((0.4, 0.0, 0.0), (0.02, 0.02, 0.05), (FRAMES, 3)), axis=0)
     heights = np.broadcast_to(rng.normal(1.7, 0.07, PEOPLE), (FRAMES, PEOPLE))
     boxes = camera.project(world_to_relative(positions, poses), heights)
     boxes = np.maximum(boxes + rng.normal(0.0, 1.0, boxes.shape) * (1.0, 0.7, 1.4), (-np.inf, -np.inf, 1.0))
