@@ -123,7 +123,7 @@ def test_the_choice_of_world_does_not_matter(
 ) -> None:
     def moved(points: FloatArray) -> FloatArray:
         rotation = np.array(((np.cos(turn), -np.sin(turn)), (np.sin(turn), np.cos(turn))))
-        return points @ rotation.T + np.array(shift)
+        return np.asarray(points @ rotation.T + np.array(shift))
 
     def moved_poses(poses: FloatArray) -> FloatArray:
         return np.column_stack((moved(poses[:, :2]), poses[:, 2] + turn))
@@ -141,7 +141,7 @@ def pose_energy(pose: FloatArray, *terms: Any) -> float:
     residuals = relative - world_to_relative(expected, pose)
     for r, (rr, rf, ff), s in zip(residuals, covariance, std, strict=True):
         total += float(r @ np.linalg.inv(np.array(((rr + s * s, rf), (rf, ff + s * s)))) @ r)
-    return total
+    return float(total)
 
 
 def random_terms(seed: int, people: int = 5, depth_std: float = 1.0) -> tuple[Any, ...]:
@@ -194,7 +194,7 @@ def test_the_least_angle_is_the_least_of_the_circle(seed: int) -> None:
 
     def energy(angle: FloatArray) -> FloatArray:
         m = np.stack((np.cos(angle), np.sin(angle)))
-        return np.sum(m * (a @ m), axis=0) - 2.0 * (g @ m)
+        return np.asarray(np.sum(m * (a @ m), axis=0) - 2.0 * (g @ m))
 
     least = energy(np.array([least_angle(a, g)]))[0]
     assert least <= np.min(energy(np.linspace(-np.pi, np.pi, 100_001))) + 1e-9 * abs(least)

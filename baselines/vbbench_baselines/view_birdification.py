@@ -23,7 +23,7 @@ class ConstantVelocityBirdifier:
     ----------
     ego_prior : whether the observer is expected to walk on at constant velocity, too; off for robots.
     acceleration_std : of people and observer, in m/s²; the standard deviation about 2x' − x'' is this times dt².
-    speed_std : in m/s; standard deviation, times dt, of people of whom only one past position is known.
+    speed_std : of each component in m/s; times dt, the standard deviation of people of whom only one past position is known.
     estimate_std : in m, of the solver's own past positions, where it has to stand on them.
     height_limits : range of plausible heights in m.
     pose_std : in m; what the solver's own poses add to the error of heights that are learned from them.
@@ -31,10 +31,10 @@ class ConstantVelocityBirdifier:
 
     ego_prior: bool = True
     acceleration_std: float = 0.6
-    speed_std: float = 1.3
+    speed_std: float = 0.9
     estimate_std: float = 0.05
     height_limits: tuple[float, float] = (1.4, 2.0)
-    pose_std: float = 0.05
+    pose_std: float = 0.02
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
