@@ -23,7 +23,7 @@ class ConstantVelocityBirdifier:
     ----------
     ego_prior : whether the observer is expected to walk on at constant velocity, too; off for robots.
     acceleration_std : of people and observer, in m/s²; the standard deviation about 2x' − x'' is this times dt².
-    speed_std : of each component in m/s; times dt, the standard deviation of people of whom only one past position is known.
+    speed_std : in m/s, of each component; times dt, the deviation of people of whom one past position is known.
     estimate_std : in m, of the solver's own past positions, where it has to stand on them.
     height_limits : range of plausible heights in m.
     pose_std : in m; what the solver's own poses add to the error of heights that are learned from them.
