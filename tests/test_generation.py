@@ -163,7 +163,7 @@ def test_an_empty_folder_says_how_to_make_one(tmp_path: Path) -> None:
         Dataset(tmp_path)
 
 
-class Interrupted(Exception):
+class InterruptedWorkError(Exception):
     """Stands for a key press."""
 
 
@@ -174,14 +174,14 @@ def test_interrupted_work_goes_on_where_it_was(tmp_path: Path) -> None:
     def work(first: int, last: int) -> Part:
         if first in stops:
             stops.clear()
-            raise Interrupted
+            raise InterruptedWorkError
         made.append(first)
         rows = [{"sequence": [i], "frame": [0], "x": [0.5 * i], "y": [0.0], "yaw": [0.0]} for i in range(first, last)]
         return Part(groups={"poses": [to_arrow("poses", row) for row in rows]}, facts={"first": first})  # type: ignore[arg-type]
 
     tables = {"poses": tmp_path / "poses.parquet"}
     prepare_parts(tmp_path / "parts", "key")
-    with pytest.raises(Interrupted):
+    with pytest.raises(InterruptedWorkError):
         write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
     assert not tables["poses"].exists()
     prepare_parts(tmp_path / "parts", "key")

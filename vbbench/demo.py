@@ -10,7 +10,8 @@ from vbbench.info import describe
 from vbbench.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
-from vbbench.scoring import Score, score
+from vbbench.score import Score
+from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench.sources import is_here
 from vbbench.tables import write_text_atomically
@@ -47,12 +48,9 @@ def score_table(scores: list[Score]) -> str:
         f"|---|---|{'---:|' * (len(COLUMNS) + 2)}",
     ]
     for s in scores:
-        values = s.values()
-        cells = [f"{values['metrics'][key]['mean']:.3f}" for key, _ in COLUMNS]
-        cost = 1e6 * values["seconds_per_frame"]
-        lines.append(
-            f"| {values['protocol']} | {values['solver']} | {' | '.join(cells)} | {values['coverage']:.0%} | {cost:.0f} |"
-        )
+        figures = " | ".join(f"{s.summaries[name].mean:.3f}" for name, _ in COLUMNS)
+        cost = 1e6 * (s.info.seconds_per_frame or 0.0)
+        lines.append(f"| {s.protocol.name} | {s.info.solver} | {figures} | {s.coverage:.0%} | {cost:.0f} |")
     return "\n".join(lines)
 
 
@@ -76,5 +74,7 @@ def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:
 
 
 def _page(dataset: Dataset, table: str, pictures: list[Path]) -> str:
-    shown = "\n\n".join(f"## {picture.stem}, {DRAWN_SOLVER}\n\n![{picture.stem}]({picture.name})" for picture in pictures)
+    shown = "\n\n".join(
+        f"## {picture.stem}, {DRAWN_SOLVER}\n\n![{picture.stem}]({picture.name})" for picture in pictures
+    )
     return f"# vbbench demo\n\n```\n{describe(dataset.info)}\n```\n\n{table}\n\n{shown}\n"

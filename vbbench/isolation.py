@@ -1,7 +1,6 @@
 """Runs a solver in a process of its own that is fed over a pipe: truth is nowhere in its memory."""
 
 import multiprocessing
-from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -53,8 +52,9 @@ class IsolatedSolver:
         failed, kind = self._pipe.recv()
         if failed:
             raise VbbenchError(kind)
-        remote: Callable[..., Any] = _RemoteFrameSolver if kind == "frame" else _RemoteSequenceSolver
-        return remote(self._name, self._pipe)
+        if kind == "frame":
+            return _RemoteFrameSolver(self._name, self._pipe)
+        return _RemoteSequenceSolver(self._name, self._pipe)
 
     def __exit__(self, *_error: object) -> None:
         self._pipe.close()

@@ -144,10 +144,10 @@ def _check_explicit(sources: Sequence[Source], explicit: Path | None) -> None:
 
 def _missing(missing: Sequence[Source], explicit: Path | None, split: str) -> SourceMissingError:
     places = [*([explicit] if explicit is not None else []), *_folders()]
-    by_hand = "".join(f"\n  {source.url}\n    as {data_folder() / source.path}" for source in missing)
+    by_hand = ", ".join(f"{source.url} as {data_folder() / source.path}" for source in missing)
     return SourceMissingError(
-        f"source files of {split} are missing (searched {', '.join(map(str, places))}): run `vbbench fetch {split}`; "
-        f"without a network, download elsewhere and save, or set ${DATA_VARIABLE} to the folder that holds{by_hand}"
+        f"source files of {split} are missing (searched {', '.join(map(str, places))}): run 'vbbench fetch {split}', "
+        f"set ${DATA_VARIABLE} to the folder that holds them, or download elsewhere and save {by_hand}"
     )
 
 

@@ -57,6 +57,7 @@ class TableWriter:
             schema,
             compression="zstd",
             use_dictionary=False,
+            write_statistics=[schema.names[0]],
             column_encoding={field.name: _encoding(field.type) for field in schema},
         )
 
@@ -109,7 +110,7 @@ def file_sha256(path: Path) -> str:
 class SequenceTable:
     """A table on disk, read a range of sequences at a time.
 
-    Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted once in memory.
+    Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted in memory.
 
     Raises
     ------

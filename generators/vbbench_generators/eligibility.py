@@ -48,7 +48,8 @@ def observed_crowd(scene: Scene, rules: Rules) -> BoolArray:
     last = scene.frames - 1 - present[::-1].argmax(axis=0)
     column = np.arange(len(scene.people))
     way = scene.positions[last, column] - scene.positions[first, column]
-    return present & (np.hypot(way[:, 0], way[:, 1]) >= rules.standing_displacement)
+    walks: BoolArray = np.hypot(way[:, 0], way[:, 1]) >= rules.standing_displacement
+    return present & walks
 
 
 def find_spans(scene: Scene, number: int, rules: Rules) -> list[Span]:
