@@ -29,7 +29,7 @@ class ScoredRows:
     ----------
     grid : numbers of frames and tracks.
     pose_sequence, pose_frame : [P] the scored poses.
-    sequence, frame, track : [Q] the scored positions.
+    sequence, frame, track, cell : [Q] the scored positions, and their cells in the grid.
     given : columns of the rows of ``given.parquet`` that the protocol hands over.
     """
 
@@ -39,21 +39,19 @@ class ScoredRows:
     sequence: IntArray
     frame: IntArray
     track: IntArray
+    cell: IntArray
     given: dict[str, NDArray[Any]]
 
     def where(self, keep: BoolArray) -> "ScoredRows":
         """The same with only those positions that are marked in ``keep`` [Q]."""
-        return replace(self, sequence=self.sequence[keep], frame=self.frame[keep], track=self.track[keep])
+        return replace(
+            self, sequence=self.sequence[keep], frame=self.frame[keep], track=self.track[keep], cell=self.cell[keep]
+        )
 
     @cached_property
     def pose_slot(self) -> IntArray:
         """[P] slot of each scored pose, ascending."""
         return self.grid.slot(self.pose_sequence, self.pose_frame)
-
-    @cached_property
-    def cell(self) -> IntArray:
-        """[Q] cell of each scored position."""
-        return self.grid.cell(self.sequence, self.frame, self.track)
 
     @cached_property
     def pose_of_position(self) -> IntArray:
@@ -76,9 +74,10 @@ def _scored(grid: RowGrid, seen: dict[str, NDArray[Any]], given: dict[str, NDArr
     sequence, frame, track = (seen[name] for name in ("sequence", "frame", "track"))
     is_given = np.zeros(grid.cells, dtype=bool)
     people = _select(given, given["track"] != OBSERVER)
-    cell = grid.cell(people["sequence"], people["frame"], people["track"])
-    is_given[cell[cell >= 0]] = True
-    keep = (frame >= START_FRAMES) & ~is_given[grid.cell(sequence, frame, track)]
+    given_cell = grid.cell(people["sequence"], people["frame"], people["track"])
+    is_given[given_cell[given_cell >= 0]] = True
+    cell = grid.cell(sequence, frame, track)
+    keep = (frame >= START_FRAMES) & ~is_given[cell]
     pose_sequence, pose_frame = _poses(grid, sequence, frame)
     return ScoredRows(
         grid=grid,
@@ -87,6 +86,7 @@ def _scored(grid: RowGrid, seen: dict[str, NDArray[Any]], given: dict[str, NDArr
         sequence=sequence[keep],
         frame=frame[keep],
         track=track[keep],
+        cell=cell[keep],
         given=given,
     )
 

@@ -1,0 +1,57 @@
+"""Submissions for tests: the truth of a dataset as pandas tables, with noise, and the folders that hold them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vbbench.submission import SubmissionInfo, write_submission
+
+
+def read(dataset: Path, name: str) -> pd.DataFrame:
+    """A table of the dataset."""
+    return pd.read_parquet(dataset / f"{name}.parquet")
+
+
+def true_answers(dataset: Path, noise: float = 0.0, seed: int = 0) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """True poses of all frames, true positions of everybody observed; with noise in m and rad."""
+    random = np.random.default_rng(seed)
+    rows, poses = read(dataset, "sequences"), read(dataset, "truth/poses")
+    seen = read(dataset, "observations")[["sequence", "frame", "track"]]
+    if (dataset / "truth/tracks.parquet").is_file():
+        seen = seen.merge(read(dataset, "truth/tracks"), on=["sequence", "frame", "track"])
+    else:
+        seen = seen.assign(person=seen.track)
+    seen = seen.merge(rows[["sequence", "scene", "first_frame"]], on="sequence")
+    scenes = read(dataset, "truth/scenes").rename(columns={"frame": "scene_frame"})
+    seen = seen.assign(scene_frame=seen.frame + seen.first_frame)
+    seen = seen.merge(scenes, on=["scene", "scene_frame", "person"], how="inner")
+    positions = seen[["sequence", "frame", "track", "x", "y"]].sort_values(["sequence", "frame", "track"])
+    return _shaken(poses, ["x", "y", "yaw"], noise, random), _shaken(positions, ["x", "y"], noise, random)
+
+
+def submit(folder: Path, dataset: Path, tables: tuple[pd.DataFrame, pd.DataFrame], **facts: Any) -> Path:
+    """Write a submission as the library does."""
+    identity = json.loads((dataset / "dataset.json").read_text())["id"]
+    info = SubmissionInfo(**{"solver": "test", "dataset": identity, "protocol": "sequential", **facts})
+    poses, positions = ({name: table[name].to_numpy() for name in table} for table in tables)
+    write_submission(folder, info, poses, positions)
+    return folder
+
+
+def submit_csv(folder: Path, dataset: Path, tables: tuple[pd.DataFrame, pd.DataFrame], **facts: Any) -> Path:
+    """Write a submission as a stranger does, by hand."""
+    identity = json.loads((dataset / "dataset.json").read_text())["id"]
+    folder.mkdir()
+    (folder / "submission.json").write_text(
+        json.dumps({"solver": "by hand", "dataset": identity, "protocol": "sequential", **facts})
+    )
+    for name, table in zip(("poses", "positions"), tables, strict=True):
+        table.to_csv(folder / f"{name}.csv", index=False)
+    return folder
+
+
+def _shaken(table: pd.DataFrame, names: list[str], noise: float, random: np.random.Generator) -> pd.DataFrame:
+    return table.assign(**{name: table[name] + random.normal(0, 1, len(table)) * noise for name in names})
