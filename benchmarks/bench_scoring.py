@@ -1,7 +1,7 @@
 """Speed of scoring a split of the size of Students, against pandas with a Python loop over rows.
 
-Run from the repository: ``python -m benchmarks.bench_scoring [--quick]``. The loop scores the first sequences only, which
-is extrapolated by rows; its bootstrap (one resample after the other) is run in full for one metric, times six.
+Run from the repository: ``python -m benchmarks.bench_scoring [--quick]``. The loop scores the first sequences only,
+which is extrapolated by rows; its bootstrap (one resample after the other) is run in full for one metric, times six.
 """
 
 import argparse
