@@ -8,7 +8,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import PanoramaCamera
-from vbbench.dataset import DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 from vbbench.geometry import world_to_relative
 from vbbench.tables import TableWriter, to_arrow, write_text_atomically
 

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.dataset import Dataset, DatasetInfo
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.geometry import relative_to_world
 from vbbench.plotting import plot_sequence, plot_to_file, save_png

@@ -1,9 +1,6 @@
-"""A dataset folder: its published facts (``dataset.json``), sequences, and truth where it is at hand."""
+"""A dataset folder: its sequences, and their truth where it is at hand."""
 
-import hashlib
-import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,85 +11,14 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench.camera import Camera, camera_from_dict, camera_to_dict
+from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
 from vbbench.tables import SequenceTable
 
-FORMAT_VERSION = 1
-INFO_FILE = "dataset.json"
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DatasetInfo:
-    """Everything published about a dataset.
-
-    ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
-    and of the parameters, so the same command gives the same id on every machine.
-    """
-
-    split: str
-    title: str
-    camera: Camera
-    tier: str
-    seed: int
-    dt: float
-    height_mean: float
-    height_std: float
-    pixel_std: float
-    scenes: tuple[str, ...]
-    definition: dict[str, Any]
-    caution: str | None = None
-    counts: dict[str, float] = field(default_factory=dict)
-    tables: dict[str, dict[str, Any]] = field(default_factory=dict)
-    package_version: str = ""
-    format_version: int = FORMAT_VERSION
-
-    @property
-    def id(self) -> str:
-        """Hash that a submission names: 16 hex digits of SHA-256 over the definition and all parameters."""
-        facts = {name: value for name, value in self._json().items() if name not in _NOT_IN_ID}
-        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
-
-    def to_json(self) -> str:
-        """The text of ``dataset.json``."""
-        return json.dumps({"id": self.id, **self._json()}, indent=2, ensure_ascii=False) + "\n"
-
-    def _json(self) -> dict[str, Any]:
-        return {**asdict(replace(self)), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
-
-    @staticmethod
-    def read(folder: Path) -> "DatasetInfo":
-        """Read ``dataset.json`` of a dataset folder.
-
-        Raises
-        ------
-        FileError
-            If it is missing, damaged, of another format version, or edited by hand.
-        """
-        path = folder / INFO_FILE
-        if not path.is_file():
-            raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")
-        try:
-            values = json.loads(path.read_text(encoding="utf-8"))
-            written_id, version = values.pop("id"), values["format_version"]
-            if version != FORMAT_VERSION:
-                raise FileError(
-                    path, f"format version {version}, this vbbench reads {FORMAT_VERSION}; generate it again"
-                )
-            camera = camera_from_dict(values["camera"])
-            info = DatasetInfo(**{**values, "camera": camera, "scenes": tuple(values["scenes"])})
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise FileError(path, f"is damaged ({error!r}); generate the dataset again") from error
-        if info.id != written_id:
-            raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
-        return info
-
-
-_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution")
 
 
 class Dataset:

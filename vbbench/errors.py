@@ -41,7 +41,8 @@ class SubmissionError(VbbenchError):
     def __init__(self, path: Path | str, faults: Iterable[str]) -> None:
         self.faults = tuple(faults)
         listing = "".join(f"\n  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
-        super().__init__(f"{path}: {len(self.faults)} faults; mend them and score again{listing}")
+        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
+        super().__init__(f"{path}: {count}; mend and score again{listing}")
 
 
 class SourceMissingError(VbbenchError):

@@ -11,14 +11,15 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench import __version__
-from vbbench.dataset import INFO_FILE, Dataset, DatasetInfo
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan
 from vbbench.parts import Part, prepare_parts, write_in_parts
 from vbbench.registry import load
 from vbbench.rows import ROWS, sequence_row
 from vbbench.scene import Scene
-from vbbench.tables import SCHEMAS, TableWriter, file_sha256, to_arrow, write_text_atomically
+from vbbench.tables import SCHEMAS, TableWriter, check_free, file_sha256, to_arrow, write_text_atomically
 
 
 def generate(
@@ -41,7 +42,7 @@ def generate(
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
     out = Path(out)
-    _check_free(out, overwrite)
+    check_free(out, INFO_FILE, "dataset", overwrite)
     generator: Generator = load("generator", split)
     plan = generator.plan(options)
     if not len(plan):
@@ -59,15 +60,6 @@ def truth_folder_beside(out: Path) -> Path:
     return out.with_name(out.name + ".truth")
 
 
-def _check_free(out: Path, overwrite: bool) -> None:
-    if not out.exists():
-        return
-    if not (out / INFO_FILE).is_file():
-        raise VbbenchError(f"{out} exists and is no dataset; choose another folder or remove it")
-    if not overwrite:
-        raise VbbenchError(f"{out} exists; add --overwrite to replace it")
-
-
 def _write_tables(plan: Plan, draft: Path, jobs: int) -> DatasetInfo:
     tables = {name: draft / f"{name}.parquet" for name in ROWS}
     facts = write_in_parts(
@@ -81,9 +73,7 @@ def _write_tables(plan: Plan, draft: Path, jobs: int) -> DatasetInfo:
 def _build_part(plan: Plan, first: int, last: int) -> Part:
     """The row groups of some sequences, and the sums that `vbbench info` is made from."""
     built = [plan.build(index) for index in range(first, last)]
-    groups = {
-        name: [to_arrow(name, columns(data)) for data in built] for name, columns in ROWS.items()
-    }
+    groups = {name: [to_arrow(name, columns(data)) for data in built] for name, columns in ROWS.items()}
     people = np.concatenate([data.sequence.observed.sum(axis=1) for data in built])
     people = people[people > 0]
     facts = {"frames": len(people), "observations": int(people.sum())}

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 from vbbench.camera import Camera
-from vbbench.dataset import DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence, Truth
 from vbbench.sources import Source

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from vbbench.dataset import DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 
 
 def summary(info: DatasetInfo) -> dict[str, Any]:

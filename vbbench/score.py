@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench.dataset import DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 from vbbench.protocol import Protocol
 from vbbench.statistics import Summary
 from vbbench.submission import SubmissionInfo

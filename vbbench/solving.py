@@ -22,7 +22,7 @@ from vbbench.runner import run_sequence
 from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.tables import to_arrow, write_text_atomically
+from vbbench.tables import check_free, to_arrow, write_text_atomically
 
 TABLES = ("poses", "positions")
 
@@ -51,7 +51,7 @@ def solve(
         If a name is unknown, truth is needed but withheld, or ``out`` is in the way.
     """
     out, rules = Path(out), get_protocol(protocol)
-    _check_free(out, overwrite)
+    check_free(out, SUBMISSION_FILE, "submission", overwrite)
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
@@ -96,15 +96,6 @@ def hardware() -> str:
 def _cpu_lines() -> list[str]:
     path = Path("/proc/cpuinfo")
     return path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
-
-
-def _check_free(out: Path, overwrite: bool) -> None:
-    if not out.exists():
-        return
-    if not (out / SUBMISSION_FILE).is_file():
-        raise VbbenchError(f"{out} exists and is no submission; choose another folder or remove it")
-    if not overwrite:
-        raise VbbenchError(f"{out} exists; add --overwrite to replace it")
 
 
 def _solve_part(dataset: Dataset, name: str, protocol: Protocol, isolate: bool, first: int, last: int) -> Part:

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchError
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -99,6 +99,16 @@ def write_text_atomically(path: Path, text: str) -> None:
     temporary = path.with_name(path.name + ".partial")
     temporary.write_text(text, encoding="utf-8")
     replace_durably(temporary, path)
+
+
+def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
+    """Raise VbbenchError if ``folder`` is in the way: only a folder that holds ``marker`` is ever replaced."""
+    if not folder.exists():
+        return
+    if not (folder / marker).is_file():
+        raise VbbenchError(f"{folder} exists and is no {what}; choose another folder or remove it")
+    if not overwrite:
+        raise VbbenchError(f"{folder} exists; add --overwrite to replace it")
 
 
 def file_sha256(path: Path) -> str:

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from vbbench.dataset import DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Card, Options
 from vbbench.scene import Scene

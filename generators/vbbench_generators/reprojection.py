@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.dataset import DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 from vbbench.generator import Look, SequenceData
 from vbbench.geometry import world_to_relative
 from vbbench.protocol import START_FRAMES

@@ -90,7 +90,7 @@ def info(folder: Positional[Path], /, json: bool = False) -> None:
         folder: The dataset.
         json: Machine-readable.
     """
-    from vbbench.dataset import DatasetInfo
+    from vbbench.dataset_info import DatasetInfo
     from vbbench.info import describe, summary_json
 
     facts = DatasetInfo.read(folder)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench.dataset import Dataset, DatasetInfo
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.metrics import position_error, relative_position_error, rotation_error, translation_error
 from vbbench.protocol import START_FRAMES, Protocol, get_protocol

@@ -1,0 +1,82 @@
+"""The published facts about a dataset: ``dataset.json``."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vbbench.camera import Camera, camera_from_dict, camera_to_dict
+from vbbench.errors import FileError
+
+FORMAT_VERSION = 1
+INFO_FILE = "dataset.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetInfo:
+    """Everything published about a dataset.
+
+    ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
+    and of the parameters, so the same command gives the same id on every machine.
+    """
+
+    split: str
+    title: str
+    camera: Camera
+    tier: str
+    seed: int
+    dt: float
+    height_mean: float
+    height_std: float
+    pixel_std: float
+    scenes: tuple[str, ...]
+    definition: dict[str, Any]
+    caution: str | None = None
+    counts: dict[str, float] = field(default_factory=dict)
+    tables: dict[str, dict[str, Any]] = field(default_factory=dict)
+    package_version: str = ""
+    format_version: int = FORMAT_VERSION
+
+    @property
+    def id(self) -> str:
+        """Hash that a submission names: 16 hex digits of SHA-256 over the definition and all parameters."""
+        facts = {name: value for name, value in self._json().items() if name not in _NOT_IN_ID}
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
+
+    def to_json(self) -> str:
+        """The text of ``dataset.json``."""
+        return json.dumps({"id": self.id, **self._json()}, indent=2, ensure_ascii=False) + "\n"
+
+    def _json(self) -> dict[str, Any]:
+        return {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
+
+    @staticmethod
+    def read(folder: Path) -> "DatasetInfo":
+        """Read ``dataset.json`` of a dataset folder.
+
+        Raises
+        ------
+        FileError
+            If it is missing, damaged, of another format version, or edited by hand.
+        """
+        path = folder / INFO_FILE
+        if not path.is_file():
+            raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")
+        try:
+            values = json.loads(path.read_text(encoding="utf-8"))
+            written_id, version = values.pop("id"), values["format_version"]
+            if version != FORMAT_VERSION:
+                raise FileError(
+                    path, f"format version {version}, this vbbench reads {FORMAT_VERSION}; generate it again"
+                )
+            camera = camera_from_dict(values["camera"])
+            info = DatasetInfo(**{**values, "camera": camera, "scenes": tuple(values["scenes"])})
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise FileError(path, f"is damaged ({error!r}); generate the dataset again") from error
+        if info.id != written_id:
+            raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
+        return info
+
+
+_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution")
