@@ -1,7 +1,7 @@
 """Generating Students against a straightforward loop over frames and people with NumPy and pandas.
 
 Both read the same scenes and write observations of the same sequences; without the recordings a made crowd of the same
-size takes their place. Run with ``make bench`` or ``python benchmarks/bench_generation.py``.
+size takes their place. Run with ``make bench`` or ``python -m benchmarks.bench_generation``.
 """
 
 import math

@@ -125,7 +125,8 @@ class PanoramaCamera:
         """See `Camera.project`; u is in [0, W)."""
         scale = self.focal / self.depth(relative)
         azimuth = np.arctan2(relative[..., 0], relative[..., 1])
-        u = self.wrap_column((azimuth + np.pi) * (self.width / (2.0 * np.pi)) + 0.0 * scale)
+        u = (azimuth + np.pi) * (self.width / (2.0 * np.pi))
+        u = np.where(u < self.width, u, 0.0) + 0.0 * scale  # column W is column 0; NaN where the scale is
         v = self.cy + scale * (self.mount_height - 0.5 * heights)
         return np.stack([u, v, scale * heights], axis=-1)
 

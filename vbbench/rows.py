@@ -27,16 +27,17 @@ def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
 def observation_rows(data: SequenceData) -> Columns:
     """One row a box, by frame and track."""
     s = data.sequence
-    frame, column = np.nonzero(s.observed)
-    u, v, length = s.observations[frame, column].T
+    observed = s.observed
+    frame, column = np.nonzero(observed)
+    u, v, length = s.observations[observed].T
     return {
-        "sequence": np.full(len(frame), s.index),
-        "frame": frame,
-        "track": s.tracks[column],
+        "sequence": np.full(len(frame), s.index, np.int32),
+        "frame": frame.astype(np.int32),
+        "track": s.tracks.astype(np.int32)[column],
         "u": u,
         "v": v,
         "l": length,
-        "visible": s.visible[frame, column].astype(np.float32),
+        "visible": s.visible[observed].astype(np.float32),
     }
 
 

@@ -1,6 +1,6 @@
 """Turns scenes into what each of their people sees: positions reprojected into a camera carried along."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -54,14 +54,11 @@ class Reprojection:
         seen = self._crowds[span.scene][frames] & span.counted[:, None]
         seen[:, span.column] = False
         columns = np.flatnonzero(seen.any(axis=0))
-        boxes = self._boxes(scene, span.first, columns, seen[:, columns], poses, rng)
-        observed = ~np.isnan(boxes[..., 2])
-        kept = observed.any(axis=0)
-        if not kept.all():
-            columns, boxes, observed = columns[kept], boxes[:, kept], observed[:, kept]
-        truth = Truth(poses=poses, positions=scene.positions[frames, columns], heights=scene.heights[columns])
-        sequence = _sequence(index, span, scene, columns, boxes, arrivals_given(truth, observed))
-        return SequenceData(sequence=sequence, truth=truth)
+        truth = Truth(
+            poses=poses, positions=scene.positions[frames].take(columns, axis=1), heights=scene.heights[columns]
+        )
+        boxes = self._boxes(truth, seen[:, columns], rng)
+        return _without_unseen(_sequence(index, span, scene, columns, boxes, truth), truth)
 
     @cached_property
     def _crowds(self) -> list[BoolArray]:
@@ -79,28 +76,20 @@ class Reprojection:
         wrapped = np.arctan2(np.sin(yaw), np.cos(yaw))
         return np.concatenate([scene.positions[frames, span.column], wrapped[:, None]], axis=1)
 
-    def _boxes(
-        self,
-        scene: Scene,
-        first: int,
-        columns: IntArray,
-        seen: BoolArray,
-        poses: FloatArray,
-        rng: np.random.Generator,
-    ) -> FloatArray:
+    def _boxes(self, truth: Truth, seen: BoolArray, rng: np.random.Generator) -> FloatArray:
         """Boxes [T, K, 3] in px of whoever is to be seen ([T, K]); NaN elsewhere and outside the picture."""
-        camera, (frame, column) = self.info.camera, np.nonzero(seen)
-        people = scene.positions[first + frame, columns[column]]
-        relative = world_to_relative(people[:, None], poses[frame])[:, 0]
-        found = camera.project(relative, scene.heights[columns[column]])
+        camera = self.info.camera
+        relative = world_to_relative(truth.positions, truth.poses)[seen]
+        found = camera.project(relative, np.broadcast_to(truth.heights, seen.shape)[seen])
         if self.info.pixel_std > 0:
             found = add_pixel_noise(found, camera, self.info.pixel_std, rng)
         boxes = np.full((*seen.shape, 3), np.nan)
-        boxes[frame, column] = found
+        boxes[seen] = found
         return boxes
 
 
-def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, boxes: FloatArray, given: Given) -> Sequence:
+def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, boxes: FloatArray, truth: Truth) -> Sequence:
+    observed = ~np.isnan(boxes[..., 2])
     return Sequence(
         index=index,
         scene=span.scene,
@@ -108,16 +97,31 @@ def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, boxes: Fl
         first_frame=span.first,
         tracks=scene.people[columns],
         observations=boxes,
-        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-        given=given,
+        visible=np.where(observed, 1.0, np.nan),
+        given=arrivals_given(truth, observed),
     )
+
+
+def _without_unseen(sequence: Sequence, truth: Truth) -> SequenceData:
+    """Leave out whoever never comes into the picture."""
+    kept = sequence.observed.any(axis=0)
+    if not kept.all():
+        given = replace(sequence.given, positions=sequence.given.positions[:, kept])
+        sequence = replace(
+            sequence,
+            tracks=sequence.tracks[kept],
+            observations=sequence.observations[:, kept],
+            visible=sequence.visible[:, kept],
+            given=given,
+        )
+        truth = replace(truth, positions=truth.positions[:, kept], heights=truth.heights[kept])
+    return SequenceData(sequence=sequence, truth=truth)
 
 
 def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
     """What `sequential` gives: the first two poses, and each track's first two visible frames, from [T, K]."""
     first_two = observed & (np.cumsum(observed, axis=0) <= START_FRAMES)
     first_poses = np.arange(len(truth.poses))[:, None] < START_FRAMES
-    return Given(
-        poses=np.where(first_poses, truth.poses, np.nan),
-        positions=np.where(first_two[..., None], truth.positions, np.nan),
-    )
+    positions = np.full(truth.positions.shape, np.nan)
+    positions[first_two] = truth.positions[first_two]
+    return Given(poses=np.where(first_poses, truth.poses, np.nan), positions=positions)
