@@ -167,7 +167,8 @@ class InterruptedWorkError(Exception):
     """Stands for a key press."""
 
 
-def test_interrupted_work_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_interrupted_work_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vbbench.parts.PATIENCE", -1.0)
     made: list[int] = []
     stops = [64]
 

@@ -138,7 +138,7 @@ class PanoramaCamera:
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Horizontal range, NaN on top of the camera."""
-        reach = np.hypot(relative[..., 0], relative[..., 1])
+        reach = np.sqrt(relative[..., 0] ** 2 + relative[..., 1] ** 2)
         return np.where(reach > NEAREST, reach, np.nan)
 
     def wrap_column(self, u: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import pyarrow as pa
@@ -29,8 +30,11 @@ class Part:
     facts: dict[str, Any]
 
 
-FACTS = b"facts"
-"""Key of the facts in the metadata of a part's streams."""
+PATIENCE = 5.0
+"""Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
+
+NAME, FACTS = b"name", b"facts"
+"""Keys of the table's name and the part's facts in the metadata of a part's streams."""
 
 Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
@@ -52,50 +56,76 @@ def write_in_parts(
 
     Parts found whole in the folder ``parts`` are not made again.
     """
-    make = partial(_make_part, work, list(tables), parts)
+    ranges = [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
+    make = partial(_make_part, work, parts)
+    made = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
     with ExitStack() as stack:
         writers = {name: stack.enter_context(TableWriter(path, name)) for name, path in tables.items()}
-        facts = [_append_part(file, writers) for file in _make_parts(make, count, jobs, label)]
+        facts = [_append(part, writers) for part in _with_progress(made, ranges, label)]
     shutil.rmtree(parts)
     return facts
 
 
-def _make_parts(make: Callable[[int, int], Path], count: int, jobs: int, label: str) -> Iterator[Path]:
+def _make_here(make: Callable[..., Part | Path], ranges: list[tuple[int, int]]) -> Iterator[Part | Path]:
+    started = perf_counter()
+    for first, last in ranges:
+        yield make(first, last, keep=perf_counter() - started > PATIENCE)
+
+
+def _make_elsewhere(
+    make: Callable[..., Part | Path], ranges: list[tuple[int, int]], jobs: int
+) -> Iterator[Part | Path]:
     from joblib import Parallel, delayed
+
+    run = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="4*n_jobs")
+    yield from run(delayed(make)(first, last, keep=True) for first, last in ranges)
+
+
+def _with_progress(made: Iterator[Part | Path], ranges: list[tuple[int, int]], label: str) -> Iterator[Part | Path]:
     from tqdm import tqdm
 
-    ranges = [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
-    run = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="4*n_jobs")
-    done = run(delayed(make)(first, last) for first, last in ranges)
-    with tqdm(total=count, desc=label, unit="seq", disable=None) as bar:
-        for (first, last), file in zip(ranges, done, strict=True):
-            yield file
+    with tqdm(total=ranges[-1][1] if ranges else 0, desc=label, unit="seq", disable=None) as bar:
+        for (first, last), part in zip(ranges, made, strict=True):
+            yield part
             bar.update(last - first)
 
 
-def _make_part(work: Work, names: list[str], parts: Path, first: int, last: int) -> Path:
-    """Make one part unless it is there; a half-written one is made again."""
+def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
+    """Make one part unless its file is there; a half-written file is made again."""
     path = parts / f"{first:08d}.arrows"
-    if not path.is_file():
-        part = work(first, last)
-        draft = path.with_suffix(".partial")
-        with pa.OSFile(str(draft), "wb") as file:
-            for name in names:
-                schema = SCHEMAS[name].with_metadata({FACTS: json.dumps(part.facts)})
-                with pa.ipc.new_stream(file, schema) as stream:
-                    for group in part.groups[name]:
-                        stream.write_table(group)
-        draft.replace(path)
+    if path.is_file():
+        return path
+    part = work(first, last)
+    if not keep:
+        return part
+    draft = path.with_suffix(".partial")
+    with pa.OSFile(str(draft), "wb") as file:
+        for name, groups in part.groups.items():
+            schema = SCHEMAS[name].with_metadata({NAME: name, FACTS: json.dumps(part.facts)})
+            with pa.ipc.new_stream(file, schema) as stream:
+                for group in groups:
+                    stream.write_table(group)
+    draft.replace(path)
     return path
 
 
-def _append_part(path: Path, writers: dict[str, TableWriter]) -> dict[str, Any]:
-    """Append a part's row groups to the tables, in the order of writing, and return its facts."""
+def _append(part: Part | Path, writers: dict[str, TableWriter]) -> dict[str, Any]:
+    """Append a part's row groups to the tables and return its facts."""
+    if isinstance(part, Path):
+        return _append_file(part, writers)
+    for name, groups in part.groups.items():
+        for group in groups:
+            writers[name].add(group)
+    return part.facts
+
+
+def _append_file(path: Path, writers: dict[str, TableWriter]) -> dict[str, Any]:
     facts: dict[str, Any] = {}
     with pa.memory_map(str(path)) as file:
-        for writer in writers.values():
+        for _ in writers:
             stream = pa.ipc.open_stream(file)
             facts = json.loads(stream.schema.metadata[FACTS])
+            writer = writers[stream.schema.metadata[NAME].decode()]
             for batch in stream:
                 writer.add(pa.Table.from_batches([batch]).replace_schema_metadata())
     return facts

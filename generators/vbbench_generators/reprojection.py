@@ -78,14 +78,14 @@ class Reprojection:
 
     def _boxes(self, truth: Truth, seen: BoolArray, rng: np.random.Generator) -> FloatArray:
         """Boxes [T, K, 3] in px of whoever is to be seen ([T, K]); NaN elsewhere and outside the picture."""
-        camera = self.info.camera
-        relative = world_to_relative(truth.positions, truth.poses)[seen]
-        found = camera.project(relative, np.broadcast_to(truth.heights, seen.shape)[seen])
+        camera, who = self.info.camera, np.flatnonzero(seen)
+        relative = world_to_relative(truth.positions, truth.poses).reshape(-1, 2).take(who, axis=0)
+        found = camera.project(relative, truth.heights.take(who % len(truth.heights)))
         if self.info.pixel_std > 0:
             found = add_pixel_noise(found, camera, self.info.pixel_std, rng)
-        boxes = np.full((*seen.shape, 3), np.nan)
-        boxes[seen] = found
-        return boxes
+        boxes = np.full((seen.size, 3), np.nan)
+        boxes[who] = found
+        return boxes.reshape(*seen.shape, 3)
 
 
 def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, boxes: FloatArray, truth: Truth) -> Sequence:
