@@ -1,12 +1,13 @@
 # make demo   first result      make test   all tests      make check   lint, types, import contracts
-# make bench  speed ratios      make wheel-test   the built wheel in an empty environment, from another folder
+# make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
+# make wheel-test   the built wheel in an empty environment, from another folder
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test check lint types contracts bench wheel-test clean
+.PHONY: demo test check lint types contracts bench results wheel-test clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -29,6 +30,9 @@ contracts: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	for file in benchmarks/bench_*.py; do $(BIN)/python -m benchmarks.$$(basename $$file .py) || exit 1; done
+
+results: $(VENV)/.dev
+	$(BIN)/python benchmarks/results_table.py
 
 wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh

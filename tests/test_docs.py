@@ -1,0 +1,100 @@
+"""The documentation is true: examples run, links and pictures exist, every command is shown."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from vbbench.camera import PanoramaCamera
+from vbbench.cli import COMMANDS
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.registry import registered
+from vbbench.scoring import score
+from vbbench.solving import solve
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+LARGEST_PICTURE = 400_000
+GUIDE = ROOT / "docs" / "writing-a-solver.md"
+_LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def without_code(page: Path) -> str:
+    """Prose only: neither fenced nor indented blocks, nor code in a line."""
+    text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+    return re.sub(r"`[^`]*`", "code", re.sub(r"^    .*$", "", text, flags=re.M))
+
+
+def python_blocks(page: Path) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"), flags=re.M | re.S)
+
+
+def anchors(page: Path) -> set[str]:
+    """Anchors of the headings, as the usual forges make them."""
+    titles = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), flags=re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles}
+
+
+def links() -> Iterator[tuple[Path, str]]:
+    for page in PAGES:
+        for target in _LINK.findall(without_code(page)):
+            if not target.startswith(("http:", "https:")):
+                yield page, target
+
+
+@pytest.mark.parametrize(("page", "target"), list(links()), ids=lambda value: getattr(value, "name", value))
+def test_links_resolve(page: Path, target: str) -> None:
+    name, _, anchor = target.partition("#")
+    path = page.parent / name if name else page
+    assert path.is_file(), f"{page.name} links to {target}"
+    assert not anchor or anchor in anchors(path), f"{page.name} links to {target}: {path.name} has no such heading"
+
+
+def test_pictures_are_small_and_shown() -> None:
+    shown = {(page.parent / target).resolve() for page, target in links() if target.endswith(".png")}
+    pictures = set((ROOT / "docs" / "images").glob("*.png"))
+    assert pictures <= shown
+    assert all(picture.stat().st_size < LARGEST_PICTURE for picture in pictures)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_an_example(command: str) -> None:
+    text = (ROOT / "docs" / "commands.md").read_text("utf-8")
+    assert f"## `vbbench {command}`" in text
+    assert re.search(rf"^    \$ (\w+=\S+ )?vbbench {command}\b", text, flags=re.M)
+
+
+@pytest.mark.parametrize("solver", sorted(registered("solver")))
+def test_every_bundled_solver_is_described(solver: str) -> None:
+    assert f"`{solver}`" in (ROOT / "docs" / "solvers.md").read_text("utf-8")
+
+
+def test_no_page_names_a_folder_of_the_writer() -> None:
+    for page in PAGES:
+        assert not re.search(r"/(work|root|home|tmp)/", page.read_text("utf-8")), page.name
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if python_blocks(page)], ids=lambda page: page.name)
+def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
+    generate("demo", tmp_path / "tiny", Options(camera=PanoramaCamera(), limit=2))
+    for block in python_blocks(page):
+        done = subprocess.run([sys.executable, "-c", block], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, f"{block}\n{done.stderr}"
+
+
+@pytest.mark.parametrize(("module", "name"), [("still", "StandStill"), ("line", "StraightLines")])
+@pytest.mark.parametrize("protocol", ["one-step", "sequential", "rollout"])
+def test_example_solvers_answer(
+    module: str, name: str, protocol: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    block = next(block for block in python_blocks(GUIDE) if f"class {name}" in block)
+    unique = f"docs_example_{module}"
+    (tmp_path / f"{unique}.py").write_text(block, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    dataset = generate("demo", tmp_path / "crowd", Options(camera=PanoramaCamera(), limit=2))
+    submission = solve(dataset, f"{unique}:{name}", protocol, tmp_path / "answers")
+    assert score(submission, dataset.folder).coverage == 1.0
