@@ -18,11 +18,12 @@ from vbbench.isolation import IsolatedSolver
 from vbbench.parts import Part, prepare_parts, write_in_parts
 from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions
 from vbbench.registry import load, registered
-from vbbench.runner import run_sequence
+from vbbench.runner import run_sequence, warm_up
+from vbbench.schemas import to_arrow
 from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.tables import check_free, to_arrow, write_text_atomically
+from vbbench.tables import check_free, write_text_atomically
 
 TABLES = ("poses", "positions")
 
@@ -102,6 +103,8 @@ def _solve_part(dataset: Dataset, name: str, protocol: Protocol, isolate: bool, 
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
     total = {"seconds": 0.0, "frames": 0}
     with _solver(name, isolate) as solver:
+        sample = dataset.sequence(first)
+        warm_up(solver, dataset.problem(sample), sample, protocol)
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             estimate, seconds = run_sequence(solver, dataset.problem(sequence), sequence, protocol, truth)
