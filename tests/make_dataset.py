@@ -10,7 +10,8 @@ from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import PanoramaCamera
 from vbbench.dataset_info import DatasetInfo
 from vbbench.geometry import world_to_relative
-from vbbench.tables import TableWriter, to_arrow, write_text_atomically
+from vbbench.schemas import to_arrow
+from vbbench.tables import TableWriter, write_text_atomically
 
 CAMERA = PanoramaCamera()
 FALSE_ALARM = 900

@@ -15,7 +15,7 @@ from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.geometry import world_to_relative
 from vbbench.parts import Part, prepare_parts, write_in_parts
-from vbbench.tables import to_arrow
+from vbbench.schemas import to_arrow
 from vbbench.verification import verify
 
 LIMIT = 40

@@ -19,7 +19,8 @@ from vbbench.parts import Part, prepare_parts, write_in_parts
 from vbbench.registry import load
 from vbbench.rows import ROWS, sequence_row
 from vbbench.scene import Scene
-from vbbench.tables import SCHEMAS, TableWriter, check_free, file_sha256, to_arrow, write_text_atomically
+from vbbench.schemas import SCHEMAS, to_arrow
+from vbbench.tables import TableWriter, check_free, file_sha256, write_text_atomically
 
 
 def generate(

@@ -6,7 +6,7 @@ other, into a file that gets its final name when it is whole; the parts are then
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +16,8 @@ from typing import Any
 
 import pyarrow as pa
 
-from vbbench.tables import SCHEMAS, TableWriter
+from vbbench.schemas import OPTIONAL, table_schema, with_columns
+from vbbench.tables import TableWriter
 
 PART_SIZE = 32
 """Sequences a part: large enough to outweigh its overhead, small enough that an interruption loses little."""
@@ -29,12 +30,17 @@ class Part:
     groups: dict[str, list[pa.Table]]
     facts: dict[str, Any]
 
+    @property
+    def columns(self) -> dict[str, set[str]]:
+        """By table the columns that any of its row groups has."""
+        return {name: {c for group in groups for c in group.column_names} for name, groups in self.groups.items()}
+
 
 PATIENCE = 5.0
 """Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
 
-NAME, FACTS = b"name", b"facts"
-"""Keys of the table's name and the part's facts in the metadata of a part's streams."""
+NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
+"""Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
 
 Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
@@ -54,16 +60,35 @@ def write_in_parts(
 ) -> list[dict[str, Any]]:
     """Do the work on sequences 0 … count − 1 and write ``tables`` (path by name); return every part's facts in order.
 
-    Parts found whole in the folder ``parts`` are not made again.
+    Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
     ranges = [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
     make = partial(_make_part, work, parts)
-    made = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
+    made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
+    made = _with_progress(made, ranges, label)
+    if OPTIONAL.keys() & tables.keys():
+        made = list(made)  # which optional columns there are is known with the last part
     with ExitStack() as stack:
-        writers = {name: stack.enter_context(TableWriter(path, name)) for name, path in tables.items()}
-        facts = [_append(part, writers) for part in _with_progress(made, ranges, label)]
+        writers = {
+            name: stack.enter_context(TableWriter(path, name, _columns(made, name) if name in OPTIONAL else ()))
+            for name, path in tables.items()
+        }
+        facts = [_append(part, writers) for part in made]
     shutil.rmtree(parts)
     return facts
+
+
+def _columns(made: Iterable[Part | Path], name: str) -> set[str]:
+    """Columns of a table that any part has."""
+    return {column for part in made for column in _columns_of(part)[name]}
+
+
+def _columns_of(part: Part | Path) -> Mapping[str, Collection[str]]:
+    if isinstance(part, Part):
+        return part.columns
+    with pa.memory_map(str(part)) as file:
+        columns: dict[str, list[str]] = json.loads(pa.ipc.open_stream(file).schema.metadata[COLUMNS])
+    return columns
 
 
 def _make_here(make: Callable[..., Part | Path], ranges: list[tuple[int, int]]) -> Iterator[Part | Path]:
@@ -81,7 +106,7 @@ def _make_elsewhere(
     yield from run(delayed(make)(first, last, keep=True) for first, last in ranges)
 
 
-def _with_progress(made: Iterator[Part | Path], ranges: list[tuple[int, int]], label: str) -> Iterator[Part | Path]:
+def _with_progress(made: Iterable[Part | Path], ranges: list[tuple[int, int]], label: str) -> Iterator[Part | Path]:
     from tqdm import tqdm
 
     with tqdm(total=ranges[-1][1] if ranges else 0, desc=label, unit="seq", disable=None) as bar:
@@ -100,13 +125,19 @@ def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) ->
         return part
     draft = path.with_suffix(".partial")
     with pa.OSFile(str(draft), "wb") as file:
-        for name, groups in part.groups.items():
-            schema = SCHEMAS[name].with_metadata({NAME: name, FACTS: json.dumps(part.facts)})
-            with pa.ipc.new_stream(file, schema) as stream:
-                for group in groups:
-                    stream.write_table(group)
+        _write_streams(part, file)
     draft.replace(path)
     return path
+
+
+def _write_streams(part: Part, file: pa.OSFile) -> None:
+    columns = part.columns
+    common = {FACTS: json.dumps(part.facts), COLUMNS: json.dumps({name: sorted(c) for name, c in columns.items()})}
+    for name, groups in part.groups.items():
+        schema = table_schema(name, columns[name])
+        with pa.ipc.new_stream(file, schema.with_metadata({NAME: name, **common})) as stream:
+            for group in groups:
+                stream.write_table(with_columns(group, schema))
 
 
 def _append(part: Part | Path, writers: dict[str, TableWriter]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from vbbench.dataset import OBSERVER
 from vbbench.generator import SequenceData
-from vbbench.tables import Columns
+from vbbench.schemas import Columns
 
 
 def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:

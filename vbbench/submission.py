@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from vbbench.errors import SubmissionError
 from vbbench.faults import Faults
 from vbbench.protocol import PROTOCOLS
-from vbbench.tables import TableWriter, to_arrow, write_text_atomically
+from vbbench.schemas import to_arrow
+from vbbench.tables import TableWriter, write_text_atomically
 
 SUBMISSION_FILE = "submission.json"
 FAILURE_POLICIES = ("refuse", "hold")

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from vbbench.csv_rows import read_csv_rows
 from vbbench.errors import FileError
 from vbbench.faults import Faults
-from vbbench.tables import SCHEMAS, SequenceTable
+from vbbench.schemas import SCHEMAS
+from vbbench.tables import SequenceTable
 
 Arrays = dict[str, NDArray[Any]]
 

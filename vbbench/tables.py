@@ -1,8 +1,8 @@
-"""Parquet tables of datasets and submissions: schemas, writing row group by row group, reading by sequence."""
+"""Parquet tables of datasets and submissions: writing row group by row group, reading by sequence."""
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Collection
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -13,48 +13,28 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, VbbenchError
+from vbbench.schemas import SCHEMAS, table_schema, with_columns
 
 ZSTD_LEVEL = -5
 """A fast level: after byte-stream splitting a slower one saves less than 2 % of the bytes."""
 
-Columns = Mapping[str, NDArray[Any]]
-
-_I, _F = pa.int32(), pa.float64()
-
-SCHEMAS: dict[str, pa.Schema] = {
-    "sequences": pa.schema(
-        [(name, _I) for name in ("sequence", "scene", "observer", "first_frame", "frames", "people")]
-        + [("split", pa.string())]
-    ),
-    "observations": pa.schema(
-        [("sequence", _I), ("frame", _I), ("track", _I), ("u", _F), ("v", _F), ("l", _F), ("visible", pa.float32())]
-    ),
-    "given": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
-    "truth/scenes": pa.schema([("scene", _I), ("frame", _I), ("person", _I), ("x", _F), ("y", _F)]),
-    "truth/people": pa.schema([("scene", _I), ("person", _I), ("height", _F)]),
-    "truth/poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
-    "truth/tracks": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("person", _I)]),
-    "poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
-    "positions": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F)]),
-}
-"""Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
-
-
-def to_arrow(name: str, columns: Columns) -> pa.Table:
-    """Columns as an Arrow table of the schema called ``name``."""
-    schema = SCHEMAS[name]
-    return pa.table([pa.array(columns[field.name], type=field.type) for field in schema], schema=schema)
-
 
 class TableWriter:
-    """Writes one table row group by row group under a temporary name; it appears, whole, when the block ends well."""
+    """Writes one table row group by row group under a temporary name; it appears, whole, when the block ends well.
 
-    def __init__(self, path: Path, name: str) -> None:
+    Parameters
+    ----------
+    path : the file.
+    name : what the table is called in `SCHEMAS`.
+    optional : the optional columns that it is to have; a row group without one has False or NaN there.
+    """
+
+    def __init__(self, path: Path, name: str, optional: Collection[str] = ()) -> None:
         self.path = path
         self.rows = 0
         self._temporary = path.with_name(path.name + ".partial")
         path.parent.mkdir(parents=True, exist_ok=True)
-        schema = SCHEMAS[name]
+        self._schema = schema = table_schema(name, optional)
         self._writer = pq.ParquetWriter(
             self._temporary,
             schema,
@@ -68,7 +48,7 @@ class TableWriter:
     def add(self, group: pa.Table) -> None:
         """Append a row group; an empty one leaves no trace."""
         if len(group):
-            self._writer.write_table(group, row_group_size=len(group))
+            self._writer.write_table(with_columns(group, self._schema), row_group_size=len(group))
             self.rows += len(group)
 
     def __enter__(self) -> Self:
@@ -126,20 +106,28 @@ class SequenceTable:
 
     Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted in memory.
 
+    Parameters
+    ----------
+    path : the file.
+    name : what the table is called in `SCHEMAS`.
+    key : the column that it is ordered by.
+    optional : optional columns to read where they are there.
+
     Raises
     ------
     FileError
         If the file is missing, is no Parquet file, or lacks a column.
     """
 
-    def __init__(self, path: Path, name: str, key: str = "sequence") -> None:
-        self.path = path
-        self._columns = [field.name for field in SCHEMAS[name]]
-        self._schema, self._key = SCHEMAS[name], key
+    def __init__(self, path: Path, name: str, key: str = "sequence", optional: Collection[str] = ()) -> None:
+        self.path, self._key = path, key
         self._file = _open_parquet(path)
-        missing = [column for column in self._columns if column not in self._file.schema_arrow.names]
+        there = self._file.schema_arrow.names
+        missing = [column for column in SCHEMAS[name].names if column not in there]
         if missing:
-            raise FileError(path, f"column {', '.join(missing)} is missing; wanted {', '.join(self._columns)}")
+            raise FileError(path, f"column {', '.join(missing)} is missing; wanted {', '.join(SCHEMAS[name].names)}")
+        self._schema = table_schema(name, set(optional).intersection(there))
+        self._columns = self._schema.names
         self._first, self._last = self._key_ranges()
         self._whole = None if np.all(self._first[1:] >= self._last[:-1]) else self._sorted()
 

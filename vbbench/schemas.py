@@ -1,0 +1,60 @@
+"""The columns of every table of datasets and submissions."""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+Columns = Mapping[str, NDArray[Any]]
+
+_I, _F, _F4 = pa.int32(), pa.float64(), pa.float32()
+
+SCHEMAS: dict[str, pa.Schema] = {
+    "sequences": pa.schema(
+        [(name, _I) for name in ("sequence", "scene", "observer", "first_frame", "frames", "people")]
+        + [("split", pa.string())]
+    ),
+    "observations": pa.schema(
+        [("sequence", _I), ("frame", _I), ("track", _I), ("u", _F), ("v", _F), ("l", _F), ("visible", pa.float32())]
+    ),
+    "given": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "truth/scenes": pa.schema([("scene", _I), ("frame", _I), ("person", _I), ("x", _F), ("y", _F)]),
+    "truth/people": pa.schema([("scene", _I), ("person", _I), ("height", _F)]),
+    "truth/poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "truth/tracks": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("person", _I)]),
+    "poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "positions": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F)]),
+    "heights": pa.schema([("sequence", _I), ("track", _I), ("height", _F), ("variance", _F)]),
+}
+"""Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
+
+OPTIONAL: dict[str, pa.Schema] = {
+    "poses": pa.schema(
+        [("fallback", pa.bool_())] + [(name, _F4) for name in ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw")]
+    ),
+    "positions": pa.schema([(name, _F4) for name in ("xx", "xy", "yy")]),
+}
+"""Columns that a table may have besides; they stand behind the others."""
+
+
+def table_schema(name: str, columns: Collection[str]) -> pa.Schema:
+    """Schema of the table called ``name``: its own columns, and of the optional ones those in ``columns``."""
+    extra = [field for field in OPTIONAL.get(name, ()) if field.name in columns]
+    return pa.schema([*SCHEMAS[name], *extra])
+
+
+def to_arrow(name: str, columns: Columns) -> pa.Table:
+    """Columns as an Arrow table of the schema called ``name``, optional columns where they are there."""
+    schema = table_schema(name, columns.keys())
+    return pa.table([pa.array(columns[field.name], type=field.type) for field in schema], schema=schema)
+
+
+def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:
+    """The row group with the columns of ``schema``; those that it lacks are False or NaN."""
+    for field in schema:
+        if field.name not in group.column_names:
+            absent = pa.scalar(False if pa.types.is_boolean(field.type) else np.nan, field.type)
+            group = group.append_column(field, pa.repeat(absent, len(group)))
+    return group.select(schema.names)
