@@ -13,11 +13,12 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Dataset": "dataset",
-    "Estimate": "solver",
+    "Estimate": "estimate",
     "Frame": "solver",
-    "FrameEstimate": "solver",
+    "FrameEstimate": "estimate",
     "FrameSolver": "solver",
     "Given": "sequence",
+    "LocationPosterior": "solver",
     "PanoramaCamera": "camera",
     "PerspectiveCamera": "camera",
     "Problem": "solver",
@@ -39,6 +40,7 @@ __all__ = [
     "FrameEstimate",
     "FrameSolver",
     "Given",
+    "LocationPosterior",
     "PanoramaCamera",
     "PerspectiveCamera",
     "Problem",
@@ -59,11 +61,12 @@ if TYPE_CHECKING:
     from vbbench.comparison import compare
     from vbbench.dataset import Dataset
     from vbbench.errors import VbbenchError
+    from vbbench.estimate import Estimate, FrameEstimate
     from vbbench.generation import generate
     from vbbench.scene import Scene
     from vbbench.scoring import score
     from vbbench.sequence import Given, Sequence, Truth
-    from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
+    from vbbench.solver import Frame, FrameSolver, LocationPosterior, Problem, SequenceSolver
     from vbbench.solving import solve
 
 

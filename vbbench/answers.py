@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.faults import Faults
 from vbbench.row_grid import rows_by_number
+from vbbench.schemas import FALLBACK
 from vbbench.scored_rows import ScoredRows
 
 Arrays = dict[str, NDArray[Any]]
@@ -24,12 +25,14 @@ class Answers:
     poses : [P, 3] in m and rad, NaN where there is none.
     positions : [Q, 2] in m, NaN where there is none.
     posed, placed : [P], [Q] whether the submission holds the row.
+    fallback : [P] whether the solver fell back on the observer's prior; ``None`` = not reported.
     """
 
     poses: FloatArray
     positions: FloatArray
     posed: BoolArray
     placed: BoolArray
+    fallback: BoolArray | None
 
 
 def match(rows: ScoredRows, poses: tuple[str, Arrays], positions: tuple[str, Arrays], faults: Faults) -> Answers:
@@ -40,7 +43,8 @@ def match(rows: ScoredRows, poses: tuple[str, Arrays], positions: tuple[str, Arr
     """
     pose_values, posed = _match_poses(rows, *poses, faults)
     position_values, placed = _match_positions(rows, *positions, faults)
-    return Answers(poses=pose_values, positions=position_values, posed=posed, placed=placed)
+    fallback = posed & (pose_values[:, 3] != 0.0) if FALLBACK in poses[1] else None
+    return Answers(poses=pose_values[:, :3], positions=position_values, posed=posed, placed=placed, fallback=fallback)
 
 
 def require_poses(rows: ScoredRows, answers: Answers, file: str, faults: Faults) -> None:
@@ -57,7 +61,8 @@ def require_positions(rows: ScoredRows, answers: Answers, file: str, faults: Fau
 def _match_poses(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:
     slot = rows.grid.slot(columns["sequence"], columns["frame"])
     faults.add_rows(file, "its sequence has no such frame; remove the row", columns, slot < 0)
-    return _gather(file, columns, ("x", "y", "yaw"), (slot, rows.grid.slots, rows.pose_slot), faults)
+    names = ("x", "y", "yaw", *([FALLBACK] if FALLBACK in columns else []))
+    return _gather(file, columns, names, (slot, rows.grid.slots, rows.pose_slot), faults)
 
 
 def _match_positions(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:

@@ -1,7 +1,7 @@
 """CSV tables written by hand: every cell that is no number is reported with its line."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ _LARGEST_ID = 2**31 - 1
 Arrays = dict[str, NDArray[Any]]
 
 
-def read_csv_rows(path: Path, wanted: list[str], faults: Faults) -> Arrays | None:
+def read_csv_rows(path: Path, wanted: list[str], faults: Faults, optional: Collection[str] = ()) -> Arrays | None:
     """Columns of a CSV file with a header, and the 1-based ``line`` of each row.
 
     Parameters
@@ -26,6 +26,7 @@ def read_csv_rows(path: Path, wanted: list[str], faults: Faults) -> Arrays | Non
     path : the file; commas, a header line, any order of columns, more columns than wanted are fine.
     wanted : names of the columns.
     faults : takes what is wrong.
+    optional : names of columns to read where they are there.
 
     Returns
     -------
@@ -41,6 +42,7 @@ def read_csv_rows(path: Path, wanted: list[str], faults: Faults) -> Arrays | Non
         faults.add(f"{path.name}, line 1: column '{name}' is missing; the header must read {','.join(wanted)}")
     if missing:
         return None
+    wanted = [*wanted, *(name for name in optional if name in header)]
     return _read_fast(path, header, wanted) or _read_carefully(path, header, wanted, faults)
 
 

@@ -36,7 +36,9 @@ def run_sequence(
         If the solver has neither ``step`` nor ``solve``, or leaves out or garbles what is scored.
     """
     given = protocol.select_given(sequence.given)
-    known = given if truth is None else reveal(given, sequence.observed, truth)
+    if protocol.needs_truth and truth is None:
+        raise VbbenchError(f"'{protocol.name}' shows a solver the truth of past frames, and no truth is at hand")
+    known = given if truth is None or not protocol.needs_truth else reveal(given, sequence.observed, truth)
     if isinstance(solver, FrameSolver):
         estimate, seconds = _run_frames(solver, problem, sequence, given, known)
     elif isinstance(solver, SequenceSolver):
@@ -108,7 +110,10 @@ def _run_prefixes(
     solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, known: Given
 ) -> tuple[Estimate, float]:
     """One call a frame, on everything up to it, with the truth of all frames before it."""
-    poses, positions = given.poses.copy(), given.positions.copy()
+    answers = [
+        Estimate(poses=given.poses, positions=given.positions).frame(t)
+        for t in range(min(START_FRAMES, sequence.frames))
+    ]
     seconds = 0.0
     for t in range(START_FRAMES, sequence.frames):
         past = np.arange(t + 1) < t
@@ -117,9 +122,9 @@ def _run_prefixes(
             positions=np.where(past[:, None, None], known.positions[: t + 1], np.nan),
         )
         estimate, spent = _timed_solve(solver, problem, sequence, t + 1, shown)
-        poses[t], positions[t] = estimate.poses[t], estimate.positions[t]
+        answers.append(estimate.frame(t))
         seconds += spent
-    return Estimate(poses=poses, positions=positions), seconds
+    return Estimate.of_frames(answers), seconds
 
 
 def _timed_solve(

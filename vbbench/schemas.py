@@ -30,9 +30,12 @@ SCHEMAS: dict[str, pa.Schema] = {
 }
 """Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
 
+FALLBACK = "fallback"
+"""Optional column of ``poses``: whether the observer's own prior decided the frame, for want of people."""
+
 OPTIONAL: dict[str, pa.Schema] = {
     "poses": pa.schema(
-        [("fallback", pa.bool_())] + [(name, _F4) for name in ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw")]
+        [(FALLBACK, pa.bool_())] + [(name, _F4) for name in ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw")]
     ),
     "positions": pa.schema([(name, _F4) for name in ("xx", "xy", "yy")]),
 }

@@ -19,6 +19,8 @@ from vbbench.tables import write_text_atomically
 METRICS = {"dx_rel": "Δx̃  m", "dx": "Δx  m", "dr": "Δr  rad", "dt": "Δt  m"}
 """Metrics by key, with their name and unit, in the order of the paper's tables."""
 
+ON_PEOPLE = ("dx_rel", "dx")
+
 DRIFTS = {"drift_m": "drift m/s", "drift_rad": "drift rad/s"}
 """Relative pose error over one second, likewise."""
 
@@ -71,6 +73,7 @@ class Score:
     dataset : facts of the dataset.
     protocol : the protocol it was scored under.
     total_sequences : in the dataset; those without a scored frame have no figures.
+    fallback_frames : scored frames in which the observer's own prior decided; ``None`` = not reported.
     per_sequence : figures of each scored sequence.
     summaries : metric → figures of the split.
     """
@@ -79,6 +82,7 @@ class Score:
     dataset: DatasetInfo
     protocol: Protocol
     total_sequences: int
+    fallback_frames: int | None
     per_sequence: PerSequence
     summaries: dict[str, Summary]
 
@@ -95,9 +99,17 @@ class Score:
     @property
     def coverage(self) -> float:
         """Share of all scored rows that were submitted: of poses or of positions, whichever is smaller."""
-        own = self.per_sequence
-        poses, positions = _share(own.posed.sum(), own.frames.sum()), _share(own.placed.sum(), own.positions.sum())
-        return float(np.minimum(poses, positions))
+        return min(self.pose_coverage, self.position_coverage)
+
+    @property
+    def pose_coverage(self) -> float:
+        """Share of scored poses that were submitted."""
+        return float(_share(self.per_sequence.posed.sum(), self.per_sequence.frames.sum()))
+
+    @property
+    def position_coverage(self) -> float:
+        """Share of scored positions that were submitted."""
+        return float(_share(self.per_sequence.placed.sum(), self.per_sequence.positions.sum()))
 
     def values(self) -> dict[str, Any]:
         """The score as the command line prints it with ``--json``."""
@@ -112,7 +124,10 @@ class Score:
             "sequences_in_dataset": self.total_sequences,
             "frames": self.frames,
             "positions": int(self.per_sequence.positions.sum()),
+            "fallback_frames": self.fallback_frames,
             "coverage": self.coverage,
+            "pose_coverage": self.pose_coverage,
+            "position_coverage": self.position_coverage,
             "failure_policy": self.info.failure_policy,
             "seconds_per_frame": self.info.seconds_per_frame,
             "metrics": {name: self.summaries[name].to_dict() for name in METRICS},
@@ -126,7 +141,10 @@ class Score:
 
     def table(self) -> str:
         """The score as a table for people; a caution of the dataset stands under it."""
-        rows = [_line(title, self.summaries[name], self.coverage) for name, title in (METRICS | DRIFTS).items()]
+        rows = [
+            _line(title, self.summaries[name], self.position_coverage if name in ON_PEOPLE else self.pose_coverage)
+            for name, title in (METRICS | DRIFTS).items()
+        ]
         caution = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
         return "\n".join([*self._heading(), _HEADER, *rows, *caution])
 
@@ -151,11 +169,12 @@ class Score:
     def _heading(self) -> list[str]:
         info, data = self.info, self.dataset
         sequences = f"{self.sequences} of {self.total_sequences} sequences scored"
+        fallback = "" if self.fallback_frames is None else f" ({self.fallback_frames} by fallback)"
         speed = "" if info.seconds_per_frame is None else f", {1e3 * info.seconds_per_frame:.3g} ms a frame"
         return [
             f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, seed "
             f"{data.seed}, {info.dataset}), {self.protocol.id}",
-            f"{sequences}, {self.frames} frames, {self.per_sequence.positions.sum()} positions{speed}; "
+            f"{sequences}, {self.frames} frames{fallback}, {self.per_sequence.positions.sum()} positions{speed}; "
             f"missing rows: {info.failure_policy}",
         ]
 

@@ -44,6 +44,7 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
         dataset=opened.info,
         protocol=checked.protocol,
         total_sequences=len(opened),
+        fallback_frames=_total([part.fallbacks for part in parts]),
         per_sequence=per_sequence,
         summaries=summarise(per_sequence.figures, join_figures([part.frames for part in parts])),
     )
@@ -51,10 +52,11 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
 
 @dataclass(frozen=True)
 class _Part:
-    """Figures of some sequences, and by metric of their scored frames [P]."""
+    """Figures of some sequences, and by metric of their scored frames [P]; how many of these fell back."""
 
     sequences: PerSequence
     frames: dict[str, FloatArray]
+    fallbacks: int | None
 
 
 def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) -> _Part:
@@ -67,7 +69,13 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) ->
     }
     drifts = _drifts(rows, answers.poses, true_poses, dt)
     frames = {**pose_figures, **{name: mean_of_groups(owner, error, count) for name, error in errors.items()}, **drifts}
-    return _Part(_sequence_figures(rows, answers, {**pose_figures, **drifts}, errors), frames)
+    fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
+    return _Part(_sequence_figures(rows, answers, {**pose_figures, **drifts}, errors), frames, fallbacks)
+
+
+def _total(counts: list[int | None]) -> int | None:
+    known = [count for count in counts if count is not None]
+    return sum(known) if known else None
 
 
 def _person_errors(

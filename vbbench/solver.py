@@ -8,11 +8,12 @@ A solver is a class that is called without arguments and implements `FrameSolver
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-
 from vbbench.arrays import FloatArray, IntArray, frozen_array
 from vbbench.camera import Camera
+from vbbench.estimate import Estimate, FrameEstimate
 from vbbench.sequence import Given
+
+__all__ = ["Estimate", "Frame", "FrameEstimate", "FrameSolver", "LocationPosterior", "Problem", "SequenceSolver"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,44 +60,6 @@ class Frame:
             raise ValueError(f"given.positions must have shape [3, {len(self.observations)}, 2]")
 
 
-@dataclass(frozen=True, kw_only=True)
-class FrameEstimate:
-    """A solver's answer for one frame.
-
-    Parameters
-    ----------
-    pose : [3] (x, y, yaw) in m and rad.
-    positions : [K, 2] in m, for every observed track; the rest is ignored.
-    """
-
-    pose: FloatArray
-    positions: FloatArray
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "pose", frozen_array("pose", self.pose, (3,)))
-        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (None, 2)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """A solver's answer for a whole sequence: poses [T, 3] in m and rad, positions [T, K, 2] in m."""
-
-    poses: FloatArray
-    positions: FloatArray
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
-        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
-
-    @staticmethod
-    def of_frames(frames: "list[FrameEstimate]") -> "Estimate":
-        """Stack the answers of consecutive frames."""
-        return Estimate(
-            poses=np.stack([frame.pose for frame in frames]),
-            positions=np.stack([frame.positions for frame in frames]),
-        )
-
-
 @runtime_checkable
 class FrameSolver(Protocol):
     """Works frame by frame and keeps its own state between frames."""
@@ -114,3 +77,14 @@ class SequenceSolver(Protocol):
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """Answer for all frames: observations [T, K, 3] in px, given as in `Given`."""
+
+
+@runtime_checkable
+class LocationPosterior(FrameSolver, Protocol):
+    """A solver that can say, besides, how likely the observer is to be anywhere else; for pictures."""
+
+    def location_energy(self, places: FloatArray) -> FloatArray:
+        """−ln of the posterior density of the observer's place, up to a constant: places [N, 2] in m → [N].
+
+        It is that of the frame last stepped, with the yaw and everybody's position minimised or integrated out.
+        """

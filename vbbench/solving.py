@@ -9,23 +9,21 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 
+from vbbench.answer_rows import answer_rows
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
 from vbbench.parts import Part, prepare_parts, write_in_parts
-from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions
+from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.runner import run_sequence, warm_up
 from vbbench.schemas import to_arrow
-from vbbench.sequence import Sequence
-from vbbench.solver import Estimate
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.tables import check_free, write_text_atomically
 
-TABLES = ("poses", "positions")
+TABLES = ("poses", "positions", "heights")
 
 
 def solve(
@@ -36,6 +34,7 @@ def solve(
     *,
     jobs: int = 1,
     isolate: bool = False,
+    covariance: bool = False,
     overwrite: bool = False,
 ) -> Path:
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
@@ -45,11 +44,13 @@ def solve(
     Parameters
     ----------
     isolate : run the solver in a process of its own, fed over a pipe, that never holds truth.
+    covariance : write the covariances of poses and positions, too.
 
     Raises
     ------
     VbbenchError
-        If a name is unknown, truth is needed but withheld, or ``out`` is in the way.
+        If a name is unknown, truth is needed but withheld, covariances are wanted of a solver that reports none, or
+        ``out`` is in the way.
     """
     out, rules = Path(out), get_protocol(protocol)
     check_free(out, SUBMISSION_FILE, "submission", overwrite)
@@ -59,10 +60,12 @@ def solve(
         )
     load("solver", solver)
     draft = out.with_name(out.name + ".partial")
-    prepare_parts(draft / "parts", f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id}")
-    work = partial(_solve_part, dataset, solver, rules, isolate)
+    prepare_parts(draft / "parts", f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance}")
+    work = partial(_solve_part, dataset, solver, rules, isolate, covariance)
     tables = {name: draft / f"{name}.parquet" for name in TABLES}
     facts = write_in_parts(work, len(dataset), draft / "parts", tables, jobs=jobs, label=f"{solver} {protocol}")
+    if not any(part["heights"] for part in facts):
+        tables["heights"].unlink()
     info = SubmissionInfo(
         solver=solver,
         version=solver_version(solver),
@@ -99,32 +102,22 @@ def _cpu_lines() -> list[str]:
     return path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
 
 
-def _solve_part(dataset: Dataset, name: str, protocol: Protocol, isolate: bool, first: int, last: int) -> Part:
+def _solve_part(
+    dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int, last: int
+) -> Part:
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
-    total = {"seconds": 0.0, "frames": 0}
+    seconds, frames = 0.0, 0
     with _solver(name, isolate) as solver:
         sample = dataset.sequence(first)
         warm_up(solver, dataset.problem(sample), sample, protocol)
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
-            estimate, seconds = run_sequence(solver, dataset.problem(sequence), sequence, protocol, truth)
-            for table, rows in submitted_rows(sequence, protocol, estimate).items():
+            estimate, spent = run_sequence(solver, dataset.problem(sequence), sequence, protocol, truth)
+            for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
                 groups[table].append(to_arrow(table, rows))
-            total = {"seconds": total["seconds"] + seconds, "frames": total["frames"] + sequence.frames}
-    return Part(groups=groups, facts=total)
+            seconds, frames = seconds + spent, frames + sequence.frames
+    return Part(groups=groups, facts={"seconds": seconds, "frames": frames, "heights": bool(groups["heights"])})
 
 
 def _solver(name: str, isolate: bool) -> AbstractContextManager[Any]:
     return IsolatedSolver(name) if isolate else nullcontext(load("solver", name)())
-
-
-def submitted_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate) -> dict[str, dict[str, Any]]:
-    """The columns of ``poses`` and ``positions``: what is scored, and nothing else."""
-    observed, given = sequence.observed, protocol.select_given(sequence.given)
-    frame = np.flatnonzero(scored_frames(observed))
-    x, y, yaw = estimate.poses[frame].T
-    poses = {"sequence": np.full(len(frame), sequence.index), "frame": frame, "x": x, "y": y, "yaw": yaw}
-    frame, column = np.nonzero(scored_positions(observed, given))
-    x, y = estimate.positions[frame, column].T
-    where = {"sequence": np.full(len(frame), sequence.index), "frame": frame, "track": sequence.tracks[column]}
-    return {"poses": poses, "positions": {**where, "x": x, "y": y}}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vbbench.errors import SubmissionError
 from vbbench.faults import Faults
 from vbbench.protocol import PROTOCOLS
-from vbbench.schemas import to_arrow
+from vbbench.schemas import FALLBACK, to_arrow
 from vbbench.tables import TableWriter, write_text_atomically
 
 SUBMISSION_FILE = "submission.json"
@@ -86,16 +86,23 @@ class SubmissionWriter:
 
     ``info`` may be replaced inside the block (time is known last): it is written last.
 
+    Parameters
+    ----------
+    folder : where to; made if needed.
+    info : the declared facts.
+    fallback : whether the poses have the optional column ``fallback``.
+
     Examples
     --------
     >>> with SubmissionWriter(folder, info) as writer:                          # doctest: +SKIP
     ...     writer.add(0, {"frame": t, "x": x, "y": y, "yaw": yaw}, {"frame": t, "track": k, "x": x, "y": y})
     """
 
-    def __init__(self, folder: Path | str, info: SubmissionInfo) -> None:
+    def __init__(self, folder: Path | str, info: SubmissionInfo, *, fallback: bool = False) -> None:
         self.folder = Path(folder)
         self.info = info
-        self._tables = {name: TableWriter(self.folder / f"{name}.parquet", name) for name in ("poses", "positions")}
+        optional = {"poses": [FALLBACK] if fallback else [], "positions": []}
+        self._tables = {name: TableWriter(self.folder / f"{name}.parquet", name, optional[name]) for name in optional}
 
     def add(self, sequence: int, poses: Columns, positions: Columns) -> None:
         """Append the rows of one sequence; sequences come in ascending order.
@@ -103,7 +110,7 @@ class SubmissionWriter:
         Parameters
         ----------
         sequence : its number in the dataset.
-        poses : columns frame, x, y, yaw, each [N], in m and rad.
+        poses : columns frame, x, y, yaw, each [N], in m and rad, and perhaps fallback.
         positions : columns frame, track, x, y, each [M], in m.
         """
         for name, columns in (("poses", poses), ("positions", positions)):
@@ -131,10 +138,10 @@ def write_submission(folder: Path | str, info: SubmissionInfo, poses: Columns, p
     ----------
     folder : where to; made if needed.
     info : the declared facts.
-    poses : columns sequence, frame, x, y, yaw, each [N], in m and rad.
+    poses : columns sequence, frame, x, y, yaw, each [N], in m and rad, and perhaps fallback.
     positions : columns sequence, frame, track, x, y, each [M], in m.
     """
-    with SubmissionWriter(folder, info) as writer:
+    with SubmissionWriter(folder, info, fallback=FALLBACK in poses) as writer:
         for sequence in np.union1d(poses["sequence"], positions["sequence"]):
             writer.add(int(sequence), _rows_of(poses, sequence), _rows_of(positions, sequence))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vbbench.csv_rows import read_csv_rows
 from vbbench.errors import FileError
 from vbbench.faults import Faults
-from vbbench.schemas import SCHEMAS
+from vbbench.schemas import FALLBACK, SCHEMAS
 from vbbench.tables import SequenceTable
 
 Arrays = dict[str, NDArray[Any]]
@@ -25,7 +25,7 @@ class SubmissionTable(Protocol):
         """Name of the file, for messages."""
 
     def read(self, first: int, last: int) -> Arrays:
-        """Rows with first ≤ sequence < last, an array a column; from CSV also the 1-based ``line``."""
+        """Rows with first ≤ sequence < last, an array a column; ``fallback`` if it is there, ``line`` from CSV."""
 
 
 class ParquetRows:
@@ -33,7 +33,7 @@ class ParquetRows:
 
     def __init__(self, path: Path, name: str) -> None:
         self.file = path.name
-        self._table = SequenceTable(path, name)
+        self._table = SequenceTable(path, name, optional=[FALLBACK])
 
     def read(self, first: int, last: int) -> Arrays:
         """See `SubmissionTable.read`."""
@@ -62,7 +62,7 @@ def open_table(folder: Path, name: str, faults: Faults) -> SubmissionTable | Non
     if parquet.is_file():
         return _open_parquet(parquet, name, faults)
     if csv.is_file():
-        columns = read_csv_rows(csv, [field.name for field in SCHEMAS[name]], faults)
+        columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional=[FALLBACK])
         return None if columns is None else RowsInMemory(csv.name, columns)
     faults.add(f"{parquet.name}: the file is missing, and so is {csv.name}; write one of them")
     return None
@@ -87,11 +87,13 @@ def _require_numbers(path: Path, name: str) -> None:
         schema = pq.read_schema(path)
     except (pa.ArrowException, OSError) as error:
         raise FileError(path, f"is damaged or no Parquet file ({error}); write it again") from error
-    wanted = set(SCHEMAS[name].names)
-    text = [f.name for f in schema if f.name in wanted and not _is_number(f.type)]
+    wanted = {*SCHEMAS[name].names, FALLBACK}
+    text = [f.name for f in schema if f.name in wanted and not _is_number(f)]
     if text:
         raise FileError(path, f"column {', '.join(text)} holds no numbers; write integers and floats")
 
 
-def _is_number(kind: pa.DataType) -> bool:
-    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))
+def _is_number(field: pa.Field) -> bool:
+    if field.name == FALLBACK and pa.types.is_boolean(field.type):
+        return True
+    return bool(pa.types.is_integer(field.type) or pa.types.is_floating(field.type))

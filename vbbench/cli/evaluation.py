@@ -17,6 +17,7 @@ def solve(
     truth: Path | None = None,
     jobs: int = 1,
     isolate: bool = False,
+    covariance: bool = False,
     overwrite: bool = False,
 ) -> None:
     """Run a solver over a dataset and write its submission.
@@ -29,12 +30,14 @@ def solve(
         truth: Folder with the truth tables, where they are kept elsewhere (one-step needs them).
         jobs: Processes; the answers do not depend on it.
         isolate: Run the solver in a process of its own that never holds truth.
+        covariance: Write the covariances of poses and positions, too, where the solver reports them.
         overwrite: Replace the submission that is there.
     """
     from vbbench.dataset import Dataset
     from vbbench.solving import solve as run
 
-    print(run(Dataset(folder, truth), solver, protocol, out, jobs=jobs, isolate=isolate, overwrite=overwrite))
+    options = {"isolate": isolate, "covariance": covariance, "overwrite": overwrite}
+    print(run(Dataset(folder, truth), solver, protocol, out, jobs=jobs, **options))
 
 
 def score(

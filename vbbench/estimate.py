@@ -1,0 +1,112 @@
+"""What a solver answers: poses and positions, and whatever else it chooses to report about them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, frozen_array
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameEstimate:
+    """A solver's answer for one frame; ``None`` = not reported.
+
+    Parameters
+    ----------
+    pose : [3] (x, y, yaw) in m and rad.
+    positions : [K, 2] in m, for every observed track; the rest is ignored.
+    fallback : whether fewer than two people were of use, so that the observer's own prior decided the pose.
+    pose_covariance : [3, 3] of (x, y, yaw), in m², m·rad and rad².
+    position_covariances : [K, 2, 2] of world positions, in m².
+    heights, height_variances : [K] what is believed by now of people's heights, in m and m².
+    """
+
+    pose: FloatArray
+    positions: FloatArray
+    fallback: bool | None = None
+    pose_covariance: FloatArray | None = None
+    position_covariances: FloatArray | None = None
+    heights: FloatArray | None = None
+    height_variances: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        _freeze(self, pose=(3,), positions=(None, 2))
+        people = len(self.positions)
+        _freeze(self, pose_covariance=(3, 3), position_covariances=(people, 2, 2))
+        _freeze(self, heights=(people,), height_variances=(people,))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """A solver's answer for a whole sequence; ``None`` = not reported.
+
+    Parameters
+    ----------
+    poses : [T, 3] in m and rad.
+    positions : [T, K, 2] in m.
+    fallback : [T] as in `FrameEstimate`.
+    pose_covariances, position_covariances : [T, 3, 3] and [T, K, 2, 2], likewise; NaN = not reported of that frame.
+    heights, height_variances : [K] what is believed in the end of people's heights, in m and m².
+    """
+
+    poses: FloatArray
+    positions: FloatArray
+    fallback: BoolArray | None = None
+    pose_covariances: FloatArray | None = None
+    position_covariances: FloatArray | None = None
+    heights: FloatArray | None = None
+    height_variances: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        _freeze(self, poses=(None, 3))
+        frames = len(self.poses)
+        _freeze(self, positions=(frames, None, 2), pose_covariances=(frames, 3, 3))
+        people = self.positions.shape[1]
+        _freeze(self, position_covariances=(frames, people, 2, 2), heights=(people,), height_variances=(people,))
+        _freeze(self, np.bool_, fallback=(frames,))
+
+    @staticmethod
+    def of_frames(frames: Sequence[FrameEstimate]) -> "Estimate":
+        """Stack the answers of consecutive frames; the heights are those reported last."""
+        fallback = [frame.fallback for frame in frames]
+        last = next((frame for frame in reversed(frames) if frame.heights is not None), frames[-1])
+        return Estimate(
+            poses=np.stack([frame.pose for frame in frames]),
+            positions=np.stack([frame.positions for frame in frames]),
+            fallback=None if all(fell is None for fell in fallback) else np.array(fallback, dtype=np.bool_),
+            pose_covariances=_stack([frame.pose_covariance for frame in frames]),
+            position_covariances=_stack([frame.position_covariances for frame in frames]),
+            heights=last.heights,
+            height_variances=last.height_variances,
+        )
+
+    def frame(self, t: int) -> FrameEstimate:
+        """The answer for frame ``t``, with the heights believed in the end."""
+        return FrameEstimate(
+            pose=self.poses[t],
+            positions=self.positions[t],
+            fallback=None if self.fallback is None else bool(self.fallback[t]),
+            pose_covariance=None if self.pose_covariances is None else self.pose_covariances[t],
+            position_covariances=None if self.position_covariances is None else self.position_covariances[t],
+            heights=self.heights,
+            height_variances=self.height_variances,
+        )
+
+
+def _freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | None, ...]) -> None:
+    """Check the named arrays of a frozen dataclass and make them read-only; ``None`` stays."""
+    for name, shape in shapes.items():
+        values = getattr(owner, name)
+        if values is not None:
+            object.__setattr__(owner, name, frozen_array(name, values, shape, dtype))
+
+
+def _stack(frames: list[FloatArray | None]) -> FloatArray | None:
+    """Arrays of consecutive frames on end, NaN for a frame without; ``None`` if no frame has one."""
+    known = next((array for array in frames if array is not None), None)
+    if known is None:
+        return None
+    nothing = np.full(known.shape, np.nan)
+    return np.stack([nothing if array is None else array for array in frames])
