@@ -57,7 +57,6 @@ def main() -> None:
     arguments = _arguments()
     with tempfile.TemporaryDirectory() as scratch:
         work = arguments.work or Path(scratch)
-        _warm_up(work, arguments.jobs)
         sections = [_section(split, work, arguments.jobs) for split in SPLITS]
     introduction = INTRODUCTION.format(version=__version__, hardware=hardware())
     table_1, results = zip(*sections, strict=True)
@@ -72,13 +71,6 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--work", type=Path, help="keep datasets and submissions here")
     parser.add_argument("--jobs", type=int, default=2)
     return parser.parse_args()
-
-
-def _warm_up(work: Path, jobs: int) -> None:
-    """Let every worker load its compiled code, so that no figure of speed holds it."""
-    dataset = generate("demo", work / "warm-up", Options(camera=CAMERAS["panorama"]()), jobs=jobs, overwrite=True)
-    for solver in registered("solver"):
-        solve(dataset, solver, "one-step", work / "warm-up-answers", jobs=jobs, overwrite=True)
 
 
 def _table_1(rows: tuple[str, ...]) -> str:
