@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vbbench.arrays import FloatArray
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.ego_motion import fit_pose
 from vbbench_baselines.heights import Heights
 from vbbench_baselines.history import History
 from vbbench_baselines.localisation import localise
+from vbbench_baselines.location import location_energies
 from vbbench_baselines.motion import continue_observer, continue_people
 from vbbench_baselines.sightings import measure, sight
 
@@ -55,8 +57,11 @@ class ConstantVelocityBirdifier:
         measured = measure(*self._seen, heights.mean, heights.variance)
         motion = self._motion_std, self._stay_std, self.estimate_std
         expected = continue_people(history.positions, history.position_given, *motion)
-        pose = history.poses[2]
-        if not history.pose_given[2]:
-            walk, std = continue_observer(history.poses, history.pose_given, self._motion_std, self.estimate_std)
-            pose = fit_pose(*measured, *expected, walk, std if self.ego_prior else np.inf)
+        walk, std = continue_observer(history.poses, history.pose_given, self._motion_std, self.estimate_std)
+        self._factors = (*measured, *expected, walk, std if self.ego_prior else np.inf)
+        pose = history.poses[2] if history.pose_given[2] else fit_pose(*self._factors)
         return history.store(pose, localise(pose, *measured, *expected))
+
+    def location_energy(self, places: FloatArray) -> FloatArray:
+        """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
+        return location_energies(np.ascontiguousarray(places), *self._factors)

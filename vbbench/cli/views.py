@@ -4,6 +4,8 @@ from pathlib import Path
 
 from tyro.conf import Positional
 
+from vbbench.cli.evaluation import ProtocolName
+
 
 def plot(
     folder: Positional[Path],
@@ -13,8 +15,11 @@ def plot(
     estimate: Path | None = None,
     frame: int | None = None,
     truth: Path | None = None,
+    posterior: bool = False,
+    solver: str = "vb-cv",
+    protocol: ProtocolName = "one-step",
 ) -> None:
-    """Draw a sequence: the bird's-eye view beside what the observer sees.
+    """Draw a sequence: the bird's-eye view beside what the observer sees, or beside where the observer may be.
 
     Args:
         folder: The dataset.
@@ -23,10 +28,20 @@ def plot(
         estimate: Submission to draw over the truth.
         frame: Frame to show; default: one in the middle.
         truth: Folder with the truth tables, where they are kept elsewhere.
+        posterior: Draw the posterior of the observer's place as --solver sees it, instead of the ego view.
+        solver: With --posterior: a registered name or module:attribute of your own.
+        protocol: With --posterior: what the solver is given.
     """
     from vbbench.dataset import Dataset
-    from vbbench.plotting import plot_to_file
+    from vbbench.errors import VbbenchError
+    from vbbench.plotting import plot_posterior_to_file, plot_to_file
 
+    if posterior:
+        if estimate is not None:
+            raise VbbenchError("--posterior draws what --solver estimates; leave --estimate out")
+        options = {"solver": solver, "protocol": protocol, "frame": frame}
+        print(plot_posterior_to_file(Dataset(folder, truth), sequence, out, **options))
+        return
     print(plot_to_file(Dataset(folder, truth), sequence, out, submission=estimate, frame=frame))
 
 

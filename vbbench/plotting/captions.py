@@ -1,6 +1,7 @@
 """The words of the figure: title, legend, distance scale and the facts beside them."""
 
 import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -39,10 +40,12 @@ def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
     axes.set_title("distance told by the box (m)", fontsize=style.TEXT_SIZE, loc="left")
 
 
-def draw_legend(axes: Axes, moment: Moment) -> None:
-    """What every mark of the map means; only marks that are there."""
+def draw_legend(axes: Axes, moment: Moment, more: Sequence[Line2D] = ()) -> None:
+    """What every mark of the map means, only marks that are there; and ``more``."""
     axes.set_axis_off()
-    axes.legend(handles=_handles(moment), loc="upper left", frameon=False, fontsize=style.TEXT_SIZE, borderpad=0.0)
+    axes.legend(
+        handles=[*_handles(moment), *more], loc="upper left", frameon=False, fontsize=style.TEXT_SIZE, borderpad=0.0
+    )
 
 
 def draw_facts(axes: Axes, moment: Moment) -> None:

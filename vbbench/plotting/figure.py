@@ -15,17 +15,18 @@ from vbbench.plotting import style
 from vbbench.plotting.bird import draw_bird
 from vbbench.plotting.captions import draw_facts, draw_legend, draw_scale, draw_title
 from vbbench.plotting.ego import STRIP_ASPECT, draw_ego
-from vbbench.plotting.moment import gather
+from vbbench.plotting.moment import Moment, gather
 from vbbench.solver import Estimate
 from vbbench.submitted import SubmittedEstimates
 from vbbench.tables import replace_durably
 
 _DPI = 150
 
-_Rectangles = dict[str, tuple[float, float, float, float]]
+Rectangles = dict[str, tuple[float, float, float, float]]
+"""Left, bottom, width and height in inches of every part of a figure, by its label."""
 
 _PANORAMA_SIZE = (11.0, 9.3)
-_PANORAMA: _Rectangles = {
+_PANORAMA: Rectangles = {
     "ego": (0.6, 0.55, 10.2, STRIP_ASPECT * 10.2),
     "bird": (0.6, 3.65, 7.3, 4.95),
     "scale": (8.25, 8.1, 2.5, 0.14),
@@ -33,14 +34,13 @@ _PANORAMA: _Rectangles = {
     "facts": (8.15, 3.65, 2.7, 1.75),
 }
 _PERSPECTIVE_SIZE = (13.0, 6.3)
-_PERSPECTIVE: _Rectangles = {
+_PERSPECTIVE: Rectangles = {
     "bird": (0.6, 0.55, 5.6, 5.1),
     "ego": (6.9, 2.3, 5.95, 3.35),
     "scale": (6.9, 1.4, 2.4, 0.14),
     "legend": (9.45, 0.1, 3.45, 1.75),
     "facts": (6.8, 0.1, 2.6, 0.85),
 }
-"""Left, bottom, width and height of every part, in inches."""
 
 
 def plot_sequence(
@@ -69,9 +69,9 @@ def plot_sequence(
         If there is no such sequence, frame or protocol, or the estimate has another shape.
     """
     moment = gather(dataset, index, estimate, frame=frame, solver=solver, protocol=protocol)
-    farthest = np.ceil(np.nanmax(moment.distances, initial=1.0))
-    colours = ScalarMappable(Normalize(0.0, farthest), style.distance_colours())
-    figure = _layout(isinstance(dataset.info.camera, PanoramaCamera))
+    colours = person_colours(moment)
+    panorama = isinstance(dataset.info.camera, PanoramaCamera)
+    figure = lay_out(_PANORAMA_SIZE, _PANORAMA) if panorama else lay_out(_PERSPECTIVE_SIZE, _PERSPECTIVE)
     parts = {axes.get_label(): axes for axes in figure.axes}
     draw_bird(parts["bird"], moment, colours)
     draw_ego(parts["ego"], moment, colours)
@@ -82,8 +82,14 @@ def plot_sequence(
     return figure
 
 
-def _layout(panorama: bool) -> Figure:
-    size, rectangles = (_PANORAMA_SIZE, _PANORAMA) if panorama else (_PERSPECTIVE_SIZE, _PERSPECTIVE)
+def person_colours(moment: Moment) -> ScalarMappable:
+    """The colour that every view gives a person, by distance in m."""
+    farthest = np.ceil(np.nanmax(moment.distances, initial=1.0))
+    return ScalarMappable(Normalize(0.0, farthest), style.distance_colours())
+
+
+def lay_out(size: tuple[float, float], rectangles: Rectangles) -> Figure:
+    """An empty figure of that size in inches, with labelled axes in the rectangles."""
     figure = Figure(size, dpi=_DPI, facecolor="white")
     for name, (left, bottom, width, height) in rectangles.items():
         axes = figure.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]), label=name)

@@ -103,7 +103,7 @@ def gather(
     truth = dataset.truth(sequence) if dataset.has_truth else None
     _check_shape(sequence, estimate)
     if frame is None:
-        frame = _middle_frame(sequence) if truth or estimate else min(START_FRAMES, sequence.frames) - 1
+        frame = middle_frame(sequence) if truth or estimate else min(START_FRAMES, sequence.frames) - 1
     elif not 0 <= frame < sequence.frames:
         raise VbbenchError(f"sequence {index} has frames 0 to {sequence.frames - 1}, not {frame}")
     return Moment(
@@ -117,7 +117,8 @@ def gather(
     )
 
 
-def _middle_frame(sequence: Sequence) -> int:
+def middle_frame(sequence: Sequence) -> int:
+    """The fullest frame of the middle third."""
     first = sequence.frames // 3
     people = sequence.observed.sum(axis=1)[first : max(first + 1, 2 * sequence.frames // 3)]
     return first + int(people.argmax())

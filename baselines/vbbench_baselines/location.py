@@ -1,0 +1,43 @@
+"""How likely the observer is to be anywhere else: the energy of `vbbench_baselines.ego_motion` as a function of place.
+
+With the origin o at the place c itself, q = 0 and E(c, R) = mᵀAm − 2gᵀm + const.; the yaw of least energy at c is found
+as there. The people's places are eliminated already. E is a sum of squared, normalised errors, so −ln p = E/2.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.ego_motion import VAGUE, invert, least_angle
+
+
+@kernel
+def location_energies(
+    places: FloatArray,
+    relative: FloatArray,
+    covariance: FloatArray,
+    expected: FloatArray,
+    std: FloatArray,
+    predicted: FloatArray,
+    ego_std: float,
+) -> FloatArray:
+    """−ln p of the observer at each of the places [N, 2] in m, up to a constant; the rest as in `fit_pose`."""
+    energies = np.empty(len(places))
+    information = max(1.0 / ego_std**2, VAGUE)
+    for n in range(len(places)):
+        a, g = np.zeros((2, 2)), VAGUE * np.array((np.cos(predicted[2]), np.sin(predicted[2])))
+        for k in range(len(std)):
+            if np.isnan(std[k]) or np.isnan(relative[k, 0]):
+                continue
+            v = std[k] ** 2
+            rr, rf, ff = invert(covariance[k, 0] + v, covariance[k, 1], covariance[k, 2] + v)
+            x, y = expected[k, 0] - places[n, 0], expected[k, 1] - places[n, 1]
+            w = np.array(((rr, rf), (rf, ff)))
+            d = np.array(((-y, x), (x, y)))
+            a += d.T @ w @ d
+            g += d.T @ w @ relative[k]
+        yaw = least_angle(a, g)
+        m = np.array((np.cos(yaw), np.sin(yaw)))
+        moved = (places[n, 0] - predicted[0]) ** 2 + (places[n, 1] - predicted[1]) ** 2
+        energies[n] = 0.5 * (m @ a @ m - 2.0 * (g @ m) + information * moved)
+    return energies
