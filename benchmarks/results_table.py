@@ -19,7 +19,7 @@ from vbbench.generator import Options
 from vbbench.info import summary
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import registered
-from vbbench.score import Score
+from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.solving import hardware, solve
 from vbbench.tables import write_text_atomically

@@ -82,8 +82,10 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["generate", "demo", "--out", "x", "--tier", "tracked"], "tiers ideal, noisy"),
         (["info", "nowhere"], "no dataset here"),
         (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
-        (["frobnicate"], "frobnicate"),
-        (["fetch", "hotle"], "did you mean 'hotel'"),
+        (["frobnicate"], "no command is called 'frobnicate'"),
+        (["export", "tmu"], "did you mean 'export tum'"),
+        (["fetch", "hotle"], "no split is called 'hotle'; did you mean 'hotel'"),
+        (["fetch"], "name splits"),
     ],
 )
 def test_a_mistake_is_one_line_on_stderr_and_status_2(

@@ -45,6 +45,12 @@ def test_module_and_attribute_need_no_registration() -> None:
     assert registry.load("solver", "collections:OrderedDict.fromkeys")
 
 
+@pytest.mark.parametrize("value", ["math:pi", "math:sqrt"])
+def test_a_solver_must_be_a_class_without_arguments(value: str) -> None:
+    with pytest.raises(VbbenchError, match="no class that is called without arguments"):
+        registry.make_solver(value)
+
+
 def test_a_broken_plugin_is_a_warning_that_names_it(plugins: list[EntryPoint]) -> None:
     plugins += [solver("good", "math:sqrt"), solver("broken", "no_such_module_at_all:x"), solver("bad", "math:nothing")]
     with pytest.warns(VbbenchWarning, match=r"'(broken|bad)'") as caught:

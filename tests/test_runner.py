@@ -101,7 +101,7 @@ def test_the_rest_shows_what_is_given_and_no_more(protocol: str, world: Any) -> 
     problem, sequence, _ = world
     given = get_protocol(protocol).select_given(sequence.given)
     recorder = Recorder()
-    run_sequence(recorder, problem, sequence, get_protocol(protocol), None)
+    run_sequence(recorder, problem, sequence, get_protocol(protocol), world[2])  # truth at hand is not shown
     for t, frame in enumerate(recorder.frames):
         np.testing.assert_array_equal(frame.given.positions[2], given.positions[t])
         np.testing.assert_array_equal(frame.given.poses[2], given.poses[t])
@@ -221,6 +221,11 @@ def test_what_a_solver_leaves_out_is_named(world: Any) -> None:
         run_sequence(Garbled(), world[0], world[1], get_protocol("sequential"), None)
     with pytest.raises(VbbenchError, match="neither start and step nor solve"):
         run_sequence(object(), world[0], world[1], get_protocol("sequential"), None)  # type: ignore[arg-type]
+
+
+def test_one_step_needs_truth(world: Any) -> None:
+    with pytest.raises(VbbenchError, match="no truth is at hand"):
+        run_sequence(Recorder(), world[0], world[1], get_protocol("one-step"), None)
 
 
 def test_wrong_protocol_names_get_a_suggestion() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import VbbenchError
-from vbbench.score import DRIFTS, METRICS, Score
+from vbbench.scorecard import DRIFTS, METRICS, Score
 from vbbench.scoring import score
 from vbbench.statistics import bootstrap_means, two_sided_p
 

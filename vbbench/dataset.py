@@ -155,7 +155,8 @@ class Dataset:
     def _checked_range(self, first: int, last: int | None) -> int:
         last = len(self) if last is None else last
         if not 0 <= first <= last <= len(self):
-            raise VbbenchError(f"{self.folder} has sequences 0 to {len(self) - 1}, not {first} to {last - 1}")
+            asked = f"{first}" if last == first + 1 else f"{first} to {last - 1}"
+            raise VbbenchError(f"{self.folder} has sequences 0 to {len(self) - 1}, not {asked}")
         return last
 
     def _require_truth(self) -> None:

@@ -10,14 +10,15 @@ from vbbench.info import describe
 from vbbench.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
-from vbbench.score import Score
+from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench.sources import is_here
-from vbbench.tables import write_text_atomically
+from vbbench.tables import check_free, write_text_atomically
 
 REAL, MADE = "hotel", "demo"
 """The real split where its source is at hand, and the made one otherwise."""
+PAGE = "index.md"
 DRAWN_SOLVER = "vb-cv"
 COLUMNS = (("dx_rel", "Δx̃ (m)"), ("dx", "Δx (m)"), ("dr", "Δr (rad)"), ("dt", "Δt (m)"))
 
@@ -28,6 +29,7 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
     The folder ``out`` then holds ``dataset``, a submission for each protocol and solver, pictures, and ``index.md``.
     """
     out = Path(out)
+    check_free(out, PAGE, "demo", overwrite=True)
     split = REAL if _at_hand(REAL) else MADE
     dataset = generate(split, out / "dataset", Options(camera=PanoramaCamera()), jobs=jobs, overwrite=True)
     scores = [
@@ -37,7 +39,7 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
     ]
     table = score_table(scores)
     pictures = [_draw(dataset, protocol, out) for protocol in PROTOCOLS]
-    write_text_atomically(out / "index.md", _page(dataset, table, pictures))
+    write_text_atomically(out / PAGE, _page(dataset, table, pictures))
     return f"{describe(dataset.info)}\n\n{table}\n\nPictures and files: {out / 'index.md'}"
 
 

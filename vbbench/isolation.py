@@ -6,7 +6,7 @@ from typing import Any
 
 from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
-from vbbench.registry import load
+from vbbench.registry import make_solver
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem
 
@@ -67,7 +67,7 @@ def _serve(name: str, pipe: Connection) -> None:
     import traceback
 
     try:
-        solver = load("solver", name)()
+        solver = make_solver(name)
     except VbbenchError as error:
         pipe.send((True, str(error)))
         return

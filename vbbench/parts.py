@@ -16,6 +16,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from vbbench.errors import VbbenchError
 from vbbench.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.tables import TableWriter
 
@@ -62,6 +63,8 @@ def write_in_parts(
 
     Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
+    if jobs == 0:
+        raise VbbenchError("--jobs is a number of processes, 1 or more (-1: one a core), not 0")
     ranges = [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
     make = partial(_make_part, work, parts)
     made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
 
 Kind = Literal["generator", "renderer", "solver"]
+_SPOKEN = {"generator": "split"}
 
 
 @cache
@@ -41,7 +42,22 @@ def load(kind: Kind, name: str) -> Any:
         return _import(kind, name, points[name].value)
     if ":" in name:
         return _import(kind, name, name)
-    raise UnknownNameError(kind, name, points)
+    raise UnknownNameError(_SPOKEN.get(kind, kind), name, points)
+
+
+def make_solver(name: str) -> Any:
+    """A new solver of the class that ``name`` stands for.
+
+    Raises
+    ------
+    VbbenchError
+        If it is no class, or needs arguments.
+    """
+    found = load("solver", name)
+    try:
+        return found()
+    except TypeError as error:
+        raise VbbenchError(f"solver '{name}' is no class that is called without arguments: {error}") from error
 
 
 def load_all(kind: Kind) -> dict[str, Any]:

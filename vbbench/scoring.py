@@ -10,7 +10,7 @@ from vbbench.answers import Answers
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
-from vbbench.score import PerSequence, Score, join_figures
+from vbbench.scorecard import PerSequence, Score, join_figures
 from vbbench.scored_rows import ScoredRows
 from vbbench.statistics import mean_of_groups, summarise
 from vbbench.truth_rows import TruthRows

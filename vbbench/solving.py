@@ -17,7 +17,7 @@ from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
 from vbbench.parts import Part, prepare_parts, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import load, registered
+from vbbench.registry import make_solver, registered
 from vbbench.runner import run_sequence, warm_up
 from vbbench.schemas import to_arrow
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
@@ -58,7 +58,7 @@ def solve(
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
         )
-    load("solver", solver)
+    make_solver(solver)
     draft = out.with_name(out.name + ".partial")
     prepare_parts(draft / "parts", f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance}")
     work = partial(_solve_part, dataset, solver, rules, isolate, covariance)
@@ -120,4 +120,4 @@ def _solve_part(
 
 
 def _solver(name: str, isolate: bool) -> AbstractContextManager[Any]:
-    return IsolatedSolver(name) if isolate else nullcontext(load("solver", name)())
+    return IsolatedSolver(name) if isolate else nullcontext(make_solver(name))

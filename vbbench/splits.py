@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
 
+from vbbench.errors import VbbenchError
 from vbbench.generator import Card, Generator
 from vbbench.registry import load, load_all
 from vbbench.sources import fetch, is_here
@@ -21,6 +22,8 @@ def describe_splits() -> str:
 
 def fetch_splits(names: Sequence[str]) -> list[Path]:
     """Download what is missing of the sources of splits; the paths of all of them."""
+    if not names:
+        raise VbbenchError("fetch what? name splits, such as hotel eth students; 'vbbench splits' lists them")
     found: list[Generator] = [load("generator", name) for name in names]
     wanted = {source.path: source for generator in found for source in generator.card.sources}
     return fetch(list(wanted.values()))

@@ -15,7 +15,7 @@ from typing import Any
 
 from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, views
-from vbbench.errors import VbbenchError
+from vbbench.errors import UnknownNameError, VbbenchError
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,
@@ -61,6 +61,8 @@ def _run(arguments: list[str]) -> None:
 
     if " ".join(arguments[:2]) in COMMANDS:
         arguments = [" ".join(arguments[:2]), *arguments[2:]]
+    elif arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
+        raise UnknownNameError("command", " ".join(arguments[:2]), COMMANDS)
     complaints = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaints):
