@@ -23,10 +23,12 @@ from vbbench_baselines.history import History
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.sightings import measure, sight
 from vbbench_baselines.social_force import adapt_velocities
+from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 CAMERAS: list[Camera] = [PanoramaCamera(), PerspectiveCamera()]
-SOLVERS = [ConstantVelocity, SocialForce, ConstantVelocityBirdifier]
+BIRDIFIERS = [ConstantVelocityBirdifier, SocialForceBirdifier]
+SOLVERS = [ConstantVelocity, SocialForce, *BIRDIFIERS]
 DT = 0.4
 
 
@@ -250,9 +252,12 @@ def test_the_height_of_a_single_exact_frame_is_exact() -> None:
 @pytest.mark.parametrize("people", [0, 1, 2])
 @pytest.mark.parametrize("ego_prior", [True, False])
 @pytest.mark.parametrize("protocol", PROTOCOLS)
-def test_few_people_are_enough_for_a_finite_answer(protocol: str, ego_prior: bool, people: int) -> None:
+@pytest.mark.parametrize("solver", BIRDIFIERS)
+def test_few_people_are_enough_for_a_finite_answer(
+    solver: type[Any], protocol: str, ego_prior: bool, people: int
+) -> None:
     truth = walk(8, people=people)
-    estimate = run(ConstantVelocityBirdifier(ego_prior=ego_prior), truth, protocol)
+    estimate = run(solver(ego_prior=ego_prior), truth, protocol)
     assert np.isfinite(estimate.poses).all()
     assert np.isfinite(estimate.positions).all()
 

@@ -12,8 +12,7 @@ from vbbench.arrays import FloatArray
 from vbbench.geometry import relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.history import History
-from vbbench_baselines.motion import continue_observer, continue_people
-from vbbench_baselines.social_force import adapt_velocities
+from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, Spreads, StraightWalk, expect
 
 
 class ConstantVelocity:
@@ -36,9 +35,12 @@ class ConstantVelocity:
 
     def _continue(self, history: History) -> tuple[FloatArray, FloatArray]:
         """Pose [3] and positions [K, 2] at t, NaN = never known."""
-        pose, _ = continue_observer(history.poses, history.pose_given, 0.0, 0.0)
-        positions, _ = continue_people(history.positions, history.position_given, 0.0, 0.0, 0.0)
-        return pose, positions
+        everybody = np.ones(history.positions.shape[1], np.bool_)
+        expected = expect(self._model(), history, everybody, _EXACT, self._problem.dt)
+        return expected.walk, expected.people
+
+    def _model(self) -> MotionModel:
+        return StraightWalk()
 
     def _measure(self, observations: FloatArray, pose: FloatArray) -> FloatArray:
         heights = np.full(len(observations), self._problem.height_mean)
@@ -60,10 +62,8 @@ class SocialForce(ConstantVelocity):
     relaxation: float = 0.5
     radius: float = 1.0
 
-    def _continue(self, history: History) -> tuple[FloatArray, FloatArray]:
-        pose, positions = super()._continue(history)
-        dt = self._problem.dt
-        before, last = (np.concatenate((history.positions[row], history.poses[row : row + 1, :2])) for row in (0, 1))
-        change = adapt_velocities(last, (last - before) / dt, self.radius, dt / self.relaxation) * dt
-        pose[:2] += change[-1]
-        return pose, np.where(np.isnan(history.positions[2]), positions + change[:-1], positions)
+    def _model(self) -> MotionModel:
+        return SocialForceWalk(relaxation=self.relaxation, radius=self.radius, implicit=False)
+
+
+_EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)

@@ -1,5 +1,7 @@
 """What a frame-by-frame solver remembers: poses and positions at t−2, t−1 and t."""
 
+from typing import Any
+
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
@@ -42,8 +44,11 @@ class History:
         np.copyto(self.poses, given.poses, where=known)
         self.pose_given |= known[:, 2]
 
-    def store(self, pose: FloatArray, positions: FloatArray) -> FrameEstimate:
-        """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given; return what is kept."""
+    def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
+        """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
+
+        What is kept is returned, together with the other fields of `vbbench.estimate.FrameEstimate` in ``report``.
+        """
         for row, values in ((self.poses[2], pose), (self.positions[2], positions)):
             np.copyto(row, values, where=np.isnan(row))
-        return FrameEstimate(pose=self.poses[2].copy(), positions=self.positions[2].copy())
+        return FrameEstimate(pose=self.poses[2].copy(), positions=self.positions[2].copy(), **report)

@@ -1,0 +1,116 @@
+"""Motion models: what moves people off the straight line. A third model is one more class with one method.
+
+A model with the force F (an acceleration in m/s²) measures a walk by D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq. 10 and
+11). With ẍ = (x − 2x' + x'')/dt² this is the distance of x from the expectation 2x' − x'' + dt²F, divided by dt²; the
+model says how far dt²F is, and how the distance counts is the solver's affair.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray
+from vbbench_baselines.history import History
+from vbbench_baselines.motion import continue_observer, continue_people
+from vbbench_baselines.social_force import adapt_velocities
+
+
+class Walkers(NamedTuple):
+    """People and, last, the observer at t−1; NaN = unknown.
+
+    Attributes
+    ----------
+    positions, velocities : [N, 2] in m and m/s.
+    dt : seconds a frame.
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    dt: float
+
+
+class MotionModel(Protocol):
+    """The force term of a walk."""
+
+    def displace(self, walkers: Walkers) -> FloatArray:
+        """dt²F [N, 2] in m of each walker; nought where its velocity is unknown."""
+
+
+class StraightWalk:
+    """Constant velocity: no force (eq. 10)."""
+
+    def displace(self, walkers: Walkers) -> FloatArray:
+        """See `MotionModel.displace`."""
+        return np.zeros_like(walkers.positions)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SocialForceWalk:
+    """Velocities drawn towards those of the people around: F = (w − ẋ)/η (eq. 11, in seconds).
+
+    With the velocity ẋ at t−1 the displacement is dt·r(w − ẋ), r = dt/η. With the velocity at t, ẋ = (x − x')/dt,
+    ẍ = F is solved for x: dt·r/(1 + r)·(w − ẋ'), the implicit step, which never overshoots.
+
+    Parameters
+    ----------
+    relaxation : η in s.
+    radius : distance in m within which people at t−1 walk together; w is their mean velocity, oneself included.
+    implicit : whether ẋ is the velocity at t, as ẍ is the acceleration there.
+    """
+
+    relaxation: float = 0.5
+    radius: float = 1.0
+    implicit: bool = True
+
+    def displace(self, walkers: Walkers) -> FloatArray:
+        """See `MotionModel.displace`."""
+        rate = walkers.dt / self.relaxation
+        rate = rate / (1.0 + rate) if self.implicit else rate
+        return adapt_velocities(walkers.positions, walkers.velocities, self.radius, rate) * walkers.dt
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spreads:
+    """How far walks stray from what is expected, in m (see `vbbench_baselines.motion`).
+
+    Parameters
+    ----------
+    motion : about the expectation of a model.
+    stay : about the one known past position, for each frame since.
+    estimate : of the solver's own past positions.
+    """
+
+    motion: float
+    stay: float
+    estimate: float
+
+
+class Expectations(NamedTuple):
+    """Where everybody is expected at t.
+
+    Attributes
+    ----------
+    people, std : [K, 2] and [K] in m, NaN = no expectation.
+    walk, walk_std : [3] the observer's pose, its yaw held, and its standard deviation in m.
+    """
+
+    people: FloatArray
+    std: FloatArray
+    walk: FloatArray
+    walk_std: float
+
+
+def expect(model: MotionModel, history: History, chosen: BoolArray, spreads: Spreads, dt: float) -> Expectations:
+    """What ``model`` expects after ``history``; forces act among the ``chosen`` [K] and the observer only."""
+    people, std = continue_people(
+        history.positions, history.position_given, spreads.motion, spreads.stay, spreads.estimate
+    )
+    walk, walk_std = continue_observer(history.poses, history.pose_given, spreads.motion, spreads.estimate)
+    before, last = (
+        np.concatenate((history.positions[row, chosen], history.poses[row : row + 1, :2])) for row in (0, 1)
+    )
+    moved = model.displace(Walkers(last, (last - before) / dt, dt))
+    walk[:2] += moved[-1]
+    people[chosen] += np.where(np.isnan(history.positions[2, chosen]), moved[:-1], 0.0)
+    return Expectations(people, std, walk, walk_std)

@@ -1,0 +1,83 @@
+"""Samples along the viewing rays: where a person may stand, and what that costs by its own terms.
+
+Given the pose, person k's own energy is U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹} (see
+`vbbench_baselines.reweighting`). The samples stand δ of height apart on the ray about the person's own optimum, as
+many as ±SPAN standard deviations of the height take, at most S. Box noise across the ray moves each sample to where,
+at that height, U_k is least under the weights at the optimum; without box noise all samples are on the ray. Who is
+known to less than δ/2 has the one sample.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.ego_motion import invert
+
+SPAN = 3.0
+"""Standard deviations of the height, by the person's own terms, on either side of the optimum."""
+
+
+@kernel
+def sample_rays(
+    yaw: float,
+    positions: FloatArray,
+    rays: FloatArray,
+    covariance: FloatArray,
+    expected: FloatArray,
+    std: FloatArray,
+    weights: FloatArray,
+    softness: float,
+    most: int,
+    spacing: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Places and energies of the samples.
+
+    Parameters
+    ----------
+    yaw : of the observer, in rad.
+    positions, weights : [K, 2] optima in m and [K] weights there, as `settle` gives them.
+    rays, covariance : [K, 2] place of a person one metre tall and [K, 3] N as (rr, rf, ff), in m and m².
+    expected, std, softness : as in `settle`; people without expectation stay where they are.
+    most, spacing : S, odd, and δ in m of height.
+
+    Returns
+    -------
+    [K, S, 2] places in the world in m and [K, S] energies less U at the optimum; the optimum is sample 0, unused
+    samples are inf.
+    """
+    people, sin, cos = len(std), np.sin(yaw), np.cos(yaw)
+    places, energies = np.zeros((people, most, 2)), np.full((people, most), np.inf)
+    for k in range(people):
+        places[k, 0], energies[k, 0] = positions[k], 0.0
+        spread = std[k] / np.sqrt(weights[k])
+        variance, move = _direction(rays[k], covariance[k], spread)
+        if not variance >= 0.25 * spacing**2:
+            continue
+        step = np.array((move[0] * sin + move[1] * cos, move[1] * sin - move[0] * cos)) * spacing
+        # Away from the optimum x the box term grows by its slope there, −∇ρ = −(w/σ²)(x − p), and its own curvature.
+        off = positions[k] - expected[k]
+        start = np.sqrt((off @ off) / std[k] ** 2 + softness**2)
+        slope = weights[k] / std[k] ** 2 * (off @ step)
+        curvature = max(spacing**2 / variance - (step @ step) / spread**2, 0.0)  # N⁻¹ = P⁻¹ − 1/spread²
+        half = min(most // 2, int(np.ceil(SPAN * np.sqrt(variance) / spacing)))
+        for s in range(1, 2 * half + 1):
+            n = float((s + 1) // 2 if s % 2 else -(s // 2))
+            moved = off + n * step
+            walk = np.sqrt((moved @ moved) / std[k] ** 2 + softness**2) - start
+            places[k, s] = positions[k] + n * step
+            energies[k, s] = walk - n * slope + 0.5 * n * n * curvature
+    return places, energies
+
+
+@kernel
+def _direction(ray: FloatArray, covariance: FloatArray, spread: float) -> tuple[float, FloatArray]:
+    """Variance in m² of the height given all of a person's own terms, and [2] dz/dh where they move it.
+
+    Both from the covariance P = (1/spread² + N⁻¹)⁻¹ of z: var h = uᵀPu with u = ρ/‖ρ‖², dz/dh = P u/(uᵀPu).
+    """
+    v, u = spread**2, ray / (ray @ ray)
+    rr, rf, ff = invert(covariance[0] + v, covariance[1], covariance[2] + v)
+    # P = v − v (N + v)⁻¹ v
+    moved = np.array((v * (u[0] - v * (rr * u[0] + rf * u[1])), v * (u[1] - v * (rf * u[0] + ff * u[1]))))
+    variance = u @ moved
+    return variance, moved / variance

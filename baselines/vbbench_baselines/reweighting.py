@@ -1,0 +1,79 @@
+"""Pose and people together under unsquared norms, by iterative reweighting.
+
+The cascade's first energy with D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq. 11) is, with m_k = ‖x_k − p_k‖/σ_k,
+
+    E_c = Σ_k ρ(m_k) + ½ (z_k − Rᵀ(x_k − c))ᵀ N_k⁻¹ (z_k − Rᵀ(x_k − c)),   ρ(m) = √(m² + ε²),
+
+the observer being one more walker with z = 0, N = 0. ρ is the norm, rounded off below ε standard deviations; a
+walk that departs far from its expectation pulls no harder than one that departs a little. Since ρ is concave in m²,
+
+    ρ(m) ≤ ½ w m² + constant,   w = 1/√(m_now² + ε²),   with equality at m_now,
+
+and the right-hand side is the weighted energy that `fit_pose` and `localise` minimise exactly, over all poses: each
+round lowers E_c, and the first is the global least-squares fit, wherever the observer was before. The box terms keep
+their own covariances: only the motion's variance σ_k² is divided by w. The gradient of E_c is that of the weighted
+energy at the same place.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.localisation import localise
+
+
+@kernel
+def weigh(positions: FloatArray, expected: FloatArray, std: FloatArray, softness: float) -> FloatArray:
+    """Weights w [K] of positions [K, 2] about ``expected`` [K, 2] with ``std`` [K]; one where nothing is expected."""
+    weights = np.ones(len(std))
+    for k in range(len(std)):
+        dx, dy = positions[k, 0] - expected[k, 0], positions[k, 1] - expected[k, 1]
+        squared = (dx * dx + dy * dy) / std[k] ** 2
+        if not np.isnan(squared):
+            weights[k] = 1.0 / np.sqrt(squared + softness**2)
+    return weights
+
+
+@kernel
+def settle(
+    relative: FloatArray,
+    covariance: FloatArray,
+    expected: FloatArray,
+    std: FloatArray,
+    walk: FloatArray,
+    walk_std: float,
+    pose: FloatArray,
+    softness: float,
+    rounds: int,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Minimise E_c over the pose, unless it is known, and the people.
+
+    Parameters
+    ----------
+    relative, covariance, expected, std, walk, walk_std : as in `vbbench_baselines.ego_motion.fit_pose`.
+    pose : [3] the known pose, or NaN.
+    softness : ε, in standard deviations.
+    rounds, tolerance : stop after so many rounds, or when nobody's place (m), nor the yaw (rad), moved further.
+
+    Returns
+    -------
+    Pose [3], positions [K, 2] in m (NaN = not observed) and the weights [K] of the people's terms.
+    """
+    free, here = np.isnan(pose[2]), pose.copy()
+    weights, walk_weight = np.ones(len(std)), 1.0
+    positions = np.full_like(relative, np.inf)
+    for _ in range(rounds):
+        spread = std / np.sqrt(weights)
+        before, last = here, positions
+        if free:
+            here = fit_pose(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
+        positions = localise(here, relative, covariance, expected, spread)
+        if np.all(np.abs(here - before) < tolerance) and not np.any(np.abs(positions - last) >= tolerance):
+            break
+        weights = weigh(positions, expected, std, softness)
+        if free and not np.isinf(walk_std):
+            stray = np.hypot(here[0] - walk[0], here[1] - walk[1]) / walk_std
+            walk_weight = 1.0 / np.sqrt(stray**2 + softness**2)
+    return here, positions, weights

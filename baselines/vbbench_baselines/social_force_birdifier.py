@@ -1,0 +1,71 @@
+"""``vb-sf``: view birdification with social force (VB-SF of arXiv 2111.05060)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.cascade import Answer, Birdifier, Task
+from vbbench_baselines.crowd_graph import link
+from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
+from vbbench_baselines.people import choose, descend, tabulate
+from vbbench_baselines.rays import sample_rays
+from vbbench_baselines.reweighting import settle
+
+EXPECTED_WEIGHT = 0.5
+"""Mean curvature of the norm m = ‖x − p‖/σ in the plane under its own density exp(−m): half that of m²/2."""
+
+
+@dataclass(kw_only=True)
+class SocialForceBirdifier(Birdifier):
+    """Unsquared norms about what social force expects, and message passing on the crowd graph.
+
+    Parameters
+    ----------
+    relaxation, radius, implicit : of the force, see `vbbench_baselines.motion_models.SocialForceWalk`.
+    softness : ε, below which a deviation counts as its square, in standard deviations.
+    samples, spacing : S, odd, and δ in m of height: places along a ray that message passing chooses from.
+    strength, sigma : of the pairwise potential: its weight beside D_k, both in m/s², and its σ in m.
+    reach, neighbours : people interact within so many m, each with so many of its nearest.
+    rounds, damping : of message passing.
+    iterations, tolerance : of the minimisations over real numbers; the tolerance is in m and rad.
+    """
+
+    acceleration_std: float = 0.5
+    relaxation: float = 0.5
+    radius: float = 1.0
+    implicit: bool = True
+    softness: float = 0.3
+    samples: int = 9
+    spacing: float = 0.01
+    strength: float = 1.0
+    sigma: float = 1.0
+    reach: float = 3.0
+    neighbours: int = 6
+    rounds: int = 20
+    damping: float = 0.2
+    iterations: int = 50
+    tolerance: float = 1e-6
+
+    def _model(self) -> MotionModel:
+        return SocialForceWalk(relaxation=self.relaxation, radius=self.radius, implicit=self.implicit)
+
+    def _minimise(self, task: Task) -> Answer:
+        factors = task.factors
+        pose, alone, weights = settle(*factors, task.pose, self.softness, self.iterations, self.tolerance)
+        positions = self._interact(task._replace(pose=pose), alone, weights)
+        return Answer(pose, positions, factors.spread(EXPECTED_WEIGHT**-0.5))
+
+    def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
+        """The second stage: people's places [K, 2] given the pose, from where each of them stands best alone."""
+        pose, (relative, covariance, expected, std, *_), rays = task
+        sampling = self.samples, self.spacing
+        own = expected, std, weights, self.softness
+        places, energies = sample_rays(pose[2], alone, rays, covariance, *own, *sampling)
+        if self.samples == 1 or np.isinf(energies[:, 1]).all():
+            return alone
+        edges, strength = link(alone, self.reach, self.neighbours), self.strength / self.acceleration_std
+        felt, pair = tabulate(places, energies, edges, strength, self.sigma)
+        valley = choose(places, energies, felt, pair, self.rounds, self.damping)
+        terms = relative, covariance, expected, std, self.softness
+        return descend(pose, valley, *terms, edges, strength, self.sigma, self.iterations, self.tolerance)
