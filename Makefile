@@ -1,5 +1,6 @@
 # make demo   first result      make test   all tests      make check   lint, types, import contracts
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
+# make golden  what the solvers score against the committed results; make golden-update writes them (minutes)
 # make wheel-test   the built wheel in an empty environment, from another folder
 PYTHON ?= python3
 VENV := .venv
@@ -7,7 +8,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test check lint types contracts bench results wheel-test clean
+.PHONY: demo test check lint types contracts bench results golden golden-update wheel-test clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -33,6 +34,12 @@ bench: $(VENV)/.dev
 
 results: $(VENV)/.dev
 	$(BIN)/python benchmarks/results_table.py
+
+golden: $(VENV)/.dev
+	$(BIN)/python -m vbbench_leaderboards.golden recompute --jobs 2
+
+golden-update: $(VENV)/.dev
+	$(BIN)/python -m vbbench_leaderboards.golden recompute --jobs 2 --update
 
 wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
