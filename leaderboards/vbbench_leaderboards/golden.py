@@ -46,12 +46,18 @@ def compute(cell: Cell, dataset: Dataset, work: Path, *, jobs: int = 1) -> dict[
 
 
 def recompute(
-    splits: Sequence[str], solvers: Sequence[str], results: Path, *, update: bool, jobs: int = 1
+    splits: Sequence[str],
+    solvers: Sequence[str],
+    results: Path,
+    *,
+    update: bool,
+    limit: int | None = None,
+    jobs: int = 1,
 ) -> Iterator[tuple[Cell, list[str]]]:
     """Every cell with what drifted from its file; with ``update`` the file is then written anew."""
     with tempfile.TemporaryDirectory() as scratch:
         for split, tier in itertools.product(splits, TIERS):
-            dataset = make_dataset(split, tier, Path(scratch), jobs=jobs)
+            dataset = make_dataset(split, tier, Path(scratch), limit=limit, jobs=jobs)
             for protocol, solver in itertools.product(PROTOCOLS, solvers):
                 cell = Cell(split=split, tier=tier, protocol=protocol, solver=solver)
                 values = compute(cell, dataset, Path(scratch), jobs=jobs)
