@@ -31,9 +31,11 @@ def pass_messages(
     belief = unary.copy()
     done = 0
     while done < rounds:
-        change = 0.0
+        change, last = 0.0, messages.copy()
         for e in range(count):
-            change = max(change, _send(belief[edges[e, 1]], messages[e, 1], pair[e].T, messages[e, 0], damping))
+            i, j = belief[edges[e, 0]], belief[edges[e, 1]]
+            change = max(change, _send(j, last[e, 1], pair[e], messages[e, 0], damping))
+            change = max(change, _send(i, last[e, 0], pair[e].T, messages[e, 1], damping))
         done += 1
         if change <= tolerance:
             break

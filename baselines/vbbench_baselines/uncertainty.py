@@ -34,8 +34,17 @@ def pose_covariance(
         v = std[k] ** 2
         rr, rf, ff = invert(covariance[k, 0] + v, covariance[k, 1], covariance[k, 2] + v)
         x, y = expected[k, 0] - pose[0], expected[k, 1] - pose[1]
-        jacobian = np.array(((sin, -cos, -(x * cos + y * sin)), (cos, sin, x * sin - y * cos)))
-        hessian += jacobian.T @ np.array(((rr, rf), (rf, ff))) @ jacobian
+        # The rows of J_k: (sin, −cos, −forward), (cos, sin, right) of where the person is expected.
+        right, forward = x * sin - y * cos, x * cos + y * sin
+        first = rr * sin + rf * cos, rf * sin + ff * cos
+        second = rf * sin - rr * cos, ff * sin - rf * cos
+        hessian[0, 0] += sin * first[0] + cos * first[1]
+        hessian[0, 1] += sin * second[0] + cos * second[1]
+        hessian[1, 1] += sin * second[1] - cos * second[0]
+        hessian[0, 2] += right * first[1] - forward * first[0]
+        hessian[1, 2] += right * second[1] - forward * second[0]
+        hessian[2, 2] += forward * (rr * forward - rf * right) + right * (ff * right - rf * forward)
+    hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
     return np.linalg.inv(hessian)
 
 
@@ -45,17 +54,31 @@ def position_covariances(
 ) -> FloatArray:
     """[K, 2, 2] in m², in the world; ``sigma`` [3, 3] is the pose's covariance. NaN for people not observed."""
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
-    turn = np.array(((sin, cos), (-cos, sin)))
     spread = np.empty((len(std), 2, 2))
     for k in range(len(std)):
-        noise = np.array(((covariance[k, 0], covariance[k, 1]), (covariance[k, 1], covariance[k, 2])))
-        share = np.eye(2)
+        n_rr, n_rf, n_ff = covariance[k]
+        rr, rf, ff = 1.0, 0.0, 1.0  # B: all the measurement's, where nothing is expected
         if not np.isnan(std[k]):
             v = std[k] ** 2
-            rr, rf, ff = invert(covariance[k, 0] + v, covariance[k, 1], covariance[k, 2] + v)
-            share = v * np.array(((rr, rf), (rf, ff)))
+            w_rr, w_rf, w_ff = invert(n_rr + v, n_rf, n_ff + v)
+            rr, rf, ff = v * w_rr, v * w_rf, v * w_ff
         right, forward = relative[k]
-        # d(c + R z)/d(c, yaw), in the camera's frame
-        jacobian = share @ np.array(((sin, -cos, -forward), (cos, sin, right)))
-        spread[k] = turn @ (share @ noise + jacobian @ sigma @ jacobian.T) @ turn.T
+        # Rows of B·∂(Rᵀ(c + R z))/∂(c, yaw)
+        a, b, c = rr * sin + rf * cos, rf * sin - rr * cos, rf * right - rr * forward
+        d, e, f = rf * sin + ff * cos, ff * sin - rf * cos, ff * right - rf * forward
+        p_rr = rr * n_rr + rf * n_rf + _product(a, b, c, sigma, a, b, c)
+        p_rf = rr * n_rf + rf * n_ff + _product(a, b, c, sigma, d, e, f)
+        p_ff = rf * n_rf + ff * n_ff + _product(d, e, f, sigma, d, e, f)
+        spread[k, 0, 0] = sin * sin * p_rr + 2.0 * sin * cos * p_rf + cos * cos * p_ff
+        spread[k, 0, 1] = spread[k, 1, 0] = sin * cos * (p_ff - p_rr) + (sin * sin - cos * cos) * p_rf
+        spread[k, 1, 1] = cos * cos * p_rr - 2.0 * sin * cos * p_rf + sin * sin * p_ff
     return spread
+
+
+@kernel
+def _product(a: float, b: float, c: float, sigma: FloatArray, d: float, e: float, f: float) -> float:
+    """(a, b, c) Σ (d, e, f)ᵀ."""
+    x = a * sigma[0, 0] + b * sigma[1, 0] + c * sigma[2, 0]
+    y = a * sigma[0, 1] + b * sigma[1, 1] + c * sigma[2, 1]
+    z = a * sigma[0, 2] + b * sigma[1, 2] + c * sigma[2, 2]
+    return float(x * d + y * e + z * f)

@@ -1,0 +1,53 @@
+"""Covariances: the inverse Hessian of the energy, and how errors spread from pose to people."""
+
+import numpy as np
+import pytest
+
+from tests.test_baselines import pose_energy, random_terms
+from vbbench.arrays import FloatArray
+from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.localisation import localise
+from vbbench_baselines.uncertainty import pose_covariance, position_covariances
+
+
+def hessian(pose: FloatArray, terms: tuple[FloatArray, ...], h: float = 1e-4) -> FloatArray:
+    """Second differences [3, 3] of the energy at ``pose``."""
+    steps = h * np.eye(3)
+
+    def slope(at: FloatArray) -> FloatArray:
+        return np.array([pose_energy(at + d, *terms) - pose_energy(at - d, *terms) for d in steps]) / (2 * h)
+
+    return np.array([slope(pose + d) - slope(pose - d) for d in steps]) / (2 * h)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_pose_covariance_inverts_the_hessian_where_residuals_vanish(seed: int) -> None:
+    relative, covariance, expected, std, pose, ego_std = random_terms(seed)
+    sin, cos = np.sin(pose[2]), np.cos(pose[2])
+    expected = pose[:2] + relative @ np.array(((sin, -cos), (cos, sin)))
+    terms = relative, covariance, expected, std, pose, ego_std
+    found = pose_covariance(pose, relative, covariance, expected, std, ego_std)
+    np.testing.assert_allclose(np.linalg.inv(found), 0.5 * hessian(pose, terms), rtol=1e-4, atol=1e-4)
+
+
+def test_covariances_are_those_of_many_draws() -> None:
+    relative, covariance, _, std, pose, ego_std = random_terms(3, depth_std=0.2)
+    sin, cos = np.sin(pose[2]), np.cos(pose[2])
+    truth = pose[:2] + relative @ np.array(((sin, -cos), (cos, sin)))
+    rng, draws = np.random.default_rng(0), 4000
+    rr, rf, ff = covariance.T
+    root = np.linalg.cholesky(np.stack((np.stack((rr, rf), -1), np.stack((rf, ff), -1)), -2))
+    poses, places = np.empty((draws, 3)), np.empty((draws, len(std), 2))
+    for n in range(draws):
+        seen = relative + (root @ rng.normal(size=(len(std), 2, 1)))[..., 0]
+        walked = truth + std[:, None] * rng.normal(size=truth.shape)
+        walk = np.append(pose[:2] + ego_std * rng.normal(size=2), pose[2])
+        poses[n] = fit_pose(seen, covariance, walked, std, walk, ego_std)
+        places[n] = localise(poses[n], seen, covariance, walked, std)
+    sigma = pose_covariance(pose, relative, covariance, truth, std, ego_std)
+    scale = np.sqrt(np.diag(sigma))
+    np.testing.assert_allclose(np.cov(poses.T) / np.outer(scale, scale), sigma / np.outer(scale, scale), atol=0.1)
+    found = position_covariances(pose, sigma, relative, covariance, std)
+    spread = np.einsum("nki,nkj->kij", places - truth, places - truth) / draws
+    size = np.trace(found, axis1=1, axis2=2)[:, None, None]
+    np.testing.assert_allclose(spread / size, found / size, atol=0.1)
