@@ -99,7 +99,7 @@ class Birdifier(ABC):
     def _minimise(self, task: Task) -> Answer:
         """The pose, and the people's places given the pose, of least energy."""
 
-    def _model(self) -> MotionModel:
+    def model(self) -> MotionModel:
         """How people walk."""
         return StraightWalk()
 
@@ -123,7 +123,7 @@ class Birdifier(ABC):
         self._seen = sight(self._camera, frame.observations, self._pixel_std)
         chosen = select(frame.observations, self.most_people, self.smallest_box)
         relative, covariance = measure(*self._seen, heights.mean, heights.variance)
-        factors = Factors(relative, covariance, *expect(self._model(), history, chosen, self._spreads, self._dt))
+        factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
         usable = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
         fallback = bool(usable < FEWEST) and not history.pose_given[2]
         if not self.ego_prior and not fallback:

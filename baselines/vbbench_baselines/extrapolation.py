@@ -36,10 +36,11 @@ class ConstantVelocity:
     def _continue(self, history: History) -> tuple[FloatArray, FloatArray]:
         """Pose [3] and positions [K, 2] at t, NaN = never known."""
         everybody = np.ones(history.positions.shape[1], np.bool_)
-        expected = expect(self._model(), history, everybody, _EXACT, self._problem.dt)
+        expected = expect(self.model(), history, everybody, _EXACT, self._problem.dt)
         return expected.walk, expected.people
 
-    def _model(self) -> MotionModel:
+    def model(self) -> MotionModel:
+        """How people walk."""
         return StraightWalk()
 
     def _measure(self, observations: FloatArray, pose: FloatArray) -> FloatArray:
@@ -62,7 +63,8 @@ class SocialForce(ConstantVelocity):
     relaxation: float = 0.5
     radius: float = 1.0
 
-    def _model(self) -> MotionModel:
+    def model(self) -> MotionModel:
+        """How people walk."""
         return SocialForceWalk(relaxation=self.relaxation, radius=self.radius, implicit=False)
 
 

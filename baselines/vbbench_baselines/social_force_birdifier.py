@@ -47,7 +47,8 @@ class SocialForceBirdifier(Birdifier):
     iterations: int = 50
     tolerance: float = 1e-6
 
-    def _model(self) -> MotionModel:
+    def model(self) -> MotionModel:
+        """See `Birdifier.model`; override it for another motion model."""
         return SocialForceWalk(relaxation=self.relaxation, radius=self.radius, implicit=self.implicit)
 
     def _minimise(self, task: Task) -> Answer:
