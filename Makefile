@@ -36,10 +36,10 @@ results: $(VENV)/.dev
 	$(BIN)/python benchmarks/results_table.py
 
 golden: $(VENV)/.dev
-	$(BIN)/python -m vbbench_leaderboards.golden recompute --jobs 2
+	$(BIN)/python -m vbbench_leaderboards.golden --jobs 2
 
 golden-update: $(VENV)/.dev
-	$(BIN)/python -m vbbench_leaderboards.golden recompute --jobs 2 --update
+	$(BIN)/python -m vbbench_leaderboards.golden --jobs 2 --update
 
 wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh

@@ -1,17 +1,16 @@
 """Golden results: what the bundled solvers score, committed, and recomputed to find any drift.
 
-    python -m vbbench_leaderboards.golden recompute [--split hotel eth] [--solver vb-cv] [--update] [--jobs 2]
+    python -m vbbench_leaderboards.golden [--split hotel eth] [--solver vb-cv] [--update] [--jobs 2]
 
 For the panorama, σ_h = 0.07 m and seed 0. Exit status 1 tells that something drifted and was not updated.
 """
 
-import argparse
 import itertools
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from vbbench.camera import CAMERAS
 from vbbench.dataset import Dataset
@@ -24,7 +23,8 @@ from vbbench.solving import solve
 from vbbench_leaderboards.drift import drift
 from vbbench_leaderboards.result_file import RESULTS, Cell, read, to_values, write
 
-SPLITS = ("hotel", "eth", "students")
+SplitName = Literal["hotel", "eth", "eth-15fps", "students", "students-resampled"]
+SPLITS: tuple[SplitName, ...] = get_args(SplitName)
 TIERS: tuple[Tier, ...] = ("ideal", "noisy")
 
 
@@ -73,17 +73,28 @@ def _compare(cell: Cell, values: dict[str, Any], results: Path) -> list[str]:
     return drift(read(cell, results), values)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit status."""
-    arguments = _arguments(argv)
+def recompute_command(
+    split: tuple[SplitName, ...] = SPLITS,
+    solver: tuple[str, ...] | None = None,
+    results: Path = RESULTS,
+    update: bool = False,
+    jobs: int = 1,
+) -> int:
+    """Solve and score again, compare with the result files, and say what drifted; the number of cells that did.
+
+    Args:
+        split: Splits to recompute.
+        solver: Solvers to recompute; default: all that come with vbbench.
+        results: Folder with the result files.
+        update: Write what drifted, and what is new.
+        jobs: Processes.
+    """
     drifted = 0
-    for cell, found in recompute(
-        arguments.split, arguments.solver, arguments.results, update=arguments.update, jobs=arguments.jobs
-    ):
-        drifted += bool(found)
-        state = "as committed" if not found else "written anew" if arguments.update else "drifted"
+    for cell, found in recompute(split, solver or bundled_solvers(), results, update=update, jobs=jobs):
+        drifted += bool(found) and not update
+        state = "as committed" if not found else "written anew" if update else "drifted"
         _say(f"{cell.path}: {state}", *(f"  {line}" for line in found))
-    return int(drifted > 0 and not arguments.update)
+    return drifted
 
 
 def _say(*lines: str) -> None:
@@ -91,15 +102,13 @@ def _say(*lines: str) -> None:
     sys.stdout.flush()
 
 
-def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    command = parser.add_subparsers(required=True).add_parser("recompute", help="solve and score again, and compare")
-    command.add_argument("--split", nargs="+", choices=SPLITS, default=SPLITS)
-    command.add_argument("--solver", nargs="+", default=bundled_solvers())
-    command.add_argument("--results", type=Path, default=RESULTS, help="folder with the result files")
-    command.add_argument("--update", action="store_true", help="write what drifted, and what is new")
-    command.add_argument("--jobs", type=int, default=1)
-    return parser.parse_args(argv)
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit status."""
+    import tyro
+
+    flags = (tyro.conf.FlagCreatePairsOff,)
+    drifted = tyro.cli(recompute_command, prog="python -m vbbench_leaderboards.golden", args=argv, config=flags)
+    return int(drifted > 0)
 
 
 if __name__ == "__main__":
