@@ -78,6 +78,7 @@ class Birdifier(ABC):
     estimate_std : in m, of the solver's own past positions, where it has to stand on them.
     height_limits : range of plausible heights in m.
     pose_std : in m; what the solver's own poses add to the error of heights that are learned from them.
+    confident_std : in m; whoever the walk places to within this teaches its height, too, not only who is given.
     calibrate : whether heights are learned from given positions; off, everybody keeps the prior N(μ_h, σ_h²).
     most_people, smallest_box : beyond so many people in sight only those of greatest box height, above ``smallest_box``
         px, decide the pose; the rest are localised from it.
@@ -90,6 +91,7 @@ class Birdifier(ABC):
     estimate_std: float = 0.05
     height_limits: tuple[float, float] = (1.4, 2.0)
     pose_std: float = 0.02
+    confident_std: float = 0.0
     calibrate: bool = True
     most_people: int = 100
     smallest_box: float = 1.0
@@ -113,13 +115,14 @@ class Birdifier(ABC):
         self._history = History(people)
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
+        self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
         history, heights = self._history, self._heights
         history.advance(frame.given)
         if self.calibrate:
-            heights.learn(history, self._seen)
+            heights.learn(history, self._seen, *self._confident)
         self._seen = sight(self._camera, frame.observations, self._pixel_std)
         chosen = select(frame.observations, self.most_people, self.smallest_box)
         relative, covariance = measure(*self._seen, heights.mean, heights.variance)
@@ -128,6 +131,7 @@ class Birdifier(ABC):
         fallback = bool(usable < FEWEST) and not history.pose_given[2]
         if not self.ego_prior and not fallback:
             factors = factors._replace(walk_std=np.inf)
+        self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
         answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen]))
         positions = localise(answer.pose, *factors[:4])
         positions[chosen] = answer.positions

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.history import History
 from vbbench_baselines.sightings import Sightings
@@ -15,7 +15,7 @@ class Heights:
     """Posterior N(mean, variance) of each track's height, starting from the prior N(μ_h, σ_h²).
 
     A person at relative position z, seen on the ray ρ, has the height h = z·ρ/‖ρ‖², which noise in the box gives the
-    variance h²·2σ²/l² + (h σ ρ·ρ'/‖ρ‖²)² and an error of the pose, (pose_std/‖ρ‖)².
+    variance h²·2σ²/l² + (h σ ρ·ρ'/‖ρ‖²)² and an error of the pose, (pose_std/‖ρ‖)², and of the place likewise.
 
     Parameters
     ----------
@@ -31,19 +31,17 @@ class Heights:
         self._limits = limits
         self._pose_std = pose_std
 
-    def learn(self, history: History, previous: Sightings) -> None:
-        """Update from the positions given at frame t−1 and the boxes seen then; to be called once a frame."""
+    def learn(self, history: History, previous: Sightings, expected: FloatArray, std: FloatArray) -> None:
+        """Update from what is known of frame t−1 and the boxes seen then; to be called once a frame.
+
+        Where no position was given, the walk may tell: places ``expected`` then [K, 2] with deviations ``std`` [K] in
+        m, which do not come from the boxes of that frame; NaN = not to be learned from.
+        """
+        given = history.position_given[1]
+        places = np.where(given[:, None], history.positions[1], expected)
         pose_std = 0.0 if history.pose_given[1] else self._pose_std
-        _update(
-            self.mean,
-            self.variance,
-            history.poses[1],
-            history.positions[1],
-            history.position_given[1],
-            *previous,
-            pose_std,
-            *self._limits,
-        )
+        spread = np.where(given, 0.0, std)
+        _update(self.mean, self.variance, history.poses[1], places, spread, *previous, pose_std, *self._limits)
 
 
 @kernel
@@ -52,7 +50,7 @@ def _update(
     variance: FloatArray,
     pose: FloatArray,
     positions: FloatArray,
-    given: BoolArray,
+    spread: FloatArray,
     rays: FloatArray,
     sideways: FloatArray,
     stretch: FloatArray,
@@ -62,14 +60,14 @@ def _update(
 ) -> None:
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
     for k in range(len(mean)):
-        if not given[k] or np.isnan(stretch[k]):
+        if np.isnan(spread[k] + stretch[k]):
             continue
         dx, dy = positions[k, 0] - pose[0], positions[k, 1] - pose[1]
         right, forward = dx * sin - dy * cos, dx * cos + dy * sin
         squared = rays[k, 0] ** 2 + rays[k, 1] ** 2
         height = (right * rays[k, 0] + forward * rays[k, 1]) / squared
         slip = (rays[k, 0] * sideways[k, 0] + rays[k, 1] * sideways[k, 1]) / squared
-        noise = height**2 * (stretch[k] ** 2 + slip**2) + pose_std**2 / squared + FLOOR**2
+        noise = height**2 * (stretch[k] ** 2 + slip**2) + (pose_std**2 + spread[k] ** 2) / squared + FLOOR**2
         gain = variance[k] / (variance[k] + noise)
         mean[k] = min(max(mean[k] + gain * (height - mean[k]), lowest), highest)
         variance[k] *= 1.0 - gain
