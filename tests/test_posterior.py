@@ -29,14 +29,17 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return generate("demo", folder, Options(camera=CAMERAS["panorama"](), tier="noisy", limit=8))
 
 
-def posterior(dataset: Dataset, protocol: str = "one-step", frame: int = 5) -> Posterior:
-    return find_posterior(dataset, 2, frame, solver="vb-cv", protocol=protocol)
+def posterior(dataset: Dataset, protocol: str = "one-step", frame: int = 5, solver: str = "vb-cv") -> Posterior:
+    return find_posterior(dataset, 2, frame, solver=solver, protocol=protocol)
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 @pytest.mark.parametrize("frame", [2, 5])
-def test_the_posterior_is_finite_and_least_at_the_estimate(dataset: Dataset, protocol: str, frame: int) -> None:
-    found = posterior(dataset, protocol, frame)
+@pytest.mark.parametrize("solver", ["vb-cv", "vb-sf"])
+def test_the_posterior_is_finite_and_least_at_the_estimate(
+    dataset: Dataset, protocol: str, frame: int, solver: str
+) -> None:
+    found = posterior(dataset, protocol, frame, solver)
     steps = np.concatenate([np.linspace(-5, 5, 20), np.linspace(-1e-3, 1e-3, 20)])
     excess = found.excess(found.pose[0] + steps, found.pose[1] + steps)
     assert np.isfinite(excess).all()

@@ -59,11 +59,19 @@ class Task(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Pose [3], the chosen people's positions [K, 2], and the quadratic terms that stand for the energy there."""
+    """The least energy's place, and quadratic terms that stand for the energy there.
+
+    Attributes
+    ----------
+    pose, positions : [3], and [K, 2] of the chosen people.
+    curved : terms of the energy's mean curvature, which tell covariances.
+    tangent : terms with their minimum where the energy has its own, which tell how it rises around.
+    """
 
     pose: FloatArray
     positions: FloatArray
     curved: Factors
+    tangent: Factors
 
 
 @dataclass(kw_only=True)
@@ -135,12 +143,12 @@ class Birdifier(ABC):
         answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen]))
         positions = localise(answer.pose, *factors[:4])
         positions[chosen] = answer.positions
-        self._curved = answer.curved
+        self._tangent = answer.tangent
         return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
 
     def location_energy(self, places: FloatArray) -> FloatArray:
         """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
-        return location_energies(np.ascontiguousarray(places), *self._curved)
+        return location_energies(np.ascontiguousarray(places), *self._tangent)
 
     def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
         """What is reported besides pose and positions."""

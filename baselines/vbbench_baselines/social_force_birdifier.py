@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.cascade import Answer, Birdifier, Task
+from vbbench_baselines.cascade import Answer, Birdifier, Factors, Task
 from vbbench_baselines.crowd_graph import link
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
 from vbbench_baselines.people import choose, descend, tabulate
@@ -55,7 +55,14 @@ class SocialForceBirdifier(Birdifier):
         factors = task.factors
         pose, alone, weights = settle(*factors, task.pose, self.softness, self.iterations, self.tolerance)
         positions = self._interact(task._replace(pose=pose), alone, weights)
-        return Answer(pose, positions, factors.spread(EXPECTED_WEIGHT**-0.5))
+        curved = factors.spread(EXPECTED_WEIGHT**-0.5)
+        return Answer(pose, positions, curved, self._tangent_at(pose, factors, weights))
+
+    def _tangent_at(self, pose: FloatArray, factors: Factors, weights: FloatArray) -> Factors:
+        """The weighted squares that touch the energy at its minimum (see `vbbench_baselines.reweighting`)."""
+        stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
+        walk_std = factors.walk_std * (stray**2 + self.softness**2) ** 0.25
+        return factors._replace(std=factors.std / np.sqrt(weights), walk_std=walk_std)
 
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
         """The second stage: people's places [K, 2] given the pose, from where each of them stands best alone."""

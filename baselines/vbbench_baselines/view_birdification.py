@@ -17,4 +17,4 @@ class ConstantVelocityBirdifier(Birdifier):
         pose, factors = task.pose, task.factors
         if np.isnan(pose[2]):
             pose = fit_pose(*factors)
-        return Answer(pose, localise(pose, *factors[:4]), factors)
+        return Answer(pose, localise(pose, *factors[:4]), factors, factors)
