@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from vbbench.camera import PanoramaCamera
 from vbbench.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generator import Generator, Options
@@ -31,7 +30,7 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
     out = Path(out)
     check_free(out, PAGE, "demo", overwrite=True)
     split = REAL if _at_hand(REAL) else MADE
-    dataset = generate(split, out / "dataset", Options(camera=PanoramaCamera()), jobs=jobs, overwrite=True)
+    dataset = generate(split, out / "dataset", Options(), jobs=jobs, overwrite=True)
     scores = [
         _solve_and_score(dataset, solver, protocol, out, jobs)
         for protocol in PROTOCOLS

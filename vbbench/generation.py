@@ -1,6 +1,8 @@
 """Makes a dataset folder from a generator's plan."""
 
 import shutil
+from collections import defaultdict
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +19,7 @@ from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan
 from vbbench.parts import Part, prepare_parts, write_in_parts
 from vbbench.registry import load
-from vbbench.rows import ROWS, sequence_row
+from vbbench.rows import ROWS, SCENE_TABLES, scene_rows, sequence_row, sequence_rows
 from vbbench.scene import Scene
 from vbbench.schemas import SCHEMAS, to_arrow
 from vbbench.tables import TableWriter, check_free, file_sha256, write_text_atomically
@@ -62,31 +64,36 @@ def truth_folder_beside(out: Path) -> Path:
 
 
 def _write_tables(plan: Plan, draft: Path, jobs: int) -> DatasetInfo:
-    tables = {name: draft / f"{name}.parquet" for name in ROWS}
+    names = ["sequences", *ROWS, *(() if plan.scenes else SCENE_TABLES)]
+    tables = {name: draft / f"{name}.parquet" for name in names}
     facts = write_in_parts(
         partial(_build_part, plan), len(plan), draft / "parts", tables, jobs=jobs, label=plan.info.split
     )
-    _write_scenes(plan.scenes, draft)
-    _write_sequences(facts, draft)
+    if plan.scenes:
+        _write_shared_scenes(plan.scenes, draft)
     return replace(plan.info, counts=_total(facts), tables=describe_tables(draft), package_version=__version__)
 
 
 def _build_part(plan: Plan, first: int, last: int) -> Part:
     """The row groups of some sequences, and the sums that `vbbench info` is made from."""
     built = [plan.build(index) for index in range(first, last)]
-    groups = {name: [to_arrow(name, columns(data)) for data in built] for name, columns in ROWS.items()}
+    groups: dict[str, list[pa.Table]] = defaultdict(list)
+    rows = [sequence_row(data, plan.info.split) for data in built]
+    groups["sequences"].append(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
+    for data in built:
+        for name, columns in sequence_rows(data).items():
+            groups[name].append(to_arrow(name, columns))
     people = np.concatenate([data.sequence.observed.sum(axis=1) for data in built])
     people = people[people > 0]
-    facts = {"frames": len(people), "observations": int(people.sum())}
+    facts = {"sequences": len(built), "frames": len(people), "observations": int(people.sum())}
     facts |= {"least": int(people.min(initial=1 << 30)), "most": int(people.max(initial=0))}
-    rows = [sequence_row(data, plan.info.split) for data in built]
-    return Part(groups=groups, facts={**facts, "rows": rows})
+    return Part(groups=dict(groups), facts=facts)
 
 
 def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
     """Counts over the frames in which anybody is observed; the observer is not counted among the people."""
     return {
-        "sequences": sum(len(part["rows"]) for part in facts),
+        "sequences": sum(part["sequences"] for part in facts),
         "frames": sum(part["frames"] for part in facts),
         "observations": sum(part["observations"] for part in facts),
         "people_min": min(part["least"] for part in facts),
@@ -94,26 +101,12 @@ def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
     }
 
 
-def _write_scenes(scenes: tuple[Scene, ...], draft: Path) -> None:
-    with (
-        TableWriter(draft / "truth/scenes.parquet", "truth/scenes") as paths,
-        TableWriter(draft / "truth/people.parquet", "truth/people") as people,
-    ):
+def _write_shared_scenes(scenes: tuple[Scene, ...], draft: Path) -> None:
+    with ExitStack() as stack:
+        writers = {name: stack.enter_context(TableWriter(draft / f"{name}.parquet", name)) for name in SCENE_TABLES}
         for number, scene in enumerate(scenes):
-            frame, column = np.nonzero(scene.present)
-            x, y = scene.positions[frame, column].T
-            who = np.full(len(scene.people), number)
-            where = np.full(len(frame), number)
-            people.add(to_arrow("truth/people", {"scene": who, "person": scene.people, "height": scene.heights}))
-            rows = {"scene": where, "frame": frame, "person": scene.people[column], "x": x, "y": y}
-            paths.add(to_arrow("truth/scenes", rows))
-
-
-def _write_sequences(facts: list[dict[str, Any]], draft: Path) -> None:
-    """One row a sequence, all in one row group."""
-    rows = [row for part in facts for row in part["rows"]]
-    with TableWriter(draft / "sequences.parquet", "sequences") as writer:
-        writer.add(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
+            for name, columns in scene_rows(scene, number).items():
+                writers[name].add(to_arrow(name, columns))
 
 
 def describe_tables(folder: Path) -> dict[str, dict[str, Any]]:

@@ -12,6 +12,25 @@ from vbbench.sources import Source
 
 Tier = Literal["ideal", "noisy", "occluded", "tracked"]
 Look = Literal["motion", "wander"]
+Engine = Literal["numba", "pysocialforce"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulation:
+    """What the user asks of a simulated crowd; ``None`` leaves it to the scenario.
+
+    Parameters
+    ----------
+    scenario : name of a scenario, or path of a scenario file.
+    sequences : number of sequences.
+    people : numbers of people K; the sequences take them in turn.
+    engine : which implementation of the social force walks the crowd.
+    """
+
+    scenario: str | None = None
+    sequences: int | None = None
+    people: tuple[int, ...] | None = None
+    engine: Engine = "numba"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +39,7 @@ class Options:
 
     Parameters
     ----------
-    camera : what everybody is seen with.
+    camera : what everybody is seen with; ``None`` for the split's own.
     tier : how observations are corrupted.
     height_std : σ_h in m of the people's heights.
     seed : the one seed; 0 is a seed like any other.
@@ -29,9 +48,10 @@ class Options:
     source : file or folder that holds the source files; ``None`` to search the usual places.
     dt : seconds a frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
+    simulation : what is asked of a simulated crowd; ``None`` for the split's own.
     """
 
-    camera: Camera
+    camera: Camera | None = None
     tier: Tier = "ideal"
     height_std: float = 0.07
     seed: int = 0
@@ -40,6 +60,7 @@ class Options:
     source: Path | None = None
     dt: float | None = None
     homography: Path | None = None
+    simulation: Simulation | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,10 +77,11 @@ class Card:
 
 @dataclass(frozen=True, kw_only=True)
 class SequenceData:
-    """One generated sequence with its truth."""
+    """One generated sequence with its truth, and with its scene where no other sequence shares it."""
 
     sequence: Sequence
     truth: Truth
+    scene: Scene | None = None
 
 
 class Plan(Protocol):
@@ -71,7 +93,7 @@ class Plan(Protocol):
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
-        """All scenes that the sequences are taken from, with heights."""
+        """The scenes that sequences share, with heights; none where every sequence brings its own."""
 
     def __len__(self) -> int:
         """Number of sequences."""

@@ -7,7 +7,17 @@ import numpy as np
 
 from vbbench.dataset import OBSERVER
 from vbbench.generator import SequenceData
+from vbbench.scene import Scene
 from vbbench.schemas import Columns
+
+
+def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
+    """The scene in the tables of truth: one row a person and frame, by frame, and one row a person."""
+    frame, column = np.nonzero(scene.present)
+    x, y = scene.positions[frame, column].T
+    people = {"scene": np.full(len(scene.people), number), "person": scene.people, "height": scene.heights}
+    where = {"scene": np.full(len(frame), number), "frame": frame, "person": scene.people[column]}
+    return {"truth/scenes": {**where, "x": x, "y": y}, "truth/people": people}
 
 
 def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
@@ -70,4 +80,13 @@ ROWS: dict[str, Callable[[SequenceData], Columns]] = {
     "given": given_rows,
     "truth/poses": pose_rows,
 }
-"""The columns of every table that is written by sequence."""
+"""The columns of every table that has rows of every sequence."""
+
+SCENE_TABLES = ("truth/scenes", "truth/people")
+"""The tables of scenes: written by sequence where every sequence has a scene of its own."""
+
+
+def sequence_rows(data: SequenceData) -> dict[str, Columns]:
+    """All that is to be written of a sequence, by table."""
+    own_scene = {} if data.scene is None else scene_rows(data.scene, data.sequence.scene)
+    return {name: columns(data) for name, columns in ROWS.items()} | own_scene

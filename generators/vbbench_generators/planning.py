@@ -3,12 +3,14 @@
 from dataclasses import asdict
 from typing import Any
 
+from vbbench.camera import PanoramaCamera
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Card, Options
 from vbbench.scene import Scene
 from vbbench_generators.corruption import PIXEL_STD
 from vbbench_generators.eligibility import Rules
+from vbbench_generators.option_checks import check_options
 from vbbench_generators.reprojection import Reprojection, draw_heights
 
 HEIGHT_MEAN = 1.70
@@ -27,11 +29,15 @@ def plan_reprojection(
     VbbenchError
         If an option cannot be.
     """
-    _check(card.name, options)
+    check_options(card.name, options)
+    if options.simulation is not None:
+        raise VbbenchError(
+            f"--scenario, --sequences, --people and --engine are for the split 'sim'; {card.name} has its own people"
+        )
     info = DatasetInfo(
         split=card.name,
         title=card.title,
-        camera=options.camera,
+        camera=options.camera or PanoramaCamera(),
         tier=options.tier,
         seed=options.seed,
         dt=scenes[0].dt,
@@ -51,14 +57,3 @@ def plan_reprojection(
     )
     people = tuple(draw_heights(scene, number, info) for number, scene in enumerate(scenes))
     return Reprojection(info=info, scenes=people, rules=rules, look=options.look, limit=options.limit)
-
-
-def _check(split: str, options: Options) -> None:
-    if options.tier not in PIXEL_STD:
-        raise VbbenchError(f"split '{split}' offers the tiers {', '.join(PIXEL_STD)}, not '{options.tier}'")
-    if not 0.0 <= options.height_std <= 0.3:
-        raise VbbenchError(f"--sigma-h is the spread of people's heights in m, 0 to 0.3, not {options.height_std}")
-    if options.limit is not None and options.limit < 1:
-        raise VbbenchError(f"--limit must be at least 1, not {options.limit}")
-    if options.seed < 0:
-        raise VbbenchError(f"--seed must be 0 or more, not {options.seed}")
