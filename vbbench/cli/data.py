@@ -83,18 +83,40 @@ def generate(
     print(describe(dataset.info))
 
 
-def info(folder: Positional[Path], /, json: bool = False) -> None:
-    """Print a dataset's row of the paper's Table 1 and its parameters.
+def info(
+    folder: Positional[Path],
+    /,
+    json: bool = False,
+    realism: bool = False,
+    plot: Path | None = None,
+    truth: Path | None = None,
+) -> None:
+    """Print a dataset's row of the paper's Table 1 and its parameters, and how its people walk.
 
     Args:
         folder: The dataset.
         json: Machine-readable.
+        realism: Distributions of speed, nearest distance, acceleration and path efficiency, beside recordings.
+        plot: With --realism: PNG file to write; default: realism.png.
+        truth: With --realism: folder with the truth tables, where they are kept elsewhere.
     """
     from vbbench.dataset_info import DatasetInfo
+    from vbbench.errors import VbbenchError
     from vbbench.info import describe, summary_json
 
-    facts = DatasetInfo.read(folder)
-    print(summary_json(facts) if json else describe(facts))
+    if not realism:
+        if plot or truth:
+            raise VbbenchError("--plot and --truth belong to --realism; add it")
+        facts = DatasetInfo.read(folder)
+        print(summary_json(facts) if json else describe(facts))
+        return
+    from vbbench.dataset import Dataset
+    from vbbench.plotting.realism import plot_realism_to_file
+    from vbbench.realism import describe_realism, measure_realism, realism_json
+
+    report = measure_realism(Dataset(folder, truth))
+    picture = plot_realism_to_file(report, plot or Path("realism.png"))
+    print(realism_json(report, picture) if json else f"{describe_realism(report)}\n{picture}")
 
 
 def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
