@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.camera import PanoramaCamera
 from vbbench.dataset import Dataset
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
@@ -60,7 +59,7 @@ def measure_realism(dataset: Dataset, references: Sequence[str] = REFERENCES) ->
         if not all(map(is_here, generator.card.sources)):
             missing.append(name)
             continue
-        plan = generator.plan(Options(camera=PanoramaCamera()))
+        plan = generator.plan(Options())
         columns[name] = walking_statistics(plan.scenes)
         remarks.append(": ".join(filter(None, [name, plan.info.title, plan.info.caution])))
     return Realism(info=dataset.info, columns=columns, remarks=tuple(remarks), missing=tuple(missing))

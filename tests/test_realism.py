@@ -1,0 +1,336 @@
+"""The realism report: known answers of hand-made scenes, streaming, and the command as a stranger uses it."""
+
+import json
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
+from numpy.typing import ArrayLike
+
+from tests.make_dataset import Crowd, write_dataset
+from tests.test_cli import run
+from vbbench.arrays import FloatArray
+from vbbench.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.histogram import BINS, Axis, Histogram
+from vbbench.plotting import style
+from vbbench.plotting.realism import plot_realism, plot_realism_to_file
+from vbbench.realism import Realism, dataset_scenes, describe_realism, measure_realism
+from vbbench.scene import Scene
+from vbbench.walking import Walking, walking_statistics
+
+NAN = [np.nan, np.nan]
+STATISTICS = ("speed", "nearest_distance", "acceleration", "path_efficiency")
+
+
+def scene(*paths: ArrayLike, dt: float = 0.5) -> Scene:
+    """A scene of people who walk the paths [T, 2]."""
+    positions = np.stack([np.asarray(path, dtype=float) for path in paths], axis=1)
+    count = positions.shape[1]
+    return Scene(name="made", dt=dt, people=np.arange(count), positions=positions, heights=np.full(count, 1.7))
+
+
+def line(start: ArrayLike, velocity: ArrayLike, frames: int = 10, dt: float = 0.5) -> FloatArray:
+    return np.asarray(start) + np.asarray(velocity) * dt * np.arange(frames)[:, None]
+
+
+def random_scenes(count: int, seed: int = 0) -> Iterator[Scene]:
+    """People who wander, and are there three frames of four."""
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        positions = np.cumsum(random.normal(0.3, 0.3, (20, 8, 2)), axis=0) + random.uniform(-3, 3, (8, 2))
+        positions[random.random((20, 8)) < 0.25] = np.nan
+        yield scene(*positions.transpose(1, 0, 2), dt=0.4)
+
+
+def brute_force(scenes: list[Scene]) -> dict[str, list[float]]:
+    """All samples, and the collisions of every frame, by the definitions."""
+    found: dict[str, list[float]] = {name: [] for name in ("speed", "nearest", "acceleration", "collision")}
+    for one in scenes:
+        p, dt = one.positions, one.dt
+        for t in range(one.frames):
+            there = np.flatnonzero(one.present[t])
+            apart = {(i, j): float(np.linalg.norm(p[t, i] - p[t, j])) for i in there for j in there if i != j}
+            found["nearest"] += [min(d for (i, _), d in apart.items() if i == k) for k in there if len(there) > 1]
+            found["collision"] += [d for (i, j), d in apart.items() if i < j and d < 0.4]
+            for k in there:
+                if t >= 1 and one.present[t - 1, k]:
+                    found["speed"].append(float(np.linalg.norm(p[t, k] - p[t - 1, k])) / dt)
+                if t >= 2 and one.present[t - 2 : t, k].all():
+                    found["acceleration"].append(float(np.linalg.norm(p[t, k] - 2 * p[t - 1, k] + p[t - 2, k])) / dt**2)
+    return found
+
+
+def assert_same(one: Walking, other: Walking) -> None:
+    assert (one.scenes, one.person_frames, one.collisions, one.short_walks) == (
+        other.scenes,
+        other.person_frames,
+        other.collisions,
+        other.short_walks,
+    )
+    assert one.person_seconds == pytest.approx(other.person_seconds)
+    for mine, theirs in zip(one.distributions, other.distributions, strict=True):
+        np.testing.assert_array_equal(mine.counts, theirs.counts)
+        assert (mine.least, mine.most) == (theirs.least, theirs.most)
+        assert mine.total == pytest.approx(theirs.total)
+
+
+def test_a_straight_walker_has_exactly_its_speed_and_wastes_no_way() -> None:
+    walking = walking_statistics([scene(line([0, 0], [0.6, 0.8]))])
+    assert (walking.scenes, walking.person_frames, walking.person_seconds, walking.dt) == (1, 10, 5.0, 0.5)
+    assert walking.speed.count == 9
+    assert walking.speed.mean == pytest.approx(1.0)
+    assert walking.speed.quantile(0.5) == pytest.approx(1.0, abs=5.0 / BINS)
+    assert walking.acceleration.most == pytest.approx(0.0, abs=1e-12)
+    assert walking.path_efficiency.count == 1
+    assert walking.path_efficiency.mean == pytest.approx(1.0)
+
+
+def test_who_goes_and_returns_half_way_has_a_third_of_efficiency() -> None:
+    path = [[0, 0], [1, 0], [2, 0], [1, 0]]
+    assert walking_statistics([scene(path)]).path_efficiency.mean == pytest.approx(1 / 3)
+
+
+def test_a_parabola_has_its_acceleration() -> None:
+    time = 0.5 * np.arange(8)
+    walking = walking_statistics([scene(np.column_stack([0.5 * 0.3 * time**2, 0.5 * 0.4 * time**2]))])
+    assert walking.acceleration.count == 6
+    assert walking.acceleration.least == pytest.approx(0.5)
+    assert walking.acceleration.most == pytest.approx(0.5)
+
+
+def test_collisions_count_once_a_pair_and_frame() -> None:
+    pair = [line([0, 0], [1, 0]), line([0, 0.3], [1, 0])]
+    walking = walking_statistics([scene(*pair, line([0, 5], [1, 0]))])
+    assert walking.collisions == 10
+    assert walking.collision_seconds == 5.0
+    assert walking.collisions_a_minute == pytest.approx(10 / (30 * 0.5 / 60))
+    assert walking.collision_seconds_a_minute == pytest.approx(60 * 10 / 30)
+    assert walking.nearest_distance.count == 30
+    assert walking.nearest_distance.least == pytest.approx(0.3)
+    assert walking.nearest_distance.most == pytest.approx(4.7)
+
+
+def test_three_in_one_place_are_three_pairs_and_the_limit_itself_is_none() -> None:
+    spot = [[1.0, 1.0]]
+    assert walking_statistics([scene(spot, spot, spot)]).collisions == 3
+    assert walking_statistics([scene([[0.0, 0.0]], [[0.4, 0.0]])]).collisions == 0
+
+
+def test_the_seconds_of_collision_do_not_depend_on_the_frame_rate() -> None:
+    walkings = []
+    for frames, dt in ((10, 0.4), (100, 0.04)):
+        still = [np.zeros((frames, 2)), np.full((frames, 2), 0.1)]
+        walkings.append(walking_statistics([scene(*still, dt=dt)]))
+    assert walkings[0].collision_seconds_a_minute == pytest.approx(walkings[1].collision_seconds_a_minute)
+    assert walkings[1].collisions_a_minute == pytest.approx(10 * walkings[0].collisions_a_minute)
+
+
+def test_absence_is_never_bridged() -> None:
+    path = [[0, 0], [1, 0], NAN, [50, 0], [51, 0], [52, 0]]
+    walking = walking_statistics([scene(path, [NAN] * 6)])
+    assert walking.person_frames == 5
+    assert (walking.speed.count, walking.speed.most) == (3, 2.0)
+    assert (walking.acceleration.count, walking.acceleration.most) == (1, 0.0)
+    assert (walking.path_efficiency.count, walking.path_efficiency.least) == (2, 1.0)
+    assert walking.nearest_distance.count == 0
+
+
+def test_who_stands_has_a_speed_and_no_efficiency() -> None:
+    walking = walking_statistics([scene(np.ones((6, 2)), line([3, 3], [1, 0], 6))])
+    assert walking.short_walks == 1
+    assert walking.path_efficiency.count == 1
+    assert (walking.speed.count, walking.speed.least) == (10, 0.0)
+
+
+@pytest.mark.parametrize("paths", [[[[0.0, 0.0]]], [[NAN, NAN]], [[NAN], [NAN]]])
+def test_nothing_to_measure_is_no_number(paths: list[ArrayLike]) -> None:
+    walking = walking_statistics([scene(*paths)])
+    assert all(h.count == 0 and np.isnan(h.mean) and np.isnan(h.quantile(0.5)) for h in walking.distributions)
+    text = json.dumps(walking.to_json(), allow_nan=False)
+    assert json.loads(text)["speed"]["median"] is None
+
+
+def test_no_scene_at_all_is_nothing() -> None:
+    walking = walking_statistics([])
+    assert (walking.scenes, walking.collisions) == (0, 0)
+    assert np.isnan(walking.dt)
+    json.dumps(walking.to_json(), allow_nan=False)
+
+
+def test_random_crowds_agree_with_the_definitions() -> None:
+    scenes = list(random_scenes(5))
+    walking, expected = walking_statistics(scenes), brute_force(scenes)
+    assert walking.collisions == len(expected["collision"]) > 0
+    for histogram, name in zip(walking.distributions, ("speed", "nearest", "acceleration"), strict=False):
+        samples = np.array(expected[name])
+        assert histogram.count == len(samples)
+        assert histogram.mean == pytest.approx(samples.mean())
+        np.testing.assert_array_equal(histogram.counts, Histogram.of(histogram.axis, samples).counts)
+
+
+def test_streaming_is_the_same_as_all_at_once() -> None:
+    scenes = list(random_scenes(6))
+    parts = [walking_statistics(iter(scenes[:2])), walking_statistics([]), walking_statistics(scenes[2:])]
+    assert_same(sum(parts, Walking()), walking_statistics(scenes))
+
+
+def test_memory_does_not_grow_with_the_number_of_scenes() -> None:
+    peaks = []
+    for count in (20, 200):
+        tracemalloc.start()
+        walking_statistics(random_scenes(count))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.5 * peaks[0]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.5, 0.95, 1.0])
+@pytest.mark.parametrize("count", [1, 2, 7, 5000])
+def test_quantiles_are_exact_to_one_bin(share: float, count: int) -> None:
+    samples = np.random.default_rng(3).gamma(2.0, 0.5, count)
+    assert (samples < 8).all()
+    histogram = Histogram.of(Axis("x", "m", 8.0), samples)
+    assert histogram.quantile(share) == pytest.approx(np.quantile(samples, share), abs=8.0 / BINS)
+
+
+def test_samples_beyond_the_axis_count() -> None:
+    histogram = Histogram.of(Axis("x", "m", 1.0), [0.0, 1.0, 3.0, 5.0])
+    assert (histogram.count, histogram.counts[-1], histogram.most) == (4, 2, 5.0)
+    assert 1.0 < histogram.quantile(0.95) <= 5.0
+    assert histogram.density(np.array([0.0, 1.0])) == pytest.approx([0.5])
+
+
+def test_the_densities_of_a_distribution_sum_to_one() -> None:
+    histogram = Histogram.of(Axis("x", "m", 2.0), np.random.default_rng(1).uniform(0, 2, 300))
+    edges = np.linspace(0, 2, 41)
+    assert np.sum(histogram.density(edges) * np.diff(edges)) == pytest.approx(1.0)
+
+
+def test_scenes_of_a_dataset_are_those_that_were_written(tmp_path: Path) -> None:
+    write_dataset(tmp_path / "d", Crowd(scenes=37, seed=4))
+    dataset = Dataset(tmp_path / "d")
+    whole = [Dataset(tmp_path / "d").scene(number) for number in range(37)]
+    scenes = [scene(*positions.transpose(1, 0, 2), dt=dataset.info.dt) for _, positions, _ in whole]
+    assert_same(walking_statistics(dataset_scenes(dataset)), walking_statistics(scenes))
+
+
+def test_a_scene_that_many_sequences_share_counts_once(tmp_path: Path) -> None:
+    dataset = generate("demo", tmp_path / "d", Options(limit=40))
+    shared = np.unique(dataset.rows["scene"])
+    assert len(dataset) > len(shared)
+    assert walking_statistics(dataset_scenes(dataset)).scenes == len(shared)
+
+
+def test_the_dataset_of_a_recording_walks_as_the_recording(data_folder: Path, tmp_path: Path) -> None:
+    dataset = generate("eth-15fps", tmp_path / "d", Options(limit=3))
+    report = measure_realism(dataset, ["eth-15fps", "students"])
+    assert_same(report.columns["this: eth-15fps"], report.columns["eth-15fps"])
+    assert list(report.columns) == ["this: eth-15fps", "eth-15fps", "students"]
+    assert 1.2 < report.columns["eth-15fps"].speed.quantile(0.5) < 1.6
+    assert "saturated" in describe_realism(report)
+
+
+@pytest.fixture
+def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a small dataset, beside the working directory."""
+    write_dataset(tmp_path / "tiny")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    return tmp_path / "tiny"
+
+
+def test_the_command_without_recordings_says_how_to_get_them(
+    capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    facts = _with_counts(tiny)
+    status, out, err = run(capsys, "info", facts, "--realism")
+    assert (status, err) == (0, "")
+    assert "students: source not at hand (vbbench fetch students)" in out
+    assert "eth-15fps: source not at hand (vbbench fetch eth-15fps)" in out
+    assert out.splitlines()[-1] == "realism.png"
+    assert Path("realism.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_has_figures_bins_and_picture(capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path) -> None:
+    status, out, _ = run(capsys, "info", _with_counts(tiny), "--realism", "--json", "--plot", "made/p.png")
+    assert status == 0
+    result = json.loads(out)
+    assert {"split", "sequences", "id"} <= set(result)
+    realism = result["realism"]
+    assert realism["missing"] == ["students", "eth-15fps"]
+    assert Path(realism["picture"]).is_file()
+    source = realism["sources"][realism["dataset"]]
+    assert {"dt", "scenes", "person_frames", "person_minutes", "collisions", "short_walks", *STATISTICS} == set(source)
+    assert set(source["collisions"]) == {"limit", "pair_frames", "per_person_minute", "seconds_per_person_minute"}
+    for name in STATISTICS:
+        figures = source[name]
+        assert set(figures) == {"unit", "count", "mean", "median", "p5", "p95", "bin_width", "bins", "beyond"}
+        assert sum(figures["bins"]) + figures["beyond"] == figures["count"]
+        assert figures["p5"] <= figures["median"] <= figures["p95"]
+
+
+def test_withheld_truth_is_named_with_truth(capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path) -> None:
+    _with_counts(tiny)
+    (tiny / "truth").rename(tiny.parent / "kept")
+    status, out, err = run(capsys, "info", tiny, "--realism")
+    assert (status, out) == (2, "")
+    assert "has no truth; name the folder that holds it with --truth" in err
+    assert run(capsys, "info", tiny, "--realism", "--truth", tiny.parent / "kept")[0] == 0
+
+
+@pytest.mark.parametrize("extra", [["--plot", "x.png"], ["--truth", "kept"]])
+def test_options_of_the_report_alone_are_a_mistake(
+    capsys: pytest.CaptureFixture[str], tiny: Path, extra: list[str]
+) -> None:
+    status, out, err = run(capsys, "info", tiny, *extra)
+    assert (status, out) == (2, "")
+    assert "--realism" in err
+    assert not list(Path.cwd().iterdir())
+
+
+def test_the_picture_shows_every_source_in_four_panels(tiny: Path, data_folder: Path) -> None:
+    figure = plot_realism(measure_realism(Dataset(tiny)))
+    assert len(figure.axes) == 4
+    for axes in figure.axes:
+        assert {patch.get_gid() for patch in axes.patches} >= {"this: tiny", "students", "eth-15fps"}
+        assert axes.get_xlabel()
+        assert axes.get_ylabel()
+    assert [axes.get_label() for axes in figure.axes if "collision" in {p.get_gid() for p in axes.patches}] == [
+        "nearest distance"
+    ]
+    assert len(figure.legends) == 1
+
+
+def test_the_picture_is_not_blank(tiny: Path, no_data: Path) -> None:
+    report = measure_realism(Dataset(tiny))
+    pixels = imread(plot_realism_to_file(report, "p.png"))[..., :3]
+    line = np.abs(pixels - to_rgb(style.ESTIMATE)).max(axis=-1) < 0.05
+    half_height, half_width = line.shape[0] // 2, line.shape[1] // 2
+    for rows in (slice(half_height), slice(half_height, None)):
+        for columns in (slice(half_width), slice(half_width, None)):
+            assert line[rows, columns].sum() > 100
+
+
+def test_one_person_alone_is_drawn_without_neighbours(tiny: Path) -> None:
+    columns = {"this: tiny": walking_statistics([scene(line([0, 0], [1, 0]))])}
+    report = Realism(info=Dataset(_with_counts(tiny)).info, columns=columns)
+    plot_realism_to_file(report, "p.png")
+    row = next(row for row in describe_realism(report).splitlines() if row.startswith("nearest distance"))
+    assert row.split()[-2:] == ["samples", "0"]
+    assert "–" in describe_realism(report)
+    assert "nan" not in describe_realism(report)
+
+
+def _with_counts(folder: Path) -> Path:
+    """`info` prints counts, which the hand-made dataset lacks."""
+    path = folder / "dataset.json"
+    facts = json.loads(path.read_text("utf-8"))
+    facts["counts"] = {"sequences": 2, "frames": 9, "observations": 30, "people_min": 1, "people_max": 5}
+    path.write_text(json.dumps(facts), "utf-8")
+    return folder
