@@ -1,0 +1,157 @@
+"""Many steps: scenes side by side, or one large crowd at a time with the work of each step shared out."""
+
+import numpy as np
+from numba import prange
+
+from vbbench.arrays import FloatArray, IntArray
+from vbbench_generators.social_force.compiled import kernel, parallel_kernel
+from vbbench_generators.social_force.layout import PAIRS, PEOPLE_ROWS, TARGET_X, X, Y
+from vbbench_generators.social_force.stepping import add_group_forces, add_row_forces, aim, move
+
+BLOCKS = 16
+"""Parts into which the people of a large crowd fall; fixed, so that sums do not depend on the number of threads."""
+
+
+@kernel
+def march_scene(
+    scene: IntArray,
+    states: FloatArray,
+    speeds: FloatArray,
+    goals: FloatArray,
+    members: IntArray,
+    groups: IntArray,
+    walls: FloatArray,
+    numbers: FloatArray,
+    dt: float,
+    substeps: int,
+    paths: FloatArray,
+) -> None:
+    """Walk one scene and write ``paths`` [T, K, 2] in m; for the rest see `march`."""
+    people, current = _start(scene, states)
+    count = people.shape[1]
+    own_goals = goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
+    pairs, partners = np.empty((4, max(PAIRS, count))), np.empty((2, max(PAIRS, count)), np.int64)
+    forces = np.empty((2, count))
+    _record(people, paths[0])
+    for frame in range(1, len(paths)):
+        for _ in range(substeps):
+            aim(people, own_goals, current, numbers[0].arrival_radius)
+            forces[:] = 0.0
+            add_row_forces(people, 0, 1, walls, numbers, pairs, partners, forces)
+            add_group_forces(people, members, groups[scene[4] : scene[5] + 1], numbers, forces)
+            move(people, speeds[scene[0] : scene[1]], numbers, forces, dt / substeps)
+        _record(people, paths[frame])
+
+
+@kernel
+def _start(scene: IntArray, states: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Rows of the people of a scene, and which goal each of them heads for."""
+    count = scene[1] - scene[0]
+    people = np.zeros((PEOPLE_ROWS, count))
+    people[X:TARGET_X] = states[:, scene[0] : scene[1]]
+    return people, np.zeros(count, np.int64)
+
+
+@kernel
+def _record(people: FloatArray, places: FloatArray) -> None:
+    """Write everybody's place into ``places`` [K, 2]."""
+    places[:, 0] = people[X]
+    places[:, 1] = people[Y]
+
+
+@kernel
+def march(
+    scenes: IntArray,
+    states: FloatArray,
+    speeds: FloatArray,
+    goals: FloatArray,
+    members: IntArray,
+    groups: IntArray,
+    walls: FloatArray,
+    numbers: FloatArray,
+    dt: float,
+    substeps: int,
+    paths: FloatArray,
+) -> None:
+    """Walk scenes one after the other.
+
+    Parameters
+    ----------
+    scenes : [S, 6] for each scene where its people, goals and groups start and end in the arrays below.
+    states : [4, N] x, y, vx, vy of everybody in m and m/s.
+    speeds : [N] desired speeds in m/s.
+    goals : [P, 2] in m, of one person after the other.
+    members, groups : indices, within their scene, of people in groups, and where each group starts among them.
+    walls : [M, 4] segments x0, y0, x1, y1 in m.
+    numbers : [1] record of `SETTINGS`.
+    dt : seconds a frame, in ``substeps`` steps.
+    paths : [T, N, 2] in m, filled.
+    """
+    for s in range(len(scenes)):
+        walk = paths[:, scenes[s, 0] : scenes[s, 1]]
+        march_scene(scenes[s], states, speeds, goals, members, groups, walls, numbers, dt, substeps, walk)
+
+
+@parallel_kernel
+def march_side_by_side(
+    scenes: IntArray,
+    states: FloatArray,
+    speeds: FloatArray,
+    goals: FloatArray,
+    members: IntArray,
+    groups: IntArray,
+    walls: FloatArray,
+    numbers: FloatArray,
+    dt: float,
+    substeps: int,
+    paths: FloatArray,
+) -> None:
+    """`march` with scenes spread over threads."""
+    for s in prange(len(scenes)):
+        walk = paths[:, scenes[s, 0] : scenes[s, 1]]
+        march_scene(scenes[s], states, speeds, goals, members, groups, walls, numbers, dt, substeps, walk)
+
+
+@parallel_kernel
+def march_large(
+    scenes: IntArray,
+    states: FloatArray,
+    speeds: FloatArray,
+    goals: FloatArray,
+    members: IntArray,
+    groups: IntArray,
+    walls: FloatArray,
+    numbers: FloatArray,
+    dt: float,
+    substeps: int,
+    paths: FloatArray,
+) -> None:
+    """`march` for a large crowd: blocks of people are spread over threads and summed in the order of blocks.
+
+    ``scenes`` holds one crowd.
+    """
+    scene = scenes[0]
+    people, current = _start(scene, states)
+    count = people.shape[1]
+    own_goals = goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
+    pairs = np.empty((BLOCKS, 4, max(PAIRS, count)))
+    partners = np.empty((BLOCKS, 2, max(PAIRS, count)), np.int64)
+    forces = np.empty((BLOCKS, 2, count))
+    _record(people, paths[0])
+    for frame in range(1, len(paths)):
+        for _ in range(substeps):
+            aim(people, own_goals, current, numbers[0].arrival_radius)
+            for block in prange(BLOCKS):
+                forces[block] = 0.0
+                add_row_forces(people, block, BLOCKS, walls, numbers, pairs[block], partners[block], forces[block])
+            _gather_blocks(forces)
+            add_group_forces(people, members, groups[scene[4] : scene[5] + 1], numbers, forces[0])
+            move(people, speeds[scene[0] : scene[1]], numbers, forces[0], dt / substeps)
+        _record(people, paths[frame])
+
+
+@kernel
+def _gather_blocks(forces: FloatArray) -> None:
+    """Add the forces [B, 2, K] of all blocks to those of the first, in order."""
+    for block in range(1, len(forces)):
+        forces[0] += forces[block]
