@@ -14,7 +14,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.parts import Part, prepare_parts, write_in_parts
+from vbbench.parts import Part, prepare_draft, write_in_parts
 from vbbench.schemas import to_arrow
 from vbbench.verification import verify
 
@@ -180,17 +180,15 @@ def test_interrupted_work_goes_on_where_it_was(tmp_path: Path, monkeypatch: pyte
         rows = [{"sequence": [i], "frame": [0], "x": [0.5 * i], "y": [0.0], "yaw": [0.0]} for i in range(first, last)]
         return Part(groups={"poses": [to_arrow("poses", row) for row in rows]}, facts={"first": first})  # type: ignore[arg-type]
 
-    tables = {"poses": tmp_path / "poses.parquet"}
-    prepare_parts(tmp_path / "parts", "key")
+    draft = tmp_path / "draft"
+    tables = {"poses": draft / "poses.parquet"}
     with pytest.raises(InterruptedWorkError):
-        write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
+        write_in_parts(work, 80, prepare_draft(draft, "parts", "key"), tables, label="test")
     assert not tables["poses"].exists()
-    prepare_parts(tmp_path / "parts", "key")
-    facts = write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
+    facts = write_in_parts(work, 80, prepare_draft(draft, "parts", "key"), tables, label="test")
     assert made == [0, 32, 64]
     assert [fact["first"] for fact in facts] == made
-    prepare_parts(tmp_path / "parts", "another key")
-    write_in_parts(work, 80, tmp_path / "parts", tables, label="test")
+    write_in_parts(work, 80, prepare_draft(draft, "parts", "another key"), tables, label="test")
     assert len(made) == 6
 
 

@@ -1,6 +1,7 @@
 """A dataset folder: its sequences, and their truth where it is at hand."""
 
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -55,9 +56,9 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.rows["sequence"])
 
-    def __reduce__(self) -> tuple[type["Dataset"], tuple[Path, Path]]:
+    def __reduce__(self) -> tuple[Callable[..., "Dataset"], tuple[Path, Path, str]]:
         """Workers open the folder for themselves."""
-        return Dataset, (self.folder, self.truth_folder)
+        return _opened_once, (self.folder.resolve(), self.truth_folder.resolve(), self.info.id)
 
     @property
     def has_truth(self) -> bool:
@@ -190,6 +191,25 @@ class Dataset:
         positions = np.full((int(rows["frame"].max()) + 1, len(people), 2), np.nan)
         positions[rows["frame"], np.searchsorted(people, rows["person"])] = np.stack([rows["x"], rows["y"]], axis=-1)
         return people, positions, persons["height"]
+
+
+_last = threading.local()
+
+
+def _opened_once(folder: Path, truth: Path, wanted: str) -> Dataset:
+    """The dataset, opened once for all the parts that a worker's thread does; open tables are not for two threads."""
+    if getattr(_last, "place", None) != (folder, truth, wanted):
+        try:
+            dataset = Dataset(folder, truth)
+        except FileError as error:
+            raise VbbenchError(
+                f"a worker cannot open the dataset; keep it on a disk that all share ({error})"
+            ) from error
+        if dataset.info.id != wanted:
+            raise FileError(folder, f"a worker sees dataset {dataset.info.id} here, not {wanted}; share one disk")
+        _last.dataset, _last.place = dataset, (folder, truth, wanted)
+    opened: Dataset = _last.dataset
+    return opened
 
 
 def _truth_folder(folder: Path) -> Path:

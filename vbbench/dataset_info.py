@@ -8,6 +8,7 @@ from typing import Any
 
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
 from vbbench.errors import FileError
+from vbbench.tables import refuse_partitioned
 
 FORMAT_VERSION = 1
 INFO_FILE = "dataset.json"
@@ -60,6 +61,7 @@ class DatasetInfo:
         FileError
             If it is missing, damaged, of another format version, or edited by hand.
         """
+        refuse_partitioned(folder, INFO_FILE)
         path = folder / INFO_FILE
         if not path.is_file():
             raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")

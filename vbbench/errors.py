@@ -3,10 +3,21 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 
 class VbbenchError(Exception):
     """Something the user can put right; the message says what is wrong and what to do."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Errors come whole out of other processes, whatever their constructors take."""
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[VbbenchError], arguments: tuple[Any, ...], facts: dict[str, Any]) -> VbbenchError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(facts)
+    return error
 
 
 class FileError(VbbenchError):

@@ -2,7 +2,6 @@
 
 import shutil
 from collections import defaultdict
-from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,12 +16,22 @@ from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan
-from vbbench.parts import Part, prepare_parts, write_in_parts
+from vbbench.partitions import Layout, pack, part_name, write_layout, write_partition, write_partitions
+from vbbench.parts import Part, part_ranges, prepare_draft, write_in_parts
 from vbbench.registry import load
 from vbbench.rows import ROWS, SCENE_TABLES, scene_rows, sequence_row, sequence_rows
 from vbbench.scene import Scene
 from vbbench.schemas import SCHEMAS, to_arrow
-from vbbench.tables import TableWriter, check_free, file_sha256, write_text_atomically
+from vbbench.tables import (
+    PARTITIONED,
+    TableWriter,
+    check_free,
+    file_sha256,
+    replace_folder,
+    write_text_atomically,
+)
+
+TABLES = ["sequences", *ROWS, *SCENE_TABLES]
 
 
 def generate(
@@ -45,17 +54,67 @@ def generate(
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
     out = Path(out)
+    plan = _plan(split, out, options, overwrite)
+    draft = out.with_name(out.name + ".partial")
+    parts = prepare_draft(draft, "parts", _key(plan))
+    tables = {name: draft / f"{name}.parquet" for name in TABLES}
+    streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
+    work = partial(_build_part, plan)
+    facts = write_in_parts(work, len(plan), parts, streamed, jobs=jobs, label=plan.info.split)
+    for name, groups in _shared_scenes(plan.scenes).items():
+        with TableWriter(tables[name], name) as writer:
+            for group in groups:
+                writer.add(group)
+    info = replace(_counted(plan, facts), tables=describe_tables(tables))
+    write_text_atomically(draft / INFO_FILE, info.to_json())
+    if withhold_truth:
+        kept = truth_folder_beside(out)
+        shutil.rmtree(kept, ignore_errors=True)
+        (draft / "truth").replace(kept)
+    replace_folder(draft, out)
+    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
+
+
+def generate_partitioned(
+    split: str,
+    out: Path | str,
+    options: Options,
+    *,
+    scheduler: str,
+    withhold_truth: bool = False,
+    overwrite: bool = False,
+) -> DatasetInfo:
+    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `merging.merge` makes it whole.
+
+    Otherwise as `generate`.
+    """
+    out = Path(out)
+    plan = _plan(split, out, options, overwrite)
+    draft = out.with_name(out.name + ".partial")
+    prepare_draft(draft, PARTITIONED, _key(plan))
+    facts = write_partitions(partial(_build_part, plan), len(plan), draft, scheduler, label=plan.info.split)
+    parts = [part_name(first) for first, _ in part_ranges(len(plan))]
+    if plan.scenes:
+        write_partition(draft, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), "scenes"))
+        parts.append("scenes")
+    info = _counted(plan, facts)
+    layout = Layout(marker=INFO_FILE, tables=TABLES, parts=parts, withheld=withhold_truth)
+    write_layout(draft, layout, info.to_json())
+    replace_folder(draft, out)
+    return info
+
+
+def _plan(split: str, out: Path, options: Options, overwrite: bool) -> Plan:
     check_free(out, INFO_FILE, "dataset", overwrite)
     generator: Generator = load("generator", split)
     plan = generator.plan(options)
     if not len(plan):
         raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
-    draft = out.with_name(out.name + ".partial")
-    prepare_parts(draft / "parts", plan.info.id)
-    info = _write_tables(plan, draft, jobs)
-    write_text_atomically(draft / INFO_FILE, info.to_json())
-    _put_in_place(draft, out, withhold_truth)
-    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
+    return plan
+
+
+def _key(plan: Plan) -> str:
+    return f"{plan.info.id} {__version__}"
 
 
 def truth_folder_beside(out: Path) -> Path:
@@ -63,15 +122,8 @@ def truth_folder_beside(out: Path) -> Path:
     return out.with_name(out.name + ".truth")
 
 
-def _write_tables(plan: Plan, draft: Path, jobs: int) -> DatasetInfo:
-    names = ["sequences", *ROWS, *(() if plan.scenes else SCENE_TABLES)]
-    tables = {name: draft / f"{name}.parquet" for name in names}
-    facts = write_in_parts(
-        partial(_build_part, plan), len(plan), draft / "parts", tables, jobs=jobs, label=plan.info.split
-    )
-    if plan.scenes:
-        _write_shared_scenes(plan.scenes, draft)
-    return replace(plan.info, counts=_total(facts), tables=describe_tables(draft), package_version=__version__)
+def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:
+    return replace(plan.info, counts=_total(facts), package_version=__version__)
 
 
 def _build_part(plan: Plan, first: int, last: int) -> Part:
@@ -101,36 +153,18 @@ def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
     }
 
 
-def _write_shared_scenes(scenes: tuple[Scene, ...], draft: Path) -> None:
-    with ExitStack() as stack:
-        writers = {name: stack.enter_context(TableWriter(draft / f"{name}.parquet", name)) for name in SCENE_TABLES}
-        for number, scene in enumerate(scenes):
-            for name, columns in scene_rows(scene, number).items():
-                writers[name].add(to_arrow(name, columns))
+def _shared_scenes(scenes: tuple[Scene, ...]) -> dict[str, list[pa.Table]]:
+    """Row groups of the scenes that sequences share, by table."""
+    groups: dict[str, list[pa.Table]] = defaultdict(list)
+    for number, scene in enumerate(scenes):
+        for name, columns in scene_rows(scene, number).items():
+            groups[name].append(to_arrow(name, columns))
+    return dict(groups)
 
 
-def describe_tables(folder: Path) -> dict[str, dict[str, Any]]:
-    """Size and SHA-256 of every table of a dataset folder."""
-    found = sorted(path.relative_to(folder) for path in folder.rglob("*.parquet"))
+def describe_tables(paths: dict[str, Path]) -> dict[str, dict[str, Any]]:
+    """Size and SHA-256 of every table of a dataset, by name."""
     return {
-        path.with_suffix("").as_posix(): {
-            "bytes": (folder / path).stat().st_size,
-            "rows": pq.read_metadata(folder / path).num_rows,
-            "sha256": file_sha256(folder / path),
-        }
-        for path in found
+        name: {"bytes": path.stat().st_size, "rows": pq.read_metadata(path).num_rows, "sha256": file_sha256(path)}
+        for name, path in sorted(paths.items())
     }
-
-
-def _put_in_place(draft: Path, out: Path, withhold_truth: bool) -> None:
-    if withhold_truth:
-        kept = truth_folder_beside(out)
-        shutil.rmtree(kept, ignore_errors=True)
-        (draft / "truth").replace(kept)
-    if out.exists():
-        old = out.with_name(out.name + ".old")
-        out.replace(old)
-        draft.replace(out)
-        shutil.rmtree(old)
-    else:
-        draft.replace(out)

@@ -12,13 +12,16 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import pyarrow as pa
 
 from vbbench.errors import VbbenchError
 from vbbench.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.tables import TableWriter
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 PART_SIZE = 32
 """Sequences a part: large enough to outweigh its overhead, small enough that an interruption loses little."""
@@ -40,6 +43,9 @@ class Part:
 PATIENCE = 5.0
 """Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
 
+HELD = 64
+"""Parts that may be held in memory: those after them are kept in files, however soon they are made."""
+
 NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
 """Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
 
@@ -47,13 +53,30 @@ Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
 
 
-def prepare_parts(folder: Path, key: str) -> None:
-    """Make ``folder`` ready; parts of the same work (the same key) are kept, those of any other are removed."""
+def prepare_draft(draft: Path, parts: str, key: str) -> Path:
+    """Make the folder ``draft`` and in it the one for parts, which is returned, ready.
+
+    Parts of the same work (the same key), kept in the same way, stay; everything else in ``draft`` is removed.
+    """
+    folder = draft / parts
     key_file = folder / "key"
     if not (key_file.is_file() and key_file.read_text("utf-8") == key):
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)
         folder.mkdir(parents=True)
         key_file.write_text(key, encoding="utf-8")
+    return folder
+
+
+def part_ranges(count: int) -> list[tuple[int, int]]:
+    """The parts of ``count`` sequences: first ≤ index < last."""
+    return [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
+
+
+def progress_bar(total: int, label: str, *, done: int = 0, unit: str = "seq") -> "tqdm[NoReturn]":
+    """A progress bar on stderr where that is a terminal."""
+    from tqdm import tqdm
+
+    return tqdm(total=total, initial=done, desc=label, unit=unit, disable=None)
 
 
 def write_in_parts(
@@ -65,7 +88,7 @@ def write_in_parts(
     """
     if jobs == 0:
         raise VbbenchError("--jobs is a number of processes, 1 or more (-1: one a core), not 0")
-    ranges = [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
+    ranges = part_ranges(count)
     make = partial(_make_part, work, parts)
     made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
     made = _with_progress(made, ranges, label)
@@ -96,8 +119,8 @@ def _columns_of(part: Part | Path) -> Mapping[str, Collection[str]]:
 
 def _make_here(make: Callable[..., Part | Path], ranges: list[tuple[int, int]]) -> Iterator[Part | Path]:
     started = perf_counter()
-    for first, last in ranges:
-        yield make(first, last, keep=perf_counter() - started > PATIENCE)
+    for number, (first, last) in enumerate(ranges):
+        yield make(first, last, keep=number >= HELD or perf_counter() - started > PATIENCE)
 
 
 def _make_elsewhere(
@@ -110,9 +133,7 @@ def _make_elsewhere(
 
 
 def _with_progress(made: Iterable[Part | Path], ranges: list[tuple[int, int]], label: str) -> Iterator[Part | Path]:
-    from tqdm import tqdm
-
-    with tqdm(total=ranges[-1][1] if ranges else 0, desc=label, unit="seq", disable=None) as bar:
+    with progress_bar(ranges[-1][1] if ranges else 0, label) as bar:
         for (first, last), part in zip(ranges, made, strict=True):
             yield part
             bar.update(last - first)

@@ -2,7 +2,6 @@
 
 import os
 import platform
-import shutil
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -11,17 +10,19 @@ from typing import Any
 
 import pyarrow as pa
 
+from vbbench import __version__
 from vbbench.answer_rows import answer_rows
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
-from vbbench.parts import Part, prepare_parts, write_in_parts
+from vbbench.partitions import Layout, part_name, write_layout, write_partitions
+from vbbench.parts import Part, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import make_solver, registered
+from vbbench.registry import load, make_solver, registered
 from vbbench.runner import run_sequence, warm_up
 from vbbench.schemas import to_arrow
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.tables import check_free, write_text_atomically
+from vbbench.tables import PARTITIONED, check_free, replace_folder, write_text_atomically
 
 TABLES = ("poses", "positions", "heights")
 
@@ -33,6 +34,7 @@ def solve(
     out: Path | str,
     *,
     jobs: int = 1,
+    scheduler: str | None = None,
     isolate: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
@@ -43,6 +45,8 @@ def solve(
 
     Parameters
     ----------
+    scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
+        submission is then partitioned, and `merging.merge` makes it whole.
     isolate : run the solver in a process of its own, fed over a pipe, that never holds truth.
     covariance : write the covariances of poses and positions, too.
 
@@ -58,26 +62,43 @@ def solve(
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
         )
-    make_solver(solver)
+    load("solver", solver)
     draft = out.with_name(out.name + ".partial")
-    prepare_parts(draft / "parts", f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance}")
+    key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
     work = partial(_solve_part, dataset, solver, rules, isolate, covariance)
-    tables = {name: draft / f"{name}.parquet" for name in TABLES}
-    facts = write_in_parts(work, len(dataset), draft / "parts", tables, jobs=jobs, label=f"{solver} {protocol}")
-    if not any(part["heights"] for part in facts):
-        tables["heights"].unlink()
-    info = SubmissionInfo(
+    label = f"{solver} {protocol}"
+    if scheduler is None:
+        parts = prepare_draft(draft, "parts", key)
+        paths = {name: draft / f"{name}.parquet" for name in TABLES}
+        facts = write_in_parts(work, len(dataset), parts, paths, jobs=jobs, label=label)
+        for name in paths.keys() - _reported(facts):
+            paths[name].unlink()
+        write_text_atomically(draft / SUBMISSION_FILE, _declared(dataset, solver, protocol, facts).to_json())
+    else:
+        prepare_draft(draft, PARTITIONED, key)
+        facts = write_partitions(work, len(dataset), draft, scheduler, label=label)
+        names = [part_name(first) for first, _ in part_ranges(len(dataset))]
+        layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=names)
+        write_layout(draft, layout, _declared(dataset, solver, protocol, facts).to_json())
+    replace_folder(draft, out)
+    return out
+
+
+def _reported(facts: list[dict[str, Any]]) -> list[str]:
+    """The tables of a submission: heights only where a part has some."""
+    return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
+
+
+def _declared(dataset: Dataset, solver: str, protocol: str, facts: list[dict[str, Any]]) -> SubmissionInfo:
+    seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
+    return SubmissionInfo(
         solver=solver,
         version=solver_version(solver),
         dataset=dataset.info.id,
         protocol=protocol,
-        seconds_per_frame=sum(part["seconds"] for part in facts) / max(sum(part["frames"] for part in facts), 1),
-        hardware=hardware(),
+        seconds_per_frame=seconds / max(frames, 1),
+        hardware="; ".join(sorted({part["hardware"] for part in facts})),
     )
-    write_text_atomically(draft / SUBMISSION_FILE, info.to_json())
-    shutil.rmtree(out, ignore_errors=True)
-    draft.replace(out)
-    return out
 
 
 def solver_version(solver: str) -> str:
@@ -116,7 +137,8 @@ def _solve_part(
             for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
                 groups[table].append(to_arrow(table, rows))
             seconds, frames = seconds + spent, frames + sequence.frames
-    return Part(groups=groups, facts={"seconds": seconds, "frames": frames, "heights": bool(groups["heights"])})
+    facts = {"seconds": seconds, "frames": frames, "heights": bool(groups["heights"]), "hardware": hardware()}
+    return Part(groups=groups, facts=facts)
 
 
 def _solver(name: str, isolate: bool) -> AbstractContextManager[Any]:

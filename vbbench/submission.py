@@ -14,7 +14,7 @@ from vbbench.errors import SubmissionError
 from vbbench.faults import Faults
 from vbbench.protocol import PROTOCOLS
 from vbbench.schemas import FALLBACK, to_arrow
-from vbbench.tables import TableWriter, write_text_atomically
+from vbbench.tables import TableWriter, refuse_partitioned, write_text_atomically
 
 SUBMISSION_FILE = "submission.json"
 FAILURE_POLICIES = ("refuse", "hold")
@@ -69,6 +69,7 @@ class SubmissionInfo:
 
 def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     """The declared facts, with empty text for what cannot be used; what is wrong goes to ``faults``."""
+    refuse_partitioned(folder, SUBMISSION_FILE)
     values = _read_object(folder / SUBMISSION_FILE, faults)
     known = {field.name for field in fields(SubmissionInfo)}
     if values is not None:

@@ -2,7 +2,8 @@
 
 import hashlib
 import os
-from collections.abc import Collection
+import shutil
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -34,16 +35,8 @@ class TableWriter:
         self.rows = 0
         self._temporary = path.with_name(path.name + ".partial")
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._schema = schema = table_schema(name, optional)
-        self._writer = pq.ParquetWriter(
-            self._temporary,
-            schema,
-            compression="zstd",
-            compression_level=ZSTD_LEVEL,
-            use_dictionary=False,
-            write_statistics=[schema.names[0]],
-            column_encoding={field.name: _encoding(field.type) for field in schema},
-        )
+        self._schema = table_schema(name, optional)
+        self._writer = _parquet_writer(self._temporary, self._schema)
 
     def add(self, group: pa.Table) -> None:
         """Append a row group; an empty one leaves no trace."""
@@ -64,6 +57,29 @@ class TableWriter:
             self._temporary.unlink()
 
 
+def table_bytes(name: str, groups: Iterable[pa.Table], optional: Collection[str] = ()) -> bytes:
+    """The Parquet file that `TableWriter` would write."""
+    schema, sink = table_schema(name, optional), pa.BufferOutputStream()
+    with _parquet_writer(sink, schema) as writer:
+        for group in groups:
+            if len(group):
+                writer.write_table(with_columns(group, schema), row_group_size=len(group))
+    data: bytes = sink.getvalue().to_pybytes()
+    return data
+
+
+def _parquet_writer(sink: Path | pa.NativeFile, schema: pa.Schema) -> pq.ParquetWriter:
+    return pq.ParquetWriter(
+        sink,
+        schema,
+        compression="zstd",
+        compression_level=ZSTD_LEVEL,
+        use_dictionary=False,
+        write_statistics=[schema.names[0]],
+        column_encoding={field.name: _encoding(field.type) for field in schema},
+    )
+
+
 def _encoding(kind: pa.DataType) -> str:
     if pa.types.is_floating(kind):
         return "BYTE_STREAM_SPLIT"
@@ -79,20 +95,47 @@ def replace_durably(temporary: Path, path: Path) -> None:
 
 def write_text_atomically(path: Path, text: str) -> None:
     """Write a small text file so that it is there whole or not at all."""
+    write_bytes_atomically(path, text.encode())
+
+
+def write_bytes_atomically(path: Path, data: bytes) -> None:
+    """Write a file so that it is there whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".partial")
-    temporary.write_text(text, encoding="utf-8")
+    temporary.write_bytes(data)
     replace_durably(temporary, path)
 
 
+PARTITIONED = "partitioned"
+"""Folder in a dataset or submission that is still in partitions: its facts, and what each part wrote."""
+
+
+def refuse_partitioned(folder: Path, marker: str) -> None:
+    """Raise VbbenchError if the dataset or submission in ``folder`` is still in partitions."""
+    if not (folder / marker).is_file() and (folder / PARTITIONED / marker).is_file():
+        raise VbbenchError(f"{folder} is partitioned; run 'vbbench merge {folder}'")
+
+
 def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
-    """Raise VbbenchError if ``folder`` is in the way: only a folder that holds ``marker`` is ever replaced."""
+    """Raise VbbenchError if ``folder`` is in the way: only one with ``marker``, or in partitions, is ever replaced."""
     if not folder.exists():
         return
-    if not (folder / marker).is_file():
+    if not any((place / marker).is_file() for place in (folder, folder / PARTITIONED)):
         raise VbbenchError(f"{folder} exists and is no {what}; choose another folder or remove it")
     if not overwrite:
         raise VbbenchError(f"{folder} exists; add --overwrite to replace it")
+
+
+def replace_folder(draft: Path, out: Path) -> None:
+    """Give the folder ``draft`` the name ``out``; what had it goes when that is done."""
+    if not out.exists():
+        draft.replace(out)
+        return
+    old = out.with_name(out.name + ".old")
+    shutil.rmtree(old, ignore_errors=True)
+    out.replace(old)
+    draft.replace(out)
+    shutil.rmtree(old)
 
 
 def file_sha256(path: Path) -> str:

@@ -21,6 +21,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,
     "fetch": data.fetch,
     "generate": data.generate,
+    "merge": data.merge,
     "info": data.info,
     "verify": data.verify,
     "solve": evaluation.solve,

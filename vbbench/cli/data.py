@@ -42,6 +42,7 @@ def generate(
     dt: float | None = None,
     homography: Path | None = None,
     jobs: int = 1,
+    scheduler: str | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> None:
@@ -60,11 +61,13 @@ def generate(
         dt: Seconds a frame of your own file (split custom).
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom).
         jobs: Processes; the bytes do not depend on it.
+        scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         withhold_truth: Put the truth tables into OUT.truth beside the dataset.
         overwrite: Replace the dataset that is there.
     """
     from vbbench.camera import CAMERAS
     from vbbench.generation import generate as make
+    from vbbench.generation import generate_partitioned
     from vbbench.generator import Options
     from vbbench.info import describe
 
@@ -79,8 +82,24 @@ def generate(
         dt=dt,
         homography=homography,
     )
-    dataset = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite)
-    print(describe(dataset.info))
+    if scheduler is None:
+        facts = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
+    else:
+        kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
+        facts = generate_partitioned(split, out, options, scheduler=scheduler, **kept)
+    print(describe(facts))
+
+
+def merge(folder: Positional[Path], /, out: Path | None = None) -> None:
+    """Make whole what generate or solve left in partitions with --scheduler.
+
+    Args:
+        folder: The partitioned dataset or submission.
+        out: Folder to make; default: the partitions are replaced by the whole.
+    """
+    from vbbench.merging import merge as make_whole
+
+    print(make_whole(folder, out))
 
 
 def info(

@@ -16,6 +16,7 @@ def solve(
     protocol: ProtocolName = "one-step",
     truth: Path | None = None,
     jobs: int = 1,
+    scheduler: str | None = None,
     isolate: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
@@ -29,6 +30,7 @@ def solve(
         protocol: What is given when.
         truth: Folder with the truth tables, where they are kept elsewhere (one-step needs them).
         jobs: Processes; the answers do not depend on it.
+        scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         isolate: Run the solver in a process of its own that never holds truth.
         covariance: Write the covariances of poses and positions, too, where the solver reports them.
         overwrite: Replace the submission that is there.
@@ -36,8 +38,19 @@ def solve(
     from vbbench.dataset import Dataset
     from vbbench.solving import solve as run
 
-    options = {"isolate": isolate, "covariance": covariance, "overwrite": overwrite}
-    print(run(Dataset(folder, truth), solver, protocol, out, jobs=jobs, **options))
+    print(
+        run(
+            Dataset(folder, truth),
+            solver,
+            protocol,
+            out,
+            jobs=jobs,
+            scheduler=scheduler,
+            isolate=isolate,
+            covariance=covariance,
+            overwrite=overwrite,
+        )
+    )
 
 
 def score(

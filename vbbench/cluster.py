@@ -1,0 +1,196 @@
+"""Runs parts of work on a Dask cluster through joblib; every result crosses the network, no disk is shared.
+
+`distributed` is the optional dependency ``vbbench[dask]``; it is imported where it is needed.
+"""
+
+import os
+import pickle
+import platform
+import sys
+import threading
+import uuid
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from joblib import Parallel, delayed, parallel_config
+from joblib._dask import DaskDistributedBackend
+
+from vbbench.errors import VbbenchError
+from vbbench.partitions import PackedPart, pack, part_name
+from vbbench.parts import Work
+
+PATIENCE = 10
+"""Seconds to wait for the scheduler, and for a first worker."""
+
+PARTS_A_CORE = 16
+"""Parts a core that are sent at a time: so many results at most, about 1 MB each, wait here to be written."""
+
+PACKAGES = ("vbbench", "numpy", "scipy", "numba")
+"""What results may depend on: the same versions are asked of all workers."""
+
+_opened = threading.local()
+
+
+def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
+    """Do the work on ranges of sequences, in any order.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such cluster, its workers run other versions, or too many of them were lost.
+    """
+    with _client(scheduler) as client, _plain_errors(scheduler), _published(client, work) as name:
+        _check_workers(client)
+        make, left = delayed(partial(_run_part, name, versions())), list(ranges)
+        while left:
+            size = PARTS_A_CORE * max(1, sum(client.ncores().values()))
+            now, left = left[:size], left[size:]
+            with parallel_config(backend=_Backend(client=client)):
+                run = Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="3*n_jobs")
+                yield from run(make(first, last) for first, last in now)
+
+
+def versions() -> dict[str, str]:
+    """Versions of what results may depend on."""
+    found = {"Python": ".".join(platform.python_version_tuple()[:2])}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "missing"
+    return found
+
+
+class _Backend(DaskDistributedBackend):  # type: ignore[misc]
+    """joblib's own backend, which waits for ever for a part that the cluster gave up: here it hears of it.
+
+    One core alone is work for the cluster, too; joblib would do it in this process.
+    """
+
+    def submit(self, func: Any, callback: Any = None) -> Any:
+        future = super().submit(func, callback)
+        future.add_done_callback(partial(_report_failure, callback))
+        return future
+
+    def retrieve_result_callback(self, out: Any) -> Any:
+        if isinstance(out, BaseException):
+            raise out
+        return super().retrieve_result_callback(out)
+
+    def effective_n_jobs(self, n_jobs: int = -1) -> int:
+        cores: int = super().effective_n_jobs(n_jobs)
+        return max(2, cores)
+
+
+def _report_failure(callback: Any, future: "Future[Any]") -> None:
+    error = future.exception()
+    if error is not None:
+        callback(error)
+
+
+@contextmanager
+def _client(scheduler: str) -> Iterator[Any]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise VbbenchError("--scheduler needs the package distributed: pip install 'vbbench[dask]'") from error
+    import logging
+
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it has to say is said in one line here
+    try:
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise VbbenchError(
+            f"no Dask scheduler answers at {scheduler}; start one with 'dask scheduler' and give the address it prints"
+        ) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError as error:
+            raise VbbenchError(
+                f"the Dask scheduler at {scheduler} has no workers; start some with 'dask worker {scheduler}'"
+            ) from error
+        yield client
+
+
+@contextmanager
+def _plain_errors(scheduler: str) -> Iterator[None]:
+    """What goes wrong with a cluster as one line."""
+    from asyncio import CancelledError
+
+    from distributed import KilledWorker
+    from distributed.client import FutureCancelledError
+    from distributed.comm import CommClosedError
+    from distributed.scheduler import NoValidWorkerError
+
+    after = "finished parts are kept, and the same command goes on with the others"
+    try:
+        yield
+    except KilledWorker as error:
+        raise VbbenchError(
+            f"cluster {scheduler}: one part's workers died again and again (out of memory?); {after}"
+        ) from error
+    except NoValidWorkerError as error:
+        raise VbbenchError(f"cluster {scheduler}: no workers are left; {after}") from error
+    except (FutureCancelledError, CancelledError, CommClosedError) as error:
+        raise VbbenchError(f"cluster {scheduler}: the scheduler was lost; {after}") from error
+
+
+@contextmanager
+def _published(client: Any, work: Work) -> Iterator[str]:
+    """Hand the work to every worker once, those that join later, too; tasks then name it."""
+    from distributed import WorkerPlugin
+    from distributed.protocol.pickle import dumps
+
+    class Published(WorkerPlugin):  # type: ignore[misc]
+        """Holds the work, and lets solvers be found where the user stands."""
+
+        def __init__(self, work: bytes, place: str) -> None:
+            self.work, self.place = work, place
+
+        def setup(self, worker: Any) -> None:  # noqa: ARG002
+            sys.path.append(self.place)
+
+        def teardown(self, worker: Any) -> None:  # noqa: ARG002
+            sys.path.remove(self.place)
+
+    name = f"vbbench-{uuid.uuid4().hex}"
+    client.register_plugin(Published(dumps(work), os.getcwd()), name=name)  # noqa: PTH109
+    try:
+        yield name
+    finally:
+        if client.status == "running":
+            client.unregister_worker_plugin(name)
+
+
+def _check_workers(client: Any) -> None:
+    """Workers without vbbench, or with other versions, are found before any work is done."""
+    for worker, answer in client.run(_differences, versions(), on_error="return").items():
+        if isinstance(answer, BaseException):
+            raise VbbenchError(f"worker {worker} cannot run vbbench: {answer}; install the same version there")
+        if answer:
+            raise VbbenchError(f"worker {worker} {answer}")
+
+
+def _differences(wanted: dict[str, str]) -> str:
+    """What differs here from the client's versions, as the end of a sentence."""
+    here = versions()
+    differing = [f"{name} {here[name]} (here {wanted[name]})" for name in wanted if here[name] != wanted[name]]
+    return f"has {', '.join(differing)}; results might differ: install the same versions" if differing else ""
+
+
+def _run_part(name: str, wanted: dict[str, str], first: int, last: int) -> PackedPart:
+    """Runs on a worker, which may have joined after the others were checked."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    problem = _differences(wanted)
+    if problem:
+        raise VbbenchError(f"worker {worker.address} {problem}")
+    if getattr(_opened, "name", None) != name:  # a thread keeps its own: open tables are not to be shared
+        _opened.work, _opened.name = pickle.loads(worker.plugins[name].work), name  # noqa: S301
+    return pack(_opened.work(first, last), part_name(first))
