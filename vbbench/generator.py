@@ -8,29 +8,11 @@ from vbbench.camera import Camera
 from vbbench.dataset_info import DatasetInfo
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence, Truth
+from vbbench.simulation import Simulation
 from vbbench.sources import Source
 
 Tier = Literal["ideal", "noisy", "occluded", "tracked"]
 Look = Literal["motion", "wander"]
-Engine = Literal["numba", "pysocialforce"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Simulation:
-    """What the user asks of a simulated crowd; ``None`` leaves it to the scenario.
-
-    Parameters
-    ----------
-    scenario : name of a scenario, or path of a scenario file.
-    sequences : number of sequences.
-    people : numbers of people K; the sequences take them in turn.
-    engine : which implementation of the social force walks the crowd.
-    """
-
-    scenario: str | None = None
-    sequences: int | None = None
-    people: tuple[int, ...] | None = None
-    engine: Engine = "numba"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +67,10 @@ class SequenceData:
 
 
 class Plan(Protocol):
-    """A dataset before it is made. Any sequence can be built on its own, in any process, in any order."""
+    """A dataset before it is made. Any sequence can be built on its own, in any process, in any order.
+
+    A plan without shared scenes is endless: it builds sequences of any number, and its length is a wish.
+    """
 
     @property
     def info(self) -> DatasetInfo:

@@ -1,7 +1,6 @@
 """A split's recipe: a file in ``recipes/`` that a person can read, and the frozen dataclasses made of it."""
 
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
@@ -126,7 +125,7 @@ def read_recipe(path: Path) -> Recipe:
     }
     for key, kind in _TABLES.items():
         if key in table:
-            parts[key] = build(kind, _with_tuples(table.pop(key)), path, f"[{key}]")
+            parts[key] = build(kind, table.pop(key), path, f"[{key}]")
     return build(Recipe, {**table, **parts}, path, "recipe")
 
 
@@ -136,10 +135,6 @@ _TABLES: dict[str, type[Any]] = {
     "resampling": Resampling,
     "caution": Caution,
 }
-
-
-def _with_tuples(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
 
 
 def _folder() -> Any:

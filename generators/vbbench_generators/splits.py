@@ -8,6 +8,7 @@ from vbbench_generators.demo import DemoSplit
 from vbbench_generators.planning import plan_reprojection
 from vbbench_generators.recipe import Recipe, get_recipe
 from vbbench_generators.reprojection import Reprojection
+from vbbench_generators.sim import SimSplit
 
 
 @dataclass(frozen=True)
@@ -58,3 +59,4 @@ zara01 = RecipeSplit("zara01")
 zara02 = RecipeSplit("zara02")
 custom = RecipeSplit("custom")
 demo = DemoSplit()
+sim = SimSplit()

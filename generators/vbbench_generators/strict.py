@@ -13,13 +13,14 @@ T = TypeVar("T")
 
 
 def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
-    """Make a ``kind`` of ``table``, the part of the file ``path`` that is called ``where``.
+    """Make a ``kind`` of ``table``, the part of the file ``path`` that is called ``where``; lists become tuples.
 
     Raises
     ------
     FileError
         If a key is unknown (the nearest is suggested), missing, or its value has another type.
     """
+    table = {key: _frozen(value) for key, value in table.items()}
     known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]
     for key in table:
         if key not in known:
@@ -27,13 +28,17 @@ def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
             hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
             raise FileError(path, f"{where}: unknown key '{key}'; {hint}")
     for name, field in known.items():
-        if name not in table and field.default is MISSING:
+        if name not in table and field.default is MISSING and field.default_factory is MISSING:
             raise FileError(path, f"{where}: key '{name}' is missing")
     hints = get_type_hints(kind)
     for key, value in table.items():
         if not _fits(value, hints[key]):
             raise FileError(path, f"{where}: {key} = {value!r} is not of the kind wanted ({hints[key]})")
     return kind(**table)
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
 def _fits(value: Any, hint: Any) -> bool:

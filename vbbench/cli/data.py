@@ -6,6 +6,7 @@ from typing import Literal
 from tyro.conf import Positional
 
 CameraName = Literal["panorama", "perspective"]
+EngineName = Literal["numba", "pysocialforce"]
 TierName = Literal["ideal", "noisy", "occluded", "tracked"]
 
 
@@ -33,7 +34,7 @@ def generate(
     /,
     out: Path,
     source: Path | None = None,
-    camera: CameraName = "panorama",
+    camera: CameraName | None = None,
     tier: TierName = "ideal",
     sigma_h: float = 0.07,
     look: Literal["motion", "wander"] = "motion",
@@ -41,6 +42,10 @@ def generate(
     limit: int | None = None,
     dt: float | None = None,
     homography: Path | None = None,
+    scenario: str | None = None,
+    sequences: int | None = None,
+    people: str | None = None,
+    engine: EngineName | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
     withhold_truth: bool = False,
@@ -52,7 +57,8 @@ def generate(
         split: Its name; see 'vbbench splits'.
         out: Folder to make.
         source: File or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
-        camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720.
+        camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720; default: the split's own
+            (perspective for sim, panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact) or noisy (1 px on column, top and bottom).
         sigma_h: Standard deviation of people's heights in m, about 1.70 m.
         look: Where the camera looks: along its bearer's past motion, or wandering about that.
@@ -60,6 +66,10 @@ def generate(
         limit: Only the first so many sequences.
         dt: Seconds a frame of your own file (split custom).
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom).
+        scenario: What a simulated crowd does: a name such as open or plaza, or a TOML file of yours (split sim).
+        sequences: Number of sequences (split sim).
+        people: Numbers of people, taken in turn: 30, or 10:50, or 10:50:10 for steps of ten (split sim).
+        engine: Who walks the crowd: numba, or pysocialforce, the library (split sim).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         withhold_truth: Put the truth tables into OUT.truth beside the dataset.
@@ -70,9 +80,10 @@ def generate(
     from vbbench.generation import generate_partitioned
     from vbbench.generator import Options
     from vbbench.info import describe
+    from vbbench.simulation import as_simulation
 
     options = Options(
-        camera=CAMERAS[camera](),
+        camera=None if camera is None else CAMERAS[camera](),
         tier=tier,
         height_std=sigma_h,
         look=look,
@@ -81,6 +92,7 @@ def generate(
         source=source,
         dt=dt,
         homography=homography,
+        simulation=as_simulation(scenario, sequences, people, engine),
     )
     if scheduler is None:
         facts = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info

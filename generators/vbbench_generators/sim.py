@@ -1,0 +1,111 @@
+"""The split `sim`: crowds that walk under the social force, each seen by one of its walkers."""
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from vbbench.camera import CAMERAS
+from vbbench.dataset_info import DatasetInfo
+from vbbench.errors import VbbenchError
+from vbbench.generator import Card, Look, Options, SequenceData
+from vbbench.scene import Scene
+from vbbench.simulation import Engine, Simulation
+from vbbench_generators.corruption import PIXEL_STD
+from vbbench_generators.eligibility import Span
+from vbbench_generators.option_checks import check_options
+from vbbench_generators.planning import HEIGHT_MEAN
+from vbbench_generators.scenario import Scenario, get_scenario
+from vbbench_generators.simulation import simulate_walk
+from vbbench_generators.viewing import view
+
+REVISION = 1
+"""Raised whenever the same options give other observations, so that dataset ids differ too."""
+SCENARIO = "open"
+"""The scenario of the paper's split Sim."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulationPlan:
+    """The plan of a simulated dataset; see `vbbench.generator.Plan`. ``build`` takes any index, however large."""
+
+    info: DatasetInfo
+    scenario: Scenario
+    engine: Engine
+    look: Look
+    limit: int | None = None
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """None: every sequence brings its own."""
+        return ()
+
+    def __len__(self) -> int:
+        return min(self.scenario.sequences, self.limit or self.scenario.sequences)
+
+    def build(self, index: int) -> SequenceData:
+        """One sequence with its scene; its random numbers follow from the seed and its index alone."""
+        rng = np.random.default_rng(np.random.SeedSequence([self.info.seed, index]))
+        people = self.scenario.people[index % len(self.scenario.people)]
+        heights = self.info.height_mean + self.info.height_std * rng.standard_normal(people)
+        walk = simulate_walk(self.scenario, people, heights, engine=self.engine, camera=self.info.camera, rng=rng)
+        scene = walk.scene
+        span = Span(scene=index, column=walk.observer, first=0, counted=np.ones(scene.frames, bool))
+        data = view(scene, span, scene.present, walk.heading, info=self.info, look=self.look, index=index, rng=rng)
+        return replace(data, scene=scene)
+
+
+class SimSplit:
+    """Crowds made on demand; needs no source."""
+
+    card = Card(
+        name="sim",
+        title="Sim: simulated crowds under the social force",
+        licence="Apache-2.0, like vbbench",
+        citation="M. Moussaïd, D. Helbing, S. Garnier, A. Johansson, M. Combe, G. Theraulaz. Experimental study of the "
+        "behavioural mechanisms underlying self-organization in human crowds. Proc. R. Soc. B 276, 2009 (the forces); "
+        "the paper (the split)",
+        sources=(),
+    )
+
+    def plan(self, options: Options) -> SimulationPlan:
+        """Lay out the sequences; nothing is simulated yet."""
+        asked = options.simulation or Simulation()
+        scenario = _as_asked(get_scenario(asked.scenario or SCENARIO), asked)
+        _check(options)
+        info = DatasetInfo(
+            split=self.card.name,
+            title=f"{self.card.title}; {scenario.title}",
+            camera=options.camera or CAMERAS[scenario.camera](),
+            tier=options.tier,
+            seed=options.seed,
+            dt=scenario.dt,
+            height_mean=HEIGHT_MEAN,
+            height_std=options.height_std,
+            pixel_std=PIXEL_STD[options.tier],
+            scenes=(),
+            definition={
+                "generator": f"simulation/{REVISION}",
+                "look": options.look,
+                "limit": options.limit,
+                "engine": asked.engine,
+                "scenario": asdict(scenario),
+            },
+        )
+        return SimulationPlan(info=info, scenario=scenario, engine=asked.engine, look=options.look, limit=options.limit)
+
+
+def _as_asked(scenario: Scenario, asked: Simulation) -> Scenario:
+    try:
+        return replace(
+            scenario,
+            sequences=scenario.sequences if asked.sequences is None else asked.sequences,
+            people=scenario.people if asked.people is None else asked.people,
+        )
+    except ValueError as error:
+        raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
+
+
+def _check(options: Options) -> None:
+    check_options("sim", options)
+    if options.source is not None or options.dt is not None or options.homography is not None:
+        raise VbbenchError("sim has no source: leave --source, --dt and --homography out")

@@ -1,0 +1,108 @@
+"""One simulated scene and its observer, drawn again until nobody is stuck and the observer sees enough people."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError
+from vbbench.geometry import world_to_relative
+from vbbench.scene import Scene
+from vbbench.simulation import Engine
+from vbbench_generators.heading import causal_headings
+from vbbench_generators.scenario import Scenario
+from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
+from vbbench_generators.spawning import draw_crowd
+
+REPULSIONS: dict[str, type[Moussaid] | type[HelbingMolnar]] = {"moussaid": Moussaid, "helbing-molnar": HelbingMolnar}
+ATTEMPTS = 100
+"""Crowds drawn for one sequence before giving up."""
+STUCK_TIME, STUCK_SPEED = 2.0, 0.1
+"""Who walks, over this time in s, less than this part of the desired way is stuck."""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A simulated scene and who observes it: a column of the scene, and where that person walks, [T] in rad."""
+
+    scene: Scene
+    observer: int
+    heading: FloatArray
+
+
+def simulate_walk(
+    scenario: Scenario,
+    people: int,
+    heights: FloatArray,
+    *,
+    engine: Engine,
+    camera: Camera,
+    rng: np.random.Generator,
+) -> Walk:
+    """A scene of the scenario in which nobody is stuck, with an observer who sees enough.
+
+    Parameters
+    ----------
+    people, heights : K, and [K] in m.
+    camera : what the observer carries; it decides whom they see.
+    rng : the sequence's random numbers.
+
+    Raises
+    ------
+    VbbenchError
+        If no such scene was found, or there is no room for the crowd.
+    """
+    model = Model(repulsion=REPULSIONS[scenario.forces]())
+    for _ in range(ATTEMPTS):
+        crowd = draw_crowd(scenario, people, model, rng)
+        candidates = rng.permutation(people)
+        positions = _walk(scenario, crowd, model, engine)
+        if is_stuck(positions, crowd.speeds, scenario.dt).any():
+            continue
+        headings = causal_headings(positions, scenario.dt)
+        for observer in candidates:
+            seen = _count_seen(positions, headings[:, observer], heights, observer, camera)
+            if seen.min() >= scenario.min_seen and seen.max() > 0:
+                return Walk(_as_scene(scenario, positions, heights), int(observer), headings[:, observer])
+    raise VbbenchError(
+        f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds somebody was stuck, or nobody "
+        f"saw {scenario.min_seen} others all the time; ask for another number of people, or another camera"
+    )
+
+
+def is_stuck(positions: FloatArray, speeds: FloatArray, dt: float) -> BoolArray:
+    """[K] who hardly moves over some `STUCK_TIME`: positions [T, K, 2] in m, desired speeds [K] in m/s, dt in s."""
+    steps = np.diff(positions, axis=0)
+    covered = np.cumsum(np.concatenate([np.zeros((1, len(speeds))), np.hypot(steps[..., 0], steps[..., 1])]), axis=0)
+    window = min(round(STUCK_TIME / dt), len(steps))
+    stuck: BoolArray = np.any(
+        covered[window:] - covered[: len(covered) - window] < STUCK_SPEED * speeds * window * dt, axis=0
+    )
+    return stuck
+
+
+def _walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> FloatArray:
+    walls = np.array(scenario.walls).reshape(-1, 4)
+    frames = scenario.warm_up_frames + scenario.frames
+    paths = simulate(
+        crowd, model, frames=frames, dt=scenario.dt, substeps=scenario.substeps, walls=walls, engine=engine
+    )
+    return paths[scenario.warm_up_frames :]
+
+
+def _count_seen(
+    positions: FloatArray, heading: FloatArray, heights: FloatArray, observer: int, camera: Camera
+) -> IntArray:
+    """[T] how many others the observer has in the picture while looking ahead."""
+    poses = np.concatenate([positions[:, observer], heading[:, None]], axis=1)
+    boxes = camera.project(world_to_relative(positions, poses), heights)
+    there = ~np.isnan(boxes[..., 2])
+    there[:, observer] = False
+    counts: IntArray = there.sum(axis=1)
+    return counts
+
+
+def _as_scene(scenario: Scenario, positions: FloatArray, heights: FloatArray) -> Scene:
+    people = np.arange(len(heights))
+    return Scene(name=scenario.name, dt=scenario.dt, people=people, positions=positions, heights=heights)
