@@ -14,7 +14,9 @@ from vbbench.arrays import FloatArray, IntArray
 from vbbench_generators.social_force.compiled import kernel
 from vbbench_generators.social_force.elementary import TINY, exp_negative
 from vbbench_generators.social_force.layout import TARGET_X, TARGET_Y, VX, VY, X, Y
-from vbbench_generators.social_force.moussaid import FORCE_ERROR
+
+FORCE_ERROR = 1e-8
+"""What a person may miss in m/s² because pairs too far apart are skipped."""
 
 SOFTEST = 1e-6
 """b in m is at least this; on the line that the other is about to walk the gradient has no direction."""

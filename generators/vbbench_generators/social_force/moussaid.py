@@ -12,68 +12,81 @@ import math
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.arrays import FloatArray
 from vbbench_generators.social_force.compiled import kernel
 from vbbench_generators.social_force.elementary import TINY, atan_unit, exp_negative
 from vbbench_generators.social_force.layout import VX, VY, X, Y
 
-FORCE_ERROR = 1e-8
-"""What a person may miss in m/s² because pairs too far apart are skipped."""
-
 
 @kernel
 def moussaid_rows(
-    people: FloatArray,
-    first: int,
-    stride: int,
-    numbers: FloatArray,
-    pairs: FloatArray,
-    partners: IntArray,
-    forces: FloatArray,
+    people: FloatArray, first: int, stride: int, numbers: FloatArray, pairs: FloatArray, forces: FloatArray
 ) -> None:
     """Add the forces (m/s²) between i and all j > i to ``forces`` [2, K], for i = first, first + stride, ...
 
-    ``pairs`` [4, N] and ``partners`` [2, N] are scratch of N ≥ K; ``numbers`` is one record of `SETTINGS`.
+    ``pairs`` [4, N] is scratch of N ≥ K; ``numbers`` is one record of `SETTINGS`. Rows of pairs are gathered until
+    the scratch is full, computed in one loop without branches, and handed out in the order of gathering.
     """
     count = people.shape[1]
-    weight = numbers[0].velocity_weight
-    # |force| ≤ √2 A exp(−d/B), and B² ≤ 2γ² (1 + λ²|v_j − v_i|²) because (1 + a)² ≤ 2(1 + a²).
-    depth = math.log(max(1.5 * numbers[0].factor * count / FORCE_ERROR, 1.0))
-    bound = 2.0 * (depth * numbers[0].reach) ** 2
-    filled = 0
+    start, filled = first, 0
     for i in range(first, count, stride):
-        if filled + count - i > pairs.shape[1]:
-            _push(filled, numbers, pairs, partners, forces)
-            filled = 0
-        filled = _gather(people, i, bound, weight * weight, pairs, partners, filled)
-    _push(filled, numbers, pairs, partners, forces)
+        if filled + count - i - 1 > pairs.shape[1]:
+            _compute(filled, numbers, pairs)
+            _hand_out(start, i, stride, pairs, forces)
+            start, filled = i, 0
+        _gather(people, i, pairs[:, filled:])
+        filled += count - i - 1
+    _compute(filled, numbers, pairs)
+    _hand_out(start, count, stride, pairs, forces)
 
 
 @kernel
-def _gather(
-    people: FloatArray,
-    i: int,
-    bound: float,
-    squared_weight: float,
-    pairs: FloatArray,
-    partners: IntArray,
-    filled: int,
-) -> int:
-    """Append the pairs (i, j > i) that are near enough to matter; returns how many there are now."""
-    x, y, vx, vy = people[X], people[Y], people[VX], people[VY]
-    for j in range(i + 1, people.shape[1]):
-        dx, dy = x[i] - x[j], y[i] - y[j]
-        ux, uy = vx[j] - vx[i], vy[j] - vy[i]
-        pairs[0, filled], pairs[1, filled], pairs[2, filled], pairs[3, filled] = dx, dy, ux, uy
-        partners[0, filled], partners[1, filled] = i, j
-        near = dx * dx + dy * dy <= bound * (1.0 + squared_weight * (ux * ux + uy * uy))
-        filled += 1 if near else 0
-    return filled
+def _gather(people: FloatArray, i: int, row: FloatArray) -> None:
+    """Write places of i less j (m) and velocities of j less i (m/s) to ``row`` [4, ≥ K − 1 − i], for all j > i."""
+    x, y, vx, vy = people[X, i + 1 :], people[Y, i + 1 :], people[VX, i + 1 :], people[VY, i + 1 :]
+    xi, yi, vxi, vyi = people[X, i], people[Y, i], people[VX, i], people[VY, i]
+    dx, dy, ux, uy = row[0], row[1], row[2], row[3]
+    for n in range(len(x)):
+        dx[n] = xi - x[n]
+        dy[n] = yi - y[n]
+    for n in range(len(x)):
+        ux[n] = vx[n] - vxi
+        uy[n] = vy[n] - vyi
 
 
 @kernel
-def _push(filled: int, numbers: FloatArray, pairs: FloatArray, partners: IntArray, forces: FloatArray) -> None:
-    """Compute the gathered pairs and hand both people their force, in the order of gathering."""
+def _hand_out(start: int, end: int, stride: int, pairs: FloatArray, forces: FloatArray) -> None:
+    """Give i = start, start + stride, ... < end the forces of its row, and all j > i the opposite."""
+    count = forces.shape[1]
+    filled = 0
+    for i in range(start, end, stride):
+        for axis in range(2):
+            row = pairs[axis, filled : filled + count - i - 1]
+            others = forces[axis, i + 1 :]
+            for n in range(len(row)):
+                others[n] -= row[n]
+            forces[axis, i] += _sum(row)
+        filled += count - i - 1
+
+
+@kernel
+def _sum(values: FloatArray) -> float:
+    """Sum in a fixed order: four interleaved sums, which the processor can add at the same time."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    whole = len(values) // 4 * 4
+    for n in range(0, whole, 4):
+        a += values[n]
+        b += values[n + 1]
+        c += values[n + 2]
+        d += values[n + 3]
+    for n in range(whole, len(values)):
+        a += values[n]
+    return (a + b) + (c + d)
+
+
+@kernel
+def _compute(filled: int, numbers: FloatArray, pairs: FloatArray) -> None:
+    """Replace the first ``filled`` pairs by their forces."""
     settings = numbers[0]
     moussaid_pairs(
         filled,
@@ -87,13 +100,6 @@ def _push(filled: int, numbers: FloatArray, pairs: FloatArray, partners: IntArra
         pairs[2],
         pairs[3],
     )
-    fx, fy = forces[0], forces[1]
-    for n in range(filled):
-        i, j = partners[0, n], partners[1, n]
-        fx[i] += pairs[0, n]
-        fy[i] += pairs[1, n]
-        fx[j] -= pairs[0, n]
-        fy[j] -= pairs[1, n]
 
 
 @kernel
@@ -111,26 +117,30 @@ def moussaid_pairs(
 ) -> None:
     """Replace the places x, y (m) of i as seen from j by the force (m/s²) on i, given velocities of j less i (m/s).
 
-    Coinciding people have e = 0 and are pushed along their relative velocity; with the same velocity, not at all.
+    With r = (x, y), D is taken times d, which needs no division: d D = λ d u + r, and tan(θ/2) = |λ r × u| / (|d D| +
+    d + λ r·u). Coinciding people have no e and feel nothing.
     """
     for n in range(filled):
         distance = math.sqrt(x[n] * x[n] + y[n] * y[n])
-        inverse = 1.0 / (distance if distance > TINY else TINY)
-        ex, ey = x[n] * inverse, y[n] * inverse
-        ix, iy = weight * ux[n] + ex, weight * uy[n] + ey
+        distance = distance if distance > TINY else TINY
+        ix, iy = weight * distance * ux[n] + x[n], weight * distance * uy[n] + y[n]
         length = math.sqrt(ix * ix + iy * iy)
         length = length if length > TINY else TINY
-        tx, ty = ix / length, iy / length
-        cross = weight * (ex * uy[n] - ey * ux[n])
-        dot = 1.0 + weight * (ex * ux[n] + ey * uy[n])
-        angle = 2.0 * atan_unit(abs(cross) / (length + abs(dot)))
+        cross = weight * (x[n] * uy[n] - y[n] * ux[n])
+        dot = distance + weight * (x[n] * ux[n] + y[n] * uy[n])
+        around = length + abs(dot)
+        # One division gives all three inverses: divisions are what takes the time here.
+        inverse = 1.0 / (distance * length * around)
+        angle = 2.0 * atan_unit(abs(cross) * (inverse * distance * length))
         angle = angle if dot >= 0.0 else np.pi - angle
-        scale = reach * length
-        spread = scale * angle
-        depth = -distance / scale
-        ahead = factor * exp_negative(depth - (brake * spread) * (brake * spread))
-        aside = factor * exp_negative(depth - (side * spread) * (side * spread))
+        unit = inverse * distance * around
+        spread = reach * length * (inverse * length * around) * angle
+        depth = distance * distance * unit * (-1.0 / reach)
+        spread *= spread
+        ahead = factor * exp_negative(depth - (brake * brake) * spread)
+        aside = factor * exp_negative(depth - (side * side) * spread)
         aside = aside if cross > 0.0 else -aside
         aside = aside if cross != 0.0 else 0.0
+        tx, ty = ix * unit, iy * unit
         x[n] = ahead * tx + aside * ty
         y[n] = ahead * ty - aside * tx

@@ -31,7 +31,7 @@ def march_crowds(
 ) -> list[FloatArray]:
     """Paths [T, K, 2] in m of every crowd; see `vbbench_generators.social_force.simulate`."""
     paths: list[FloatArray] = [np.empty((frames, crowd.people, 2)) for crowd in crowds]
-    rest: Rest = (np.ascontiguousarray(walls), _settings(model), float(dt), int(substeps))
+    rest: Rest = (np.ascontiguousarray(walls), model_numbers(model), float(dt), int(substeps))
     available = numba.get_num_threads()
     threads = available if threads is None else min(threads, numba.config.NUMBA_NUM_THREADS)
     numba.set_num_threads(threads)
@@ -95,7 +95,7 @@ def desired_speeds(crowd: Crowd, model: Model) -> FloatArray:
     return crowd.speeds
 
 
-def _settings(model: Model) -> NDArray[Any]:
+def model_numbers(model: Model) -> NDArray[Any]:
     """The model's numbers as one record."""
     numbers = np.zeros(1, SETTINGS)
     numbers["relaxation_time"], numbers["arrival_radius"] = model.relaxation_time, model.arrival_radius

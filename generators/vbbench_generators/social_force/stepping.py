@@ -64,7 +64,7 @@ def add_row_forces(
     elif settings.kind == PYSOCIALFORCE:
         strict_rows(people, first, stride, numbers, forces)
     else:
-        moussaid_rows(people, first, stride, numbers, pairs, partners, forces)
+        moussaid_rows(people, first, stride, numbers, pairs, forces)
     for k in range(first, people.shape[1], stride):
         for wall in range(len(walls)):
             x, y = people[X, k], people[Y, k]
