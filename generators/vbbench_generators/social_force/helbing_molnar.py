@@ -10,6 +10,8 @@ every wall repels with −∇ U0 exp(−d/R) (eq. 5).
 
 import math
 
+import numpy as np
+
 from vbbench.arrays import FloatArray, IntArray
 from vbbench_generators.social_force.compiled import kernel
 from vbbench_generators.social_force.elementary import TINY, exp_negative
@@ -54,9 +56,10 @@ def helbing_molnar_rows(
 @kernel
 def _strides(people: FloatArray, stride_time: float) -> FloatArray:
     """[2, K] s e in m: what each person walks within ``stride_time`` towards the current goal."""
-    strides = people[TARGET_X : TARGET_Y + 1].copy()
+    strides = np.empty((2, people.shape[1]))
     for j in range(people.shape[1]):
-        strides[:, j] *= math.sqrt(people[VX, j] ** 2 + people[VY, j] ** 2) * stride_time
+        length = math.sqrt(people[VX, j] * people[VX, j] + people[VY, j] * people[VY, j]) * stride_time
+        strides[0, j], strides[1, j] = length * people[TARGET_X, j], length * people[TARGET_Y, j]
     return strides
 
 

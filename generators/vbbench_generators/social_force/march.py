@@ -5,7 +5,7 @@ from numba import prange
 
 from vbbench.arrays import FloatArray, IntArray
 from vbbench_generators.social_force.compiled import kernel, parallel_kernel
-from vbbench_generators.social_force.layout import PAIRS, PEOPLE_ROWS, TARGET_X, X, Y
+from vbbench_generators.social_force.layout import PAIRS, PEOPLE_ROWS, X, Y
 from vbbench_generators.social_force.stepping import add_group_forces, add_row_forces, aim, move
 
 BLOCKS = 16
@@ -48,15 +48,17 @@ def _start(scene: IntArray, states: FloatArray) -> tuple[FloatArray, IntArray]:
     """Rows of the people of a scene, and which goal each of them heads for."""
     count = scene[1] - scene[0]
     people = np.zeros((PEOPLE_ROWS, count))
-    people[X:TARGET_X] = states[:, scene[0] : scene[1]]
+    for k in range(count):
+        for row in range(len(states)):
+            people[row, k] = states[row, scene[0] + k]
     return people, np.zeros(count, np.int64)
 
 
 @kernel
 def _record(people: FloatArray, places: FloatArray) -> None:
     """Write everybody's place into ``places`` [K, 2]."""
-    places[:, 0] = people[X]
-    places[:, 1] = people[Y]
+    for k in range(len(places)):
+        places[k, 0], places[k, 1] = people[X, k], people[Y, k]
 
 
 @kernel
@@ -142,8 +144,9 @@ def march_large(
         for _ in range(substeps):
             aim(people, own_goals, current, numbers[0].arrival_radius)
             for block in prange(BLOCKS):
+                first = int(np.int64(block))  # numba counts in uint64 here
                 forces[block] = 0.0
-                add_row_forces(people, block, BLOCKS, walls, numbers, pairs[block], partners[block], forces[block])
+                add_row_forces(people, first, BLOCKS, walls, numbers, pairs[block], partners[block], forces[block])
             _gather_blocks(forces)
             add_group_forces(people, members, groups[scene[4] : scene[5] + 1], numbers, forces[0])
             move(people, speeds[scene[0] : scene[1]], numbers, forces[0], dt / substeps)
@@ -154,4 +157,6 @@ def march_large(
 def _gather_blocks(forces: FloatArray) -> None:
     """Add the forces [B, 2, K] of all blocks to those of the first, in order."""
     for block in range(1, len(forces)):
-        forces[0] += forces[block]
+        for k in range(forces.shape[2]):
+            forces[0, 0, k] += forces[block, 0, k]
+            forces[0, 1, k] += forces[block, 1, k]

@@ -31,7 +31,7 @@ def march_crowds(
 ) -> list[FloatArray]:
     """Paths [T, K, 2] in m of every crowd; see `vbbench_generators.social_force.simulate`."""
     paths: list[FloatArray] = [np.empty((frames, crowd.people, 2)) for crowd in crowds]
-    rest: Rest = (np.ascontiguousarray(walls), model_numbers(model), float(dt), int(substeps))
+    rest: Rest = (np.array(walls), model_numbers(model), float(dt), int(substeps))
     available = numba.get_num_threads()
     threads = available if threads is None else min(threads, numba.config.NUMBA_NUM_THREADS)
     numba.set_num_threads(threads)

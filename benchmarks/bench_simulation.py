@@ -1,0 +1,159 @@
+"""The crowd engine: agent-steps a second a core beside pysocialforce and JuPedSim, threads, and the warm-up.
+
+JuPedSim may live in an environment of its own, whose interpreter $JUPEDSIM_PYTHON names:
+
+    python -m venv peers && peers/bin/pip install jupedsim && export JUPEDSIM_PYTHON=peers/bin/python
+
+Runs of the engines alternate and the quickest of each counts, so that other work on the machine disturbs less.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+
+from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, simulate, simulate_many
+
+DT = 0.1  # seconds a step
+SIZES = {10: (400, 20, 15), 50: (200, 10, 25), 800: (20, 2, 50)}  # people: our steps, pysocialforce's, target ratio
+REPEATS = 7
+SCENES = 64
+
+JUPEDSIM = """
+import json, sys, time
+import jupedsim as jps
+task = json.load(sys.stdin)
+far = 500.0
+best = float("inf")
+for _ in range(task["repeats"]):
+    square = [(-far, -far), (far, -far), (far, far), (-far, far)]
+    simulation = jps.Simulation(model=jps.SocialForceModel(), geometry=square, dt=task["dt"])
+    for place, speed, goal in zip(task["positions"], task["speeds"], task["goals"]):
+        stage = simulation.add_waypoint_stage(goal, 0.5)
+        journey = simulation.add_journey(jps.JourneyDescription([stage]))
+        simulation.add_agent(jps.SocialForceModelAgentParameters(
+            position=tuple(place), journey_id=journey, stage_id=stage, desired_speed=speed, radius=0.2))
+    started = time.perf_counter()
+    simulation.iterate(task["steps"])
+    best = min(best, (time.perf_counter() - started) / task["steps"])
+print(best)
+"""
+
+WARM_UP = """
+from time import perf_counter
+started = perf_counter()
+from benchmarks.bench_simulation import MODELS, crowd
+from vbbench_generators.social_force import simulate, simulate_many
+for model in MODELS.values():
+    for people in (10, 300):
+        simulate(crowd(people), model, frames=2, dt=0.1, substeps=1)
+        simulate_many([crowd(people)] * 2, model, frames=2, dt=0.1, substeps=1)
+print(perf_counter() - started)
+"""
+
+MODELS = {"Moussaïd": Model(), "Helbing-Molnár": Model(repulsion=HelbingMolnar()), "strict": Model(strict=True)}
+
+
+def crowd(people: int, seed: int = 0) -> Crowd:
+    """People as dense as in Sim, 50 on 16 m x 16 m, whose goals are too far to be reached."""
+    rng, half = np.random.default_rng(seed), 8.0 * np.sqrt(people / 50)
+    positions, angle = rng.uniform(-half, half, (people, 2)), rng.uniform(-np.pi, np.pi, people)
+    ahead, speeds = np.column_stack((np.cos(angle), np.sin(angle))), rng.uniform(0.8, 1.6, people)
+    goals = (positions + 100.0 * ahead)[:, None]
+    return Crowd(positions=positions, velocities=ahead * speeds[:, None], speeds=speeds, goals=goals)
+
+
+def quickest(*runs: Callable[[], object], repeats: int = REPEATS) -> list[float]:
+    """The least seconds of each of the runs, which take turns."""
+    best = [np.inf] * len(runs)
+    for turn in range(repeats + 1):
+        for n, run in enumerate(runs):
+            started = perf_counter()
+            run()
+            best[n] = min(best[n], perf_counter() - started) if turn else np.inf
+    return best
+
+
+def steps(people: int, count: int, model: Model, engine: str = "numba") -> Callable[[], object]:
+    """A run of ``count`` steps on one thread."""
+    one = crowd(people)
+    return lambda: simulate(one, model, frames=count + 1, dt=DT, substeps=1, engine=engine, threads=1)  # type: ignore[arg-type]
+
+
+def beside_pysocialforce() -> None:
+    print("agent-steps a second a core    pysocialforce       numba    ratio  target   Helbing-Molnár      strict")
+    for people, (ours, theirs, target) in SIZES.items():
+        runs = [steps(people, ours, model) for model in MODELS.values()]
+        seconds = quickest(
+            *runs, steps(people, theirs, Model(), "pysocialforce"), repeats=REPEATS if people < 800 else 3
+        )
+        numba, potential, strict = (people * ours / spent for spent in seconds[:3])
+        library = people * theirs / seconds[3]
+        ratio = f"{numba / library:7.1f}x  ≥ {target}x"
+        rest = f"{potential:16,.0f} {strict:11,.0f}"
+        print(f"  K = {people:3}                   {library:13,.0f} {numba:11,.0f} {ratio} {rest}")
+
+
+def threads() -> None:
+    scenes, large = [crowd(50, seed) for seed in range(SCENES)], crowd(800)
+
+    def many(count: int) -> Callable[[], object]:
+        return lambda: simulate_many(scenes, Model(), frames=51, dt=DT, substeps=1, threads=count)
+
+    def one(count: int) -> Callable[[], object]:
+        return lambda: simulate(large, Model(), frames=51, dt=DT, substeps=1, threads=count)
+
+    print("\nthreads                                one         two     gain  target")
+    for name, run, people in ((f"{SCENES} scenes of 50", many, 50 * SCENES), ("one crowd of 800", one, 800)):
+        single, double = quickest(run(1), run(2))
+        rates = [people * 50 / spent for spent in (single, double)]
+        print(f"  {name:23} {rates[0]:16,.0f} {rates[1]:11,.0f} {single / double:7.2f}x  ≥ 1.9x on an idle machine")
+
+
+def beside_jupedsim() -> None:
+    one, python = crowd(50), os.environ.get("JUPEDSIM_PYTHON", sys.executable)
+    (seconds,) = quickest(steps(50, 400, Model()))
+    ours = 50 * 400 * DT / seconds
+    print(
+        f"\nsimulated agent-seconds a second a core, K = 50: numba {ours:,.0f} at steps of {DT} s; target ≥ 2x JuPedSim"
+    )
+    columns = {"positions": one.positions, "speeds": one.speeds, "goals": one.goals[:, 0]}
+    for step in (DT, 0.05, 0.01):
+        task = {name: values.tolist() for name, values in columns.items()}
+        task |= {"dt": step, "steps": round(10.0 / step), "repeats": 5}
+        done = subprocess.run(
+            [python, "-c", JUPEDSIM], input=json.dumps(task), capture_output=True, text=True, check=False
+        )
+        if done.returncode and "ModuleNotFoundError" in done.stderr:
+            print(
+                "  JuPedSim: not installed; pip install jupedsim, or name an interpreter that has it: $JUPEDSIM_PYTHON"
+            )
+            return
+        if done.returncode:
+            print(f"  JuPedSim at {step} s: failed: {done.stderr.strip().splitlines()[-1]}")
+            continue
+        theirs = 50 * step / float(done.stdout)
+        print(f"  JuPedSim's social force model at steps of {step} s: {theirs:,.0f}; ratio {ours / theirs:.1f}x")
+
+
+def warm_up() -> None:
+    seconds = [
+        float(subprocess.run([sys.executable, "-c", WARM_UP], capture_output=True, text=True, check=True).stdout)
+        for _ in range(3)
+    ]
+    print(f"\nimport and one crowd of each kind, kernels in the cache: {min(seconds[1:]):.2f} s; target < 1 s")
+
+
+def main() -> None:
+    beside_pysocialforce()
+    threads()
+    beside_jupedsim()
+    warm_up()
+
+
+if __name__ == "__main__":
+    main()
