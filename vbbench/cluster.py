@@ -125,7 +125,7 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
     from distributed import KilledWorker
     from distributed.client import FutureCancelledError
     from distributed.comm import CommClosedError
-    from distributed.scheduler import NoValidWorkerError
+    from distributed.scheduler import NoValidWorkerError, NoWorkerError
 
     after = "finished parts are kept, and the same command goes on with the others"
     try:
@@ -134,7 +134,7 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
         raise VbbenchError(
             f"cluster {scheduler}: one part's workers died again and again (out of memory?); {after}"
         ) from error
-    except NoValidWorkerError as error:
+    except (NoValidWorkerError, NoWorkerError) as error:
         raise VbbenchError(f"cluster {scheduler}: no workers are left; {after}") from error
     except (FutureCancelledError, CancelledError, CommClosedError) as error:
         raise VbbenchError(f"cluster {scheduler}: the scheduler was lost; {after}") from error

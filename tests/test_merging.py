@@ -1,0 +1,157 @@
+"""Partitions become the same bytes as one machine writes, or are refused; no cluster is needed to see that."""
+
+import hashlib
+import json
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from tests.test_generation import digests
+from vbbench import cluster
+from vbbench.cli import main
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError, VbbenchError
+from vbbench.generation import generate, generate_partitioned
+from vbbench.generator import Options
+from vbbench.merging import merge
+from vbbench.partitions import PackedPart, pack, part_name
+from vbbench.parts import Work
+from vbbench.solving import solve
+
+LIMIT = 70
+
+
+def last_part_first(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
+    """Stands for a cluster: parts come back in any order."""
+    for first, last in reversed(ranges):
+        yield pack(work(first, last), part_name(first))
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _no_cluster() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster, "on_cluster", last_part_first)
+        patch.setattr("vbbench.parts.PART_SIZE", 20)
+        yield
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return generate("demo", tmp_path_factory.mktemp("whole") / "demo", Options(limit=LIMIT))
+
+
+@pytest.fixture
+def spread(tmp_path: Path) -> Path:
+    generate_partitioned("demo", tmp_path / "spread", Options(limit=LIMIT), scheduler="tcp://nowhere")
+    return tmp_path / "spread"
+
+
+def test_merged_in_place_or_elsewhere(whole: Dataset, spread: Path, tmp_path: Path) -> None:
+    assert digests(merge(spread, tmp_path / "elsewhere")) == digests(whole.folder)
+    assert digests(merge(spread)) == digests(whole.folder)
+    assert sorted(path.name for path in spread.rglob("*") if path.is_dir()) == ["truth"]
+    with pytest.raises(VbbenchError, match="is not partitioned"):
+        merge(spread)
+
+
+def test_withheld_truth_goes_beside(tmp_path: Path) -> None:
+    options = Options(limit=LIMIT)
+    generate("demo", tmp_path / "a", options, withhold_truth=True)
+    generate_partitioned("demo", tmp_path / "b", options, scheduler="tcp://nowhere", withhold_truth=True)
+    merge(tmp_path / "b", tmp_path / "c")
+    merge(tmp_path / "b")
+    for name in ("b", "c"):
+        assert digests(tmp_path / name) == digests(tmp_path / "a")
+        assert digests(tmp_path / f"{name}.truth") == digests(tmp_path / "a.truth")
+
+
+@pytest.mark.parametrize("damage", ["missing", "changed"])
+@pytest.mark.parametrize("name", ["observations/part-00000020.parquet", "partitioned/part-00000040.json"])
+def test_damaged_partitions_are_refused_and_mended_ones_merged(
+    whole: Dataset, spread: Path, name: str, damage: str
+) -> None:
+    path, text = spread / name, (spread / name).read_bytes()
+    if damage == "missing":
+        path.unlink()
+    else:
+        path.write_bytes(text[: len(text) // 2])
+    with pytest.raises(FileError, match=f"{path.name}.*copy the partitions again"):
+        merge(spread)
+    with pytest.raises(VbbenchError, match="is partitioned"):
+        Dataset(spread)
+    path.write_bytes(text)
+    assert digests(merge(spread)) == digests(whole.folder)
+
+
+def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    for step in ("vbbench.merging.describe_tables", "vbbench.merging._remove_partitions"):
+        with monkeypatch.context() as patch:
+            patch.setattr(step, stop)
+            with pytest.raises(KeyboardInterrupt):
+                merge(spread)
+    assert digests(merge(spread)) == digests(whole.folder)
+
+
+def test_what_is_in_the_way_is_left_alone(whole: Dataset, spread: Path, tmp_path: Path) -> None:
+    again = {"scheduler": "tcp://nowhere"}
+    with pytest.raises(VbbenchError, match="--overwrite"):
+        generate_partitioned("demo", spread, Options(limit=3), **again)  # type: ignore[arg-type]
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(VbbenchError, match="exists and is no merged folder"):
+        merge(spread, tmp_path / "mine")
+    generate_partitioned("demo", spread, Options(limit=3), overwrite=True, **again)  # type: ignore[arg-type]
+    assert len(Dataset(merge(spread))) == 3
+    generate("demo", spread, Options(limit=LIMIT), overwrite=True)
+    assert digests(spread) == digests(whole.folder)
+
+
+def test_parts_kept_in_another_way_are_made_again(whole: Dataset, tmp_path: Path) -> None:
+    draft = tmp_path / "out.partial"
+    generate_partitioned("demo", tmp_path / "out", Options(limit=LIMIT), scheduler="tcp://nowhere")
+    (tmp_path / "out").replace(draft)
+    (draft / "partitioned" / "layout.json").unlink()
+    assert digests(generate("demo", tmp_path / "out", Options(limit=LIMIT)).folder) == digests(whole.folder)
+
+
+@pytest.mark.parametrize("solver", ["vb-cv", "cv", "tests.test_extras:Moody", "tests.test_extras:Reporting"])
+def test_submissions_merge_with_the_columns_that_any_part_has(whole: Dataset, tmp_path: Path, solver: str) -> None:
+    for name, scheduler in (("here", None), ("there", "tcp://nowhere")):
+        solve(whole, solver, "rollout", tmp_path / name, scheduler=scheduler)
+    here, there = (tables(folder) for folder in (tmp_path / "here", merge(tmp_path / "there")))
+    assert here == there
+    declared = json.loads((tmp_path / "there" / "submission.json").read_text())
+    assert declared["hardware"]
+
+
+def tables(folder: Path) -> dict[str, str]:
+    return {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir() if "json" not in path.name
+    }
+
+
+def test_every_command_that_reads_refuses_partitions(
+    whole: Dataset, spread: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = solve(whole, "cv", "one-step", tmp_path / "answers", scheduler="tcp://nowhere")
+    for command in (
+        f"info {spread}",
+        f"verify {spread}",
+        f"solve {spread} --solver cv --out x",
+        f"plot {spread} --sequence 0 --out x.png",
+        f"export tum {spread} --out x",
+        f"score {out} --dataset {spread}",
+        f"score {out} --dataset {whole.folder}",
+        f"compare {out} {out} --dataset {whole.folder}",
+    ):
+        assert main(command.split()) == 2, command
+        error = capsys.readouterr().err
+        assert "is partitioned; run 'vbbench merge " in error, command
+        assert error.count("\n") == 1
+    assert main(["merge", str(out)]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    shutil.rmtree(out)
