@@ -77,3 +77,17 @@ class SocialForceBirdifier(Birdifier):
         valley = choose(places, energies, felt, pair, self.rounds, self.damping)
         terms = relative, covariance, expected, std, self.softness
         return descend(pose, valley, *terms, edges, strength, self.sigma, self.iterations, self.tolerance)
+
+
+@dataclass(kw_only=True)
+class PriorHeights(SocialForceBirdifier):
+    """``vb-sf`` that learns no heights: everybody keeps the data set's prior N(μ_h, σ_h²)."""
+
+    calibrate: bool = False
+
+
+@dataclass(kw_only=True)
+class PriorHeightsFreeObserver(PriorHeights):
+    """And that expects nothing of the observer: the pose follows from the people in the picture alone."""
+
+    ego_prior: bool = False

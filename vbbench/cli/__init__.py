@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vbbench import __version__
-from vbbench.cli import data, evaluation, exchange, views
+from vbbench.cli import data, evaluation, exchange, reproduce, views
 from vbbench.errors import UnknownNameError, VbbenchError
 
 COMMANDS: dict[str, Callable[..., Any]] = {
@@ -29,6 +29,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "compare": evaluation.compare,
     "plot": views.plot,
     "demo": views.demo,
+    "reproduce figure-sigma": reproduce.figure_sigma,
     "export tum": exchange.export_tum,
     "import tum": exchange.import_tum,
 }

@@ -1,0 +1,46 @@
+"""Commands that make the paper's tables and figures again: reproduce."""
+
+from pathlib import Path
+
+from vbbench.cli.data import CameraName, TierName
+from vbbench.cli.evaluation import ProtocolName
+
+
+def figure_sigma(
+    out: Path = Path("figure-sigma"),
+    solver: tuple[str, ...] = (),
+    protocol: ProtocolName = "one-step",
+    camera: CameraName | None = None,
+    tier: TierName = "ideal",
+    sequences: int = 500,
+    seed: int = 0,
+    jobs: int = 1,
+    overwrite: bool = False,
+) -> None:
+    """The errors on split sim over the number of people, for several spreads of their heights: table and picture.
+
+    Args:
+        out: Folder for figure-sigma.md, .csv and .png, and for datasets and submissions; what it holds is reused.
+        solver: Registered names or module:attribute; default: vb-sf as it is, with heights from the prior only,
+            and besides expecting nothing of the observer.
+        protocol: What is given when.
+        camera: What the observer carries; default: that of split sim.
+        tier: How boxes are corrupted.
+        sequences: Number of sequences at each spread of heights.
+        seed: Seed of everything random.
+        jobs: Processes; the numbers do not depend on it.
+        overwrite: Make and solve everything again.
+    """
+    from vbbench.camera import CAMERAS
+    from vbbench.reproduction.sigma_report import reproduce_sigma
+    from vbbench.reproduction.study import SOLVERS, SigmaStudy
+
+    study = SigmaStudy(
+        solvers=solver or tuple(SOLVERS),
+        protocol=protocol,
+        camera=None if camera is None else CAMERAS[camera](),
+        tier=tier,
+        sequences=sequences,
+        seed=seed,
+    )
+    print(reproduce_sigma(study, out, jobs=jobs, overwrite=overwrite))

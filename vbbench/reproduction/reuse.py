@@ -1,0 +1,59 @@
+"""Makes datasets and submissions only where they are not there yet, so that long work goes on where it stopped."""
+
+from pathlib import Path
+
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.errors import VbbenchError
+from vbbench.generation import generate
+from vbbench.generator import Generator, Options
+from vbbench.registry import load
+from vbbench.solving import solve, solver_version
+from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
+
+
+def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
+    """The dataset in ``folder``, made unless it is there with the id that these options give.
+
+    Parameters
+    ----------
+    overwrite : make it in any case, and replace whatever dataset is there.
+
+    Raises
+    ------
+    VbbenchError
+        If another dataset is there, or as `vbbench.generation.generate` does.
+    """
+    if overwrite or not (folder / INFO_FILE).is_file():
+        return generate(split, folder, options, jobs=jobs, overwrite=overwrite)
+    generator: Generator = load("generator", split)
+    there, wanted = DatasetInfo.read(folder).id, generator.plan(options).info.id
+    if there != wanted:
+        raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; choose another --out or add --overwrite")
+    return Dataset(folder)
+
+
+def ensure_submission(
+    dataset: Dataset, solver: str, protocol: str, folder: Path, *, jobs: int = 1, overwrite: bool = False
+) -> Path:
+    """The submission in ``folder``, solved unless it is there for the same dataset, solver, version and protocol.
+
+    A solver of one's own whose code has changed under the same version is not noticed: overwrite then.
+
+    Parameters
+    ----------
+    overwrite : solve in any case, and replace whatever submission is there.
+
+    Raises
+    ------
+    VbbenchError
+        If another submission is there, or as `vbbench.solving.solve` does.
+    """
+    if overwrite or not (folder / SUBMISSION_FILE).is_file():
+        return solve(dataset, solver, protocol, folder, jobs=jobs, overwrite=overwrite)
+    info = SubmissionInfo.read(folder)
+    there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
+    wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"
+    if there != wanted:
+        raise VbbenchError(f"{folder} is of {there}; wanted is {wanted}; choose another --out or add --overwrite")
+    return folder
