@@ -1,13 +1,12 @@
 """Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
 
 The work on N sequences is cut into parts of a fixed size. A worker writes its part's tables, one Arrow stream after the
-other, into a file that gets its final name when it is whole; the parts are then appended, in order, to the tables.
+other, into a file that gets its final name when it is whole; the tables are then written from the parts in order.
 """
 
 import json
 import shutil
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -91,30 +90,32 @@ def write_in_parts(
     ranges = part_ranges(count)
     make = partial(_make_part, work, parts)
     made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
-    made = _with_progress(made, ranges, label)
-    if OPTIONAL.keys() & tables.keys():
-        made = list(made)  # which optional columns there are is known with the last part
-    with ExitStack() as stack:
-        writers = {
-            name: stack.enter_context(TableWriter(path, name, _columns(made, name) if name in OPTIONAL else ()))
-            for name, path in tables.items()
-        }
-        facts = [_append(part, writers) for part in made]
+    parts_made = list(_with_progress(made, ranges, label))
+    with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
+        for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
+            with TableWriter(path, name, _columns(parts_made, name)) as writer:
+                for part in parts_made:
+                    for group in _groups(part, name):
+                        writer.add(group)
+                    bar.update()
+    facts = [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
     shutil.rmtree(parts)
     return facts
 
 
 def _columns(made: Iterable[Part | Path], name: str) -> set[str]:
-    """Columns of a table that any part has."""
-    return {column for part in made for column in _columns_of(part)[name]}
+    """Optional columns of a table that any part has."""
+    if name not in OPTIONAL:
+        return set()
+    every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in made)
+    return {column for columns in every for column in columns[name]}
 
 
-def _columns_of(part: Part | Path) -> Mapping[str, Collection[str]]:
-    if isinstance(part, Part):
-        return part.columns
-    with pa.memory_map(str(part)) as file:
-        columns: dict[str, list[str]] = json.loads(pa.ipc.open_stream(file).schema.metadata[COLUMNS])
-    return columns
+def _metadata(path: Path, key: bytes) -> dict[str, Any]:
+    """What every stream of a part's file says of the whole part."""
+    with pa.memory_map(str(path)) as file:
+        values: dict[str, Any] = json.loads(pa.ipc.open_stream(file).schema.metadata[key])
+    return values
 
 
 def _make_here(make: Callable[..., Part | Path], ranges: list[tuple[int, int]]) -> Iterator[Part | Path]:
@@ -164,23 +165,14 @@ def _write_streams(part: Part, file: pa.OSFile) -> None:
                 stream.write_table(with_columns(group, schema))
 
 
-def _append(part: Part | Path, writers: dict[str, TableWriter]) -> dict[str, Any]:
-    """Append a part's row groups to the tables and return its facts."""
-    if isinstance(part, Path):
-        return _append_file(part, writers)
-    for name, groups in part.groups.items():
-        for group in groups:
-            writers[name].add(group)
-    return part.facts
-
-
-def _append_file(path: Path, writers: dict[str, TableWriter]) -> dict[str, Any]:
-    facts: dict[str, Any] = {}
-    with pa.memory_map(str(path)) as file:
-        for _ in writers:
+def _groups(part: Part | Path, name: str) -> Iterator[pa.Table]:
+    """The row groups of one table of a part."""
+    if isinstance(part, Part):
+        yield from part.groups.get(name, ())
+        return
+    with pa.memory_map(str(part)) as file:
+        while file.tell() < file.size():
             stream = pa.ipc.open_stream(file)
-            facts = json.loads(stream.schema.metadata[FACTS])
-            writer = writers[stream.schema.metadata[NAME].decode()]
             for batch in stream:
-                writer.add(pa.Table.from_batches([batch]).replace_schema_metadata())
-    return facts
+                if stream.schema.metadata[NAME] == name.encode():
+                    yield pa.Table.from_batches([batch]).replace_schema_metadata()
