@@ -134,7 +134,7 @@ def test_walls_are_the_sum_of_their_points(place: tuple[float, float], wall: tup
     assume(distance.min() > 1e-6)
     felt = distance - 0.35 < 3.35
     exact = (away / distance[:, None] * np.exp(-(distance - 0.35) / 0.2)[:, None])[felt].sum(axis=0) * 10.0
-    got = sampled_wall(*place, np.array(wall), model_numbers(Model(walls=WallForce())), False)
+    got = sampled_wall(*place, np.array(wall), model_numbers(Model(walls=WallForce())), False, np.empty((4, 30)))
     np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-5)
 
 

@@ -118,7 +118,7 @@ def helbing_molnar_pairs(
         squared = both * both - (sx[n] * sx[n] + sy[n] * sy[n])
         b = 0.5 * math.sqrt(squared if squared > 0.0 else 0.0)
         b = b if b > SOFTEST else SOFTEST
-        slope = strength / fall_off * exp_negative(-b / fall_off) * both / (4.0 * b)
         near, far = near if near > TINY else TINY, far if far > TINY else TINY
-        x[n] = slope * (x[n] / near + qx / far)
-        y[n] = slope * (y[n] / near + qy / far)
+        slope = 0.25 * strength / fall_off * exp_negative(b * (-1.0 / fall_off)) * both / (b * near * far)
+        x[n] = slope * (x[n] * far + qx * near)
+        y[n] = slope * (y[n] * far + qy * near)

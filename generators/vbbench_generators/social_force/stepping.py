@@ -71,7 +71,7 @@ def add_row_forces(
             if settings.kind == HELBING_MOLNAR:
                 fx, fy = wall_potential(x, y, walls[wall], settings.wall_factor, settings.wall_fall_off)
             else:
-                fx, fy = sampled_wall(x, y, walls[wall], numbers, settings.kind == PYSOCIALFORCE)
+                fx, fy = sampled_wall(x, y, walls[wall], numbers, settings.kind == PYSOCIALFORCE, pairs)
             forces[0, k] += fx
             forces[1, k] += fy
 
