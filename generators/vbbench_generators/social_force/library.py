@@ -35,9 +35,9 @@ def walk(crowd: Crowd, model: Model, *, frames: int, dt: float, substeps: int, w
     ValueError
         If the model is not one that the library has, or a number is zero, which the library takes for "default".
     """
-    _check(model)
+    repulsion = _repulsion(model)
     with _contained():
-        simulator = _simulator(crowd, model, walls, dt / substeps)
+        simulator = _simulator(crowd, model, repulsion, walls, dt / substeps)
         paths = np.empty((frames, crowd.people, 2))
         current = np.zeros(crowd.people, dtype=np.int64)
         paths[0] = crowd.positions
@@ -51,12 +51,14 @@ def walk(crowd: Crowd, model: Model, *, frames: int, dt: float, substeps: int, w
     return paths
 
 
-def _check(model: Model) -> None:
+def _repulsion(model: Model) -> Moussaid:
+    """The model's repulsion; raises ValueError unless the library can do what the model says."""
     if not isinstance(model.repulsion, Moussaid):
         raise ValueError("engine='pysocialforce' has the repulsion of Moussaid only")
     numbers = [*vars(model.repulsion).values(), *vars(model.walls).values(), *vars(model.groups).values()]
     if 0 in numbers:
         raise ValueError("engine='pysocialforce' takes a parameter of 0 for its default; use the numba engine")
+    return model.repulsion
 
 
 @contextmanager
@@ -88,7 +90,7 @@ def _import_quietly() -> None:
             root.setLevel(level)
 
 
-def _simulator(crowd: Crowd, model: Model, walls: FloatArray, step: float) -> Any:
+def _simulator(crowd: Crowd, model: Model, repulsion: Moussaid, walls: FloatArray, step: float) -> Any:
     """The library's simulator with its parameters set."""
     library = import_module("pysocialforce")
     current = crowd.goals[:, 0]
@@ -97,7 +99,7 @@ def _simulator(crowd: Crowd, model: Model, walls: FloatArray, step: float) -> An
     long_enough = np.hypot(*(walls[:, 2:] - walls[:, :2]).T) * RESOLUTION >= 1
     obstacles = walls[long_enough][:, [0, 2, 1, 3]].tolist()
     simulator = library.Simulator(state, groups=[list(group) for group in crowd.members()], obstacles=obstacles)
-    simulator.config.from_dict(_configuration(model))
+    simulator.config.from_dict(_configuration(model, repulsion))
     simulator.forces = simulator.make_forces(simulator.config)
     people = simulator.peds
     people.step_width, people.agent_radius = step, model.walls.body_radius
@@ -111,11 +113,9 @@ def _simulator(crowd: Crowd, model: Model, walls: FloatArray, step: float) -> An
     return simulator
 
 
-def _configuration(model: Model) -> dict[str, dict[str, float]]:
+def _configuration(model: Model, repulsion: Moussaid) -> dict[str, dict[str, float]]:
     """The model in the words of the library."""
-    if not isinstance(model.repulsion, Moussaid):
-        raise TypeError("unreachable: checked before")
-    repulsion, walls, groups = model.repulsion, model.walls, model.groups
+    walls, groups = model.walls, model.groups
     return {
         "desired_force": {"factor": 1.0, "relaxation_time": model.relaxation_time, "goal_threshold": 0.2},
         "social_force": {

@@ -1,7 +1,7 @@
 """The repulsion of pysocialforce 1.1.2 as it is: the angle is the plain difference of two atan2, which may pass π.
 
-Each ordered pair is computed by itself. The first pass is slower than `moussaid` and does depend on how the world is
-turned; it exists to compare with the library.
+Each ordered pair is computed by itself. This is slower than `moussaid`, and paths depend on how the world is turned; it
+exists to compare with the library.
 """
 
 import math
