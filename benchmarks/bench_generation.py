@@ -18,7 +18,7 @@ from vbbench.errors import SourceMissingError
 from vbbench.generation import generate
 from vbbench.generator import Card, Options
 from vbbench.registry import load
-from vbbench_generators.crowd import make_crowd
+from vbbench_generators.demo import record_plaza
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.planning import plan_reprojection
 from vbbench_generators.reprojection import Reprojection
@@ -31,7 +31,7 @@ def plan() -> Reprojection:
     try:
         return load("generator", "students").plan(options)
     except SourceMissingError:
-        scenes = [make_crowd(0, index, 44, 500, 0.4) for index in range(2)]
+        scenes = [record_plaza(0, index, 60, 500) for index in range(2)]
         card = Card(name="made", title="Made crowds", licence="", citation="", sources=())
         return plan_reprojection(card, Rules(skip_first_frames=1), scenes, options, {})
 

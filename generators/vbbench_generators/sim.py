@@ -15,7 +15,7 @@ from vbbench_generators.eligibility import Span
 from vbbench_generators.option_checks import check_options
 from vbbench_generators.planning import HEIGHT_MEAN
 from vbbench_generators.scenario import Scenario, get_scenario
-from vbbench_generators.simulation import simulate_walk
+from vbbench_generators.simulation import draw_scene
 from vbbench_generators.viewing import view
 
 REVISION = 1
@@ -47,10 +47,17 @@ class SimulationPlan:
         rng = np.random.default_rng(np.random.SeedSequence([self.info.seed, index]))
         people = self.scenario.people[index % len(self.scenario.people)]
         heights = self.info.height_mean + self.info.height_std * rng.standard_normal(people)
-        walk = simulate_walk(self.scenario, people, heights, engine=self.engine, camera=self.info.camera, rng=rng)
-        scene = walk.scene
-        span = Span(scene=index, column=walk.observer, first=0, counted=np.ones(scene.frames, bool))
-        data = view(scene, span, scene.present, walk.heading, info=self.info, look=self.look, index=index, rng=rng)
+        drawn = draw_scene(
+            self.scenario,
+            people,
+            engine=self.engine,
+            camera=self.info.camera,
+            height=self.info.height_mean,
+            rng=rng,
+        )
+        scene = drawn.scene.with_heights(heights)
+        span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+        data = view(scene, span, scene.present, drawn.heading, info=self.info, look=self.look, index=index, rng=rng)
         return replace(data, scene=scene)
 
 

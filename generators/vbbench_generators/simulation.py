@@ -23,29 +23,30 @@ STUCK_TIME, STUCK_SPEED = 2.0, 0.1
 
 
 @dataclass(frozen=True)
-class Walk:
-    """A simulated scene and who observes it: a column of the scene, and where that person walks, [T] in rad."""
+class ObservedScene:
+    """A scene and who observes it: a column of the scene, and where that person walks, [T] in rad."""
 
     scene: Scene
     observer: int
     heading: FloatArray
 
 
-def simulate_walk(
+def draw_scene(
     scenario: Scenario,
     people: int,
-    heights: FloatArray,
     *,
     engine: Engine,
     camera: Camera,
+    height: float,
     rng: np.random.Generator,
-) -> Walk:
-    """A scene of the scenario in which nobody is stuck, with an observer who sees enough.
+) -> ObservedScene:
+    """A scene of the scenario in which nobody is stuck, with an observer who sees enough; heights are unknown.
 
     Parameters
     ----------
-    people, heights : K, and [K] in m.
-    camera : what the observer carries; it decides whom they see.
+    people : K.
+    engine : who walks the crowd.
+    camera, height : what the observer carries, and how tall in m the people are who must be seen.
     rng : the sequence's random numbers.
 
     Raises
@@ -57,14 +58,14 @@ def simulate_walk(
     for _ in range(ATTEMPTS):
         crowd = draw_crowd(scenario, people, model, rng)
         candidates = rng.permutation(people)
-        positions = _walk(scenario, crowd, model, engine)
+        positions = walk(scenario, crowd, model, engine)
         if is_stuck(positions, crowd.speeds, scenario.dt).any():
             continue
         headings = causal_headings(positions, scenario.dt)
         for observer in candidates:
-            seen = _count_seen(positions, headings[:, observer], heights, observer, camera)
+            seen = _count_seen(positions, headings[:, observer], height, observer, camera)
             if seen.min() >= scenario.min_seen and seen.max() > 0:
-                return Walk(_as_scene(scenario, positions, heights), int(observer), headings[:, observer])
+                return ObservedScene(_as_scene(scenario, positions), int(observer), headings[:, observer])
     raise VbbenchError(
         f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds somebody was stuck, or nobody "
         f"saw {scenario.min_seen} others all the time; ask for another number of people, or another camera"
@@ -82,7 +83,8 @@ def is_stuck(positions: FloatArray, speeds: FloatArray, dt: float) -> BoolArray:
     return stuck
 
 
-def _walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> FloatArray:
+def walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> FloatArray:
+    """Positions [T, K, 2] in m of a crowd in the frames after the warm-up."""
     walls = np.array(scenario.walls).reshape(-1, 4)
     frames = scenario.warm_up_frames + scenario.frames
     paths = simulate(
@@ -91,18 +93,17 @@ def _walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> Flo
     return paths[scenario.warm_up_frames :]
 
 
-def _count_seen(
-    positions: FloatArray, heading: FloatArray, heights: FloatArray, observer: int, camera: Camera
-) -> IntArray:
+def _count_seen(positions: FloatArray, heading: FloatArray, height: float, observer: int, camera: Camera) -> IntArray:
     """[T] how many others the observer has in the picture while looking ahead."""
     poses = np.concatenate([positions[:, observer], heading[:, None]], axis=1)
-    boxes = camera.project(world_to_relative(positions, poses), heights)
+    boxes = camera.project(world_to_relative(positions, poses), np.full(positions.shape[1], height))
     there = ~np.isnan(boxes[..., 2])
     there[:, observer] = False
     counts: IntArray = there.sum(axis=1)
     return counts
 
 
-def _as_scene(scenario: Scenario, positions: FloatArray, heights: FloatArray) -> Scene:
-    people = np.arange(len(heights))
-    return Scene(name=scenario.name, dt=scenario.dt, people=people, positions=positions, heights=heights)
+def _as_scene(scenario: Scenario, positions: FloatArray) -> Scene:
+    people = np.arange(positions.shape[1])
+    unknown = np.full(len(people), np.nan)
+    return Scene(name=scenario.name, dt=scenario.dt, people=people, positions=positions, heights=unknown)
