@@ -12,7 +12,7 @@ from vbbench.scene import Scene
 from vbbench.solver import Problem
 from vbbench_baselines.extrapolation import ConstantVelocity
 
-SEQUENCES = 480
+SEQUENCES = 320
 SECONDS = 0.005
 
 

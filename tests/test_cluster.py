@@ -176,7 +176,7 @@ def test_all_workers_lost_and_new_ones_go_on(dask: Cluster, single: Dataset, tmp
     assert run.returncode == 2, errors
     assert errors.count("\n") == 1
     assert "no workers are left; finished parts are kept, and the same command goes on" in errors
-    dask.of(1)
+    dask.of(2)
     assert vbbench(*command).wait(60) == 0
     assert digests(merge(out)) == digests(single.folder)
 

@@ -3,6 +3,7 @@
 `distributed` is the optional dependency ``vbbench[dask]``; it is imported where it is needed.
 """
 
+import logging
 import os
 import pickle
 import platform
@@ -98,23 +99,34 @@ def _client(scheduler: str) -> Iterator[Any]:
         from distributed import Client
     except ImportError as error:
         raise VbbenchError("--scheduler needs the package distributed: pip install 'vbbench[dask]'") from error
-    import logging
-
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it has to say is said in one line here
-    try:
-        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        raise VbbenchError(
-            f"no Dask scheduler answers at {scheduler}; start one with 'dask scheduler' and give the address it prints"
-        ) from error
-    with client:
+    with _silence():
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError as error:
+            client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
             raise VbbenchError(
-                f"the Dask scheduler at {scheduler} has no workers; start some with 'dask worker {scheduler}'"
+                f"no Dask scheduler answers at {scheduler}; "
+                "start one with 'dask scheduler' and give the address it prints"
             ) from error
-        yield client
+        with client:
+            try:
+                client.wait_for_workers(1, timeout=PATIENCE)
+            except TimeoutError as error:
+                raise VbbenchError(
+                    f"the Dask scheduler at {scheduler} has no workers; start some with 'dask worker {scheduler}'"
+                ) from error
+            yield client
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """What Dask logs about lost connections is said in one line here."""
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 @contextmanager

@@ -2,7 +2,9 @@
 
 import os
 import platform
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
@@ -16,7 +18,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parts import Part, part_ranges, prepare_draft, write_in_parts
+from vbbench.parts import Part, Work, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import load, make_solver, registered
 from vbbench.runner import run_sequence, warm_up
@@ -63,25 +65,46 @@ def solve(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
         )
     load("solver", solver)
-    draft = out.with_name(out.name + ".partial")
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
-    work = partial(_solve_part, dataset, solver, rules, isolate, covariance)
-    label = f"{solver} {protocol}"
+    job = _Job(
+        work=partial(_solve_part, dataset, solver, rules, isolate, covariance),
+        count=len(dataset),
+        label=f"{solver} {protocol}",
+        declare=partial(_declared, dataset, solver, protocol),
+    )
+    draft = out.with_name(out.name + ".partial")
     if scheduler is None:
-        parts = prepare_draft(draft, "parts", key)
-        paths = {name: draft / f"{name}.parquet" for name in TABLES}
-        facts = write_in_parts(work, len(dataset), parts, paths, jobs=jobs, label=label)
-        for name in paths.keys() - _reported(facts):
-            paths[name].unlink()
-        write_text_atomically(draft / SUBMISSION_FILE, _declared(dataset, solver, protocol, facts).to_json())
+        _solve_here(job, draft, prepare_draft(draft, "parts", key), jobs)
     else:
         prepare_draft(draft, PARTITIONED, key)
-        facts = write_partitions(work, len(dataset), draft, scheduler, label=label)
-        names = [part_name(first) for first, _ in part_ranges(len(dataset))]
-        layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=names)
-        write_layout(draft, layout, _declared(dataset, solver, protocol, facts).to_json())
+        _solve_on_cluster(job, draft, scheduler)
     replace_folder(draft, out)
     return out
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Job:
+    """What is to be done on ``count`` sequences, and how its facts become ``submission.json``."""
+
+    work: Work
+    count: int
+    label: str
+    declare: Callable[[list[dict[str, Any]]], SubmissionInfo]
+
+
+def _solve_here(job: _Job, draft: Path, parts: Path, jobs: int) -> None:
+    tables = {name: draft / f"{name}.parquet" for name in TABLES}
+    facts = write_in_parts(job.work, job.count, parts, tables, jobs=jobs, label=job.label)
+    for name in tables.keys() - _reported(facts):
+        tables[name].unlink()
+    write_text_atomically(draft / SUBMISSION_FILE, job.declare(facts).to_json())
+
+
+def _solve_on_cluster(job: _Job, draft: Path, scheduler: str) -> None:
+    facts = write_partitions(job.work, job.count, draft, scheduler, label=job.label)
+    parts = [part_name(first) for first, _ in part_ranges(job.count)]
+    layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
+    write_layout(draft, layout, job.declare(facts).to_json())
 
 
 def _reported(facts: list[dict[str, Any]]) -> list[str]:
