@@ -1,0 +1,81 @@
+"""What a renderer must offer: pictures of a scene, off-screen. It registers under ``vbbench.renderers``."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.scene import Scene
+
+NOBODY = -1
+"""The id of pixels that show no person."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """One rendered frame; row 0 is the top.
+
+    Parameters
+    ----------
+    rgb : [H, W, 3] uint8, sRGB.
+    depth : [H, W] float32 in m: along the optical axis for a perspective camera, horizontal range for a panorama;
+        infinite in the sky.
+    ids : [H, W] int32 person id, `NOBODY` where no person shows.
+    """
+
+    rgb: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]
+    depth: np.ndarray[tuple[int, ...], np.dtype[np.float32]]
+    ids: IntArray
+
+    def __post_init__(self) -> None:
+        size = np.shape(self.ids)
+        object.__setattr__(self, "rgb", frozen_array("rgb", self.rgb, (*size, 3), np.uint8))
+        object.__setattr__(self, "depth", frozen_array("depth", self.depth, size, np.float32))
+        object.__setattr__(self, "ids", frozen_array("ids", self.ids, size, np.int32))
+
+
+class Renderer(Protocol):
+    """Draws the frames of one scene."""
+
+    @property
+    def device(self) -> str:
+        """What does the drawing, for the log: a GPU, or a processor."""
+
+    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
+        """The picture of a scene frame.
+
+        Parameters
+        ----------
+        frame : frame of the scene.
+        camera : perspective or panorama; see `picture_size`.
+        pose : [3] (x, y, yaw) in m and rad.
+        observer : id of the person who carries the camera, who is not drawn.
+        """
+
+    def close(self) -> None:
+        """Give back what the device holds."""
+
+
+class RendererFactory(Protocol):
+    """What an entry point of ``vbbench.renderers`` names."""
+
+    def __call__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> Renderer:
+        """A renderer of one scene; looks and surroundings follow from the seed.
+
+        Raises
+        ------
+        VbbenchError
+            If this machine cannot do it; the message says what to install.
+        """
+
+
+def picture_size(camera: Camera) -> tuple[int, int]:
+    """Width and height in px of a camera's picture; a panorama is as high below the horizon as above it."""
+    if isinstance(camera, PerspectiveCamera):
+        return camera.width, camera.height
+    if isinstance(camera, PanoramaCamera):
+        return camera.width, round(2 * camera.cy)
+    raise VbbenchError(f"a '{camera.kind}' camera cannot be rendered; use perspective or panorama")
