@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -20,6 +21,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
+from vbbench.isolation import IsolatedSolver
 from vbbench.merging import merge
 from vbbench.parts import Part
 from vbbench.scoring import score
@@ -179,6 +181,30 @@ def test_all_workers_lost_and_new_ones_go_on(dask: Cluster, single: Dataset, tmp
     dask.of(2)
     assert vbbench(*command).wait(60) == 0
     assert digests(merge(out)) == digests(single.folder)
+
+
+def test_a_lost_scheduler_is_one_line_and_another_cluster_goes_on(
+    dask: Cluster, single: Dataset, tmp_path: Path
+) -> None:
+    out, small = tmp_path / "out", Cluster(tmp_path)
+    try:
+        run = vbbench("generate", SPLIT, "--out", out, "--scheduler", small.of(1))
+        wait_until(lambda: finished_parts(out))
+        small.scheduler.kill()
+        errors = run.communicate(timeout=60)[1]
+    finally:
+        small.stop()
+    assert run.returncode == 2, errors
+    assert errors.count("\n") == 1, errors
+    assert "the scheduler was lost; finished parts are kept" in errors
+    assert vbbench("generate", SPLIT, "--out", out, "--scheduler", dask.of(2)).wait(60) == 0
+    assert digests(merge(out)) == digests(single.folder)
+
+
+def test_isolation_needs_workers_that_may_start_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("multiprocessing.current_process", lambda: SimpleNamespace(daemon=True))
+    with pytest.raises(VbbenchError, match="dask worker --no-nanny"), IsolatedSolver("cv"):
+        pass
 
 
 def test_work_that_kills_its_workers_is_given_up(dask: Cluster, single: Dataset, tmp_path: Path) -> None:

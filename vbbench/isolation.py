@@ -48,6 +48,11 @@ class IsolatedSolver:
         self._process = context.Process(target=_serve, args=(name, theirs), daemon=True)
 
     def __enter__(self) -> _RemoteFrameSolver | _RemoteSequenceSolver:
+        if multiprocessing.current_process().daemon:
+            raise VbbenchError(
+                "--isolate needs workers that may start processes: start them with 'dask worker --no-nanny', "
+                "or with DASK_DISTRIBUTED__WORKER__DAEMON=False"
+            )
         self._process.start()
         failed, kind = self._pipe.recv()
         if failed:
