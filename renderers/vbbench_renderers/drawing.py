@@ -14,17 +14,21 @@ from vbbench_renderers.mesh import Float32, Int32, Mesh
 
 
 class Pattern(IntEnum):
-    """How the two colours of a limb alternate; see `pattern_weight` for the meaning of each."""
+    """Where a limb shows its second colour, by the point (x, y, z) of the limb's own frame; frac(a) = a − ⌊a⌋."""
 
     PLAIN = 0
+    """Nowhere."""
     RINGS = 1
+    """Where frac(`RINGS_PER_M` z) < ½."""
     STRIPES = 2
+    """Where frac(`STRIPES_ROUND` atan2(y, x) / 2π) < ½."""
     CHECKS = 3
+    """Where either frac(`CHECKS_PER_M` x) < ½ or frac(`CHECKS_PER_M` z) < ½, not both."""
     LOWER_HALF = 4
+    """Where z < 0."""
 
 
 RINGS_PER_M, STRIPES_ROUND, CHECKS_PER_M = 12.0, 16.0, 14.0
-"""Rings a metre of limb length, stripes around a limb, checks a metre: the same in every backend."""
 
 
 @dataclass(frozen=True, kw_only=True)
