@@ -6,12 +6,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.patches import Rectangle
 
 from vbbench.arrays import FloatArray, IntArray
+from vbbench.boxes import BOX_ASPECT
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.plotting import labels, style
 from vbbench.plotting.moment import Moment
-
-BOX_ASPECT = 0.36
-"""Width of a drawn box as a fraction of its height; an observation has no width."""
 
 STRIP_ASPECT = 0.22
 """Height of the panorama strip as a fraction of its width."""

@@ -1,0 +1,62 @@
+"""Boxes as rectangles (left, top, width, height) in px, and how much two of them overlap."""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera, PanoramaCamera
+from vbbench.renderer import picture_size
+
+BOX_ASPECT = 0.36
+"""Width of a person's box as a fraction of its height; an observation has no width."""
+
+
+def rectangles(observations: FloatArray, aspect: float = BOX_ASPECT) -> FloatArray:
+    """Boxes [..., 3] (u, v, l) in px as [..., 4] (left, top, width, height); a box is ``aspect`` times as wide as high.
+
+    In a panorama a box on the seam begins left of column 0, or ends right of the last one.
+    """
+    u, v, length = np.moveaxis(observations, -1, 0)
+    width = aspect * length
+    return np.stack([u - 0.5 * width, v - 0.5 * length, width, length], axis=-1)
+
+
+def observations_of(boxes: FloatArray, camera: Camera) -> FloatArray:
+    """The way back: [..., 4] (left, top, width, height) to [..., 3] (u, v, l) in px; columns wrapped in a panorama."""
+    left, top, width, height = np.moveaxis(boxes, -1, 0)
+    return np.stack([camera.wrap_column(left + 0.5 * width), top + 0.5 * height, height], axis=-1)
+
+
+def cut_to_picture(boxes: FloatArray, camera: Camera) -> FloatArray:
+    """What of the boxes [..., 4] lies in the camera's picture; a panorama has no left and right border."""
+    width, height = picture_size(camera)
+    left, top, right, bottom = _edges(boxes)
+    if not isinstance(camera, PanoramaCamera):
+        left, right = np.clip(left, 0.0, width), np.clip(right, 0.0, width)
+    top, bottom = np.clip(top, 0.0, height), np.clip(bottom, 0.0, height)
+    return np.stack([left, top, right - left, bottom - top], axis=-1)
+
+
+def overlaps(first: FloatArray, second: FloatArray, period: float | None = None) -> FloatArray:
+    """Intersection over union [N, M] of boxes [N, 4] with boxes [M, 4]; 0 where a box is NaN or empty.
+
+    Parameters
+    ----------
+    first, second : (left, top, width, height) in px.
+    period : width of a picture that closes on itself, a panorama's; ``None`` for one with borders.
+    """
+    a, b = first[:, None], second[None]
+    apart = b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2]
+    if period is not None:
+        apart = apart - period * np.round(apart / period)
+    along = np.minimum(0.5 * (a[..., 2] + b[..., 2]) - np.abs(apart), np.minimum(a[..., 2], b[..., 2]))
+    down = np.minimum(a[..., 1] + a[..., 3], b[..., 1] + b[..., 3]) - np.maximum(a[..., 1], b[..., 1])
+    shared = np.clip(along, 0.0, None) * np.clip(down, 0.0, None)
+    union = a[..., 2] * a[..., 3] + b[..., 2] * b[..., 3] - shared
+    found = np.zeros(shared.shape)
+    np.divide(shared, union, out=found, where=union > 0.0)
+    return found
+
+
+def _edges(boxes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    left, top, width, height = np.moveaxis(boxes, -1, 0)
+    return left, top, left + width, top + height
