@@ -19,6 +19,10 @@ from vbbench.schemas import SCHEMAS, table_schema, with_columns
 ZSTD_LEVEL = -5
 """A fast level: after byte-stream splitting a slower one saves less than 2 % of the bytes."""
 
+GROUPS_ALONE = 4096
+"""So many row groups are written one by one, then as many of two each, of four, … : the footer, which is held in memory
+by who writes and who reads, grows with the logarithm of the number of sequences."""
+
 
 class TableWriter:
     """Writes one table row group by row group under a temporary name; it appears, whole, when the block ends well.
@@ -37,12 +41,23 @@ class TableWriter:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._schema = table_schema(name, optional)
         self._writer = _parquet_writer(self._temporary, self._schema)
+        self._written = 0
+        self._waiting: list[pa.Table] = []
 
     def add(self, group: pa.Table) -> None:
-        """Append a row group; an empty one leaves no trace."""
+        """Append a row group; an empty one leaves no trace. In very long tables several share one (`GROUPS_ALONE`)."""
         if len(group):
-            self._writer.write_table(with_columns(group, self._schema), row_group_size=len(group))
+            self._waiting.append(with_columns(group, self._schema))
             self.rows += len(group)
+        if len(self._waiting) >= 2 ** (self._written // GROUPS_ALONE):
+            self._flush()
+
+    def _flush(self) -> None:
+        if self._waiting:
+            rows = pa.concat_tables(self._waiting)
+            self._writer.write_table(rows, row_group_size=len(rows))
+            self._written += 1
+            self._waiting.clear()
 
     def __enter__(self) -> Self:
         return self
@@ -50,6 +65,8 @@ class TableWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if kind is None:
+            self._flush()
         self._writer.close()
         if kind is None:
             replace_durably(self._temporary, self.path)
