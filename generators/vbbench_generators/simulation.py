@@ -88,7 +88,14 @@ def walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> Floa
     walls = np.array(scenario.walls).reshape(-1, 4)
     frames = scenario.warm_up_frames + scenario.frames
     paths = simulate(
-        crowd, model, frames=frames, dt=scenario.dt, substeps=scenario.substeps, walls=walls, engine=engine
+        crowd,
+        model,
+        frames=frames,
+        dt=scenario.dt,
+        substeps=scenario.substeps,
+        walls=walls,
+        engine=engine,
+        threads=1,  # sequences fill the cores
     )
     return paths[scenario.warm_up_frames :]
 

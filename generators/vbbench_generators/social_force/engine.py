@@ -1,19 +1,17 @@
 """Walk crowds: the same numbers for one crowd or many, on one thread or more."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vbbench.arrays import FloatArray, frozen_array
+from vbbench.simulation import Engine
 from vbbench_generators.social_force.crowd import Crowd
 from vbbench_generators.social_force.model import Model
 from vbbench_generators.social_force.schedule import march_crowds
 
 NO_WALLS: tuple[tuple[float, float, float, float], ...] = ()
-
-Engine = Literal["numba", "pysocialforce"]
 
 
 def simulate(
