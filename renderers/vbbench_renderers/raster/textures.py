@@ -1,0 +1,74 @@
+"""Texture layers, pre-filtered at halving sizes, and how they are read."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.arrays import IntArray
+from vbbench_renderers.mesh import Float32
+from vbbench_renderers.raster.compiled import kernel
+
+
+class Textures(NamedTuple):
+    """L layers of S x S texels at every size S, S/2 … 1.
+
+    Parameters
+    ----------
+    texels : [sum of L S²] colours of 3 bytes, sRGB; size after size, layer after layer, row after row.
+    first : [levels] where each size begins.
+    size : [levels] S of each.
+    linear : [256] linear value of an sRGB byte.
+    """
+
+    texels: NDArray[np.uint8]
+    first: IntArray
+    size: IntArray
+    linear: Float32
+
+
+def srgb_to_linear(values: Float32) -> Float32:
+    """Linear values of sRGB values in 0 … 1 (IEC 61966-2-1)."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def linear_to_srgb(values: Float32) -> Float32:
+    """The inverse of `srgb_to_linear`."""
+    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 0.0) ** (1 / 2.4) - 0.055).astype(
+        np.float32
+    )
+
+
+def build_textures(layers: NDArray[np.uint8]) -> Textures:
+    """Layers [L, S, S, 3] with their smaller sizes, each a mean of 2 x 2 texels in linear light."""
+    linear = srgb_to_linear(np.arange(256, dtype=np.float32) / 255.0)
+    levels = [layers]
+    while levels[-1].shape[1] > 1:
+        half = levels[-1].shape[1] // 2
+        fine = linear[levels[-1][:, : 2 * half, : 2 * half]]
+        mean = fine.reshape(len(layers), half, 2, half, 2, 3).mean(axis=(2, 4), dtype=np.float32)
+        levels.append(np.round(255.0 * linear_to_srgb(mean)).astype(np.uint8))
+    counts = [level.size // 3 for level in levels]
+    first = np.cumsum([0, *counts[:-1]])
+    size = np.array([level.shape[1] for level in levels])
+    return Textures(np.concatenate([level.reshape(-1, 3) for level in levels]), first, size, linear)
+
+
+@kernel
+def read_texture(textures: Textures, layer: int, u: float, v: float, level: int) -> tuple[float, float, float]:
+    """The linear colour of a layer at (u, v), bilinear; row 0 of a layer is at v = 0."""
+    size = textures.size[level]
+    x, y = (u - np.floor(u)) * size - 0.5, (v - np.floor(v)) * size - 0.5
+    left, top = int(np.floor(x)), int(np.floor(y))
+    fx, fy = x - left, y - top
+    right, bottom = (left + 1) % size, (top + 1) % size
+    left, top = left % size, top % size
+    base = textures.first[level] + layer * size * size
+    red = green = blue = 0.0
+    for row, along in ((top, 1.0 - fy), (bottom, fy)):
+        for column, share in ((left, 1.0 - fx), (right, fx)):
+            texel = textures.texels[base + row * size + column]
+            red += along * share * textures.linear[texel[0]]
+            green += along * share * textures.linear[texel[1]]
+            blue += along * share * textures.linear[texel[2]]
+    return red, green, blue
