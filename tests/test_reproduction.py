@@ -162,7 +162,7 @@ def test_an_answer_to_something_else_is_refused(tmp_path: Path) -> None:
         ({"sequences": 0}, "sequences must be above 0"),
         ({"people": (1,)}, "a crowd is"),
         ({"seed": -1}, "--seed must be 0 or more"),
-        ({"tier": "occluded"}, "occluded"),
+        ({"tier": "blurred"}, "blurred"),
     ],
 )
 def test_mistakes_are_found_before_anything_is_made(changes: dict[str, object], message: str, tmp_path: Path) -> None:

@@ -1,15 +1,59 @@
 """Tiers: how exact boxes are corrupted."""
 
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
 import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
+from vbbench_generators.occlusion import Outline
 
-PIXEL_STD = {"ideal": 0.0, "noisy": 1.0}
+PIXEL_STD = {"ideal": 0.0, "noisy": 1.0, "occluded": 0.0}
 """Standard deviation in px of a box's column, top and bottom, by tier."""
 
 SHORTEST_BOX = 1.0
 """No box gets shorter than this, in px, by noise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hiding:
+    """That people hide one another.
+
+    Parameters
+    ----------
+    least_visible : who shows less than this share has no box.
+    cut : whether boxes are cut to what shows; otherwise they stay whole.
+    outline : what people look like.
+    """
+
+    least_visible: float = 0.25
+    cut: bool = True
+    outline: Outline = field(default_factory=Outline)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Corruption:
+    """What is done to exact boxes.
+
+    Parameters
+    ----------
+    pixel_std : noise in px on column, top and bottom.
+    hiding : ``None`` where everybody is seen through everybody.
+    """
+
+    pixel_std: float = 0.0
+    hiding: Hiding | None = None
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """What a dataset's definition says of it beside the tier and the noise."""
+        return {} if self.hiding is None else {"hiding": asdict(self.hiding)}
+
+
+def corruption_of(tier: str) -> Corruption:
+    """What the ``tier`` does to boxes."""
+    return Corruption(pixel_std=PIXEL_STD[tier], hiding=Hiding() if tier == "occluded" else None)
 
 
 def add_pixel_noise(boxes: FloatArray, camera: Camera, pixel_std: float, rng: np.random.Generator) -> FloatArray:

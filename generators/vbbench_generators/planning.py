@@ -8,7 +8,7 @@ from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Card, Options
 from vbbench.scene import Scene
-from vbbench_generators.corruption import PIXEL_STD
+from vbbench_generators.corruption import corruption_of
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.option_checks import check_options
 from vbbench_generators.reprojection import Reprojection, draw_heights
@@ -34,6 +34,7 @@ def plan_reprojection(
         raise VbbenchError(
             f"--scenario, --sequences, --people and --engine are for the split 'sim'; {card.name} has its own people"
         )
+    corruption = corruption_of(options.tier)
     info = DatasetInfo(
         split=card.name,
         title=card.title,
@@ -43,7 +44,7 @@ def plan_reprojection(
         dt=scenes[0].dt,
         height_mean=HEIGHT_MEAN,
         height_std=options.height_std,
-        pixel_std=PIXEL_STD[options.tier],
+        pixel_std=corruption.pixel_std,
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",
@@ -51,9 +52,12 @@ def plan_reprojection(
             "limit": options.limit,
             "count_observer": rules.count_observer,
             "rules": asdict(rules),
+            **corruption.definition,
             **definition,
         },
         caution=card.caution,
     )
     people = tuple(draw_heights(scene, number, info) for number, scene in enumerate(scenes))
-    return Reprojection(info=info, scenes=people, rules=rules, look=options.look, limit=options.limit)
+    return Reprojection(
+        info=info, scenes=people, rules=rules, look=options.look, corruption=corruption, limit=options.limit
+    )

@@ -9,6 +9,7 @@ from vbbench.arrays import BoolArray, FloatArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.generator import Look, SequenceData
 from vbbench.scene import Scene
+from vbbench_generators.corruption import Corruption
 from vbbench_generators.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.heading import causal_headings
 from vbbench_generators.viewing import view
@@ -31,6 +32,7 @@ class Reprojection:
     scenes: tuple[Scene, ...]
     rules: Rules
     look: Look
+    corruption: Corruption
     limit: int | None = None
 
     def __len__(self) -> int:
@@ -49,7 +51,17 @@ class Reprojection:
         frames = slice(span.first, span.first + len(span.counted))
         yaw = self._headings[span.scene][frames, span.column]
         crowd = self._crowds[span.scene][frames]
-        return view(self.scenes[span.scene], span, crowd, yaw, info=self.info, look=self.look, index=index, rng=rng)
+        return view(
+            self.scenes[span.scene],
+            span,
+            crowd,
+            yaw,
+            info=self.info,
+            look=self.look,
+            corruption=self.corruption,
+            index=index,
+            rng=rng,
+        )
 
     @cached_property
     def _crowds(self) -> list[BoolArray]:

@@ -10,7 +10,7 @@ from vbbench.errors import VbbenchError
 from vbbench.generator import Card, Look, Options, SequenceData
 from vbbench.scene import Scene
 from vbbench.simulation import Engine, Simulation
-from vbbench_generators.corruption import PIXEL_STD
+from vbbench_generators.corruption import Corruption, corruption_of
 from vbbench_generators.eligibility import Span
 from vbbench_generators.option_checks import check_options
 from vbbench_generators.planning import HEIGHT_MEAN
@@ -32,6 +32,7 @@ class SimulationPlan:
     scenario: Scenario
     engine: Engine
     look: Look
+    corruption: Corruption
     limit: int | None = None
 
     @property
@@ -57,7 +58,17 @@ class SimulationPlan:
         )
         scene = drawn.scene.with_heights(heights)
         span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
-        data = view(scene, span, scene.present, drawn.heading, info=self.info, look=self.look, index=index, rng=rng)
+        data = view(
+            scene,
+            span,
+            scene.present,
+            drawn.heading,
+            info=self.info,
+            look=self.look,
+            corruption=self.corruption,
+            index=index,
+            rng=rng,
+        )
         return replace(data, scene=scene)
 
 
@@ -79,6 +90,7 @@ class SimSplit:
         asked = options.simulation or Simulation()
         scenario = _as_asked(get_scenario(asked.scenario or SCENARIO), asked)
         _check(options)
+        corruption = corruption_of(options.tier)
         info = DatasetInfo(
             split=self.card.name,
             title=f"{self.card.title}; {scenario.title}",
@@ -88,7 +100,7 @@ class SimSplit:
             dt=scenario.dt,
             height_mean=HEIGHT_MEAN,
             height_std=options.height_std,
-            pixel_std=PIXEL_STD[options.tier],
+            pixel_std=corruption.pixel_std,
             scenes=(),
             definition={
                 "generator": f"simulation/{REVISION}",
@@ -96,9 +108,17 @@ class SimSplit:
                 "limit": options.limit,
                 "engine": asked.engine,
                 "scenario": asdict(scenario),
+                **corruption.definition,
             },
         )
-        return SimulationPlan(info=info, scenario=scenario, engine=asked.engine, look=options.look, limit=options.limit)
+        return SimulationPlan(
+            info=info,
+            scenario=scenario,
+            engine=asked.engine,
+            look=options.look,
+            corruption=corruption,
+            limit=options.limit,
+        )
 
 
 def _as_asked(scenario: Scenario, asked: Simulation) -> Scenario:

@@ -7,13 +7,13 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.generator import Look, SequenceData
-from vbbench.geometry import world_to_relative
 from vbbench.protocol import START_FRAMES
 from vbbench.scene import Scene
 from vbbench.sequence import Given, Sequence, Truth
-from vbbench_generators.corruption import add_pixel_noise
+from vbbench_generators.corruption import Corruption
 from vbbench_generators.eligibility import Span
 from vbbench_generators.heading import wandering_look
+from vbbench_generators.sights import Sights, look_at
 
 
 def view(
@@ -24,6 +24,7 @@ def view(
     *,
     info: DatasetInfo,
     look: Look,
+    corruption: Corruption,
     index: int,
     rng: np.random.Generator,
 ) -> SequenceData:
@@ -32,10 +33,11 @@ def view(
     Parameters
     ----------
     scene, span : the observer's frames of the scene.
-    crowd : [T, K] who is there to be seen in these frames.
+    crowd : [T, K] who is there to be seen in these frames; who is not may still hide others.
     heading : [T] where the observer walks, in rad.
-    info : camera and noise of the dataset.
+    info : camera of the dataset.
     look : whether the camera looks where its bearer walks.
+    corruption : what is done to exact boxes.
     index : number of the sequence.
     rng : the sequence's random numbers.
     """
@@ -46,36 +48,24 @@ def view(
     poses = np.concatenate([scene.positions[frames, span.column], wrapped[:, None]], axis=1)
     seen = crowd & span.counted[:, None]
     seen[:, span.column] = False
-    columns = np.flatnonzero(seen.any(axis=0))
+    columns = np.flatnonzero((scene.present[frames] if corruption.hiding else seen).any(axis=0))
+    columns = columns[columns != span.column]
     positions = scene.positions[frames].take(columns, axis=1)
     truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
-    boxes = _boxes(truth, seen[:, columns], info, rng)
-    return _without_unseen(_sequence(index, span, scene, columns, boxes, truth), truth)
+    sights = look_at(truth, seen[:, columns], info.camera, corruption, rng)
+    return _without_unseen(_sequence(index, span, scene, columns, sights, truth), truth)
 
 
-def _boxes(truth: Truth, seen: BoolArray, info: DatasetInfo, rng: np.random.Generator) -> FloatArray:
-    """Boxes [T, K, 3] in px of whoever is to be seen ([T, K]); NaN elsewhere and outside the picture."""
-    camera, who = info.camera, np.flatnonzero(seen)
-    relative = world_to_relative(truth.positions, truth.poses).reshape(-1, 2).take(who, axis=0)
-    found = camera.project(relative, truth.heights.take(who % len(truth.heights)))
-    if info.pixel_std > 0:
-        found = add_pixel_noise(found, camera, info.pixel_std, rng)
-    boxes = np.full((seen.size, 3), np.nan)
-    boxes[who] = found
-    return boxes.reshape(*seen.shape, 3)
-
-
-def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, boxes: FloatArray, truth: Truth) -> Sequence:
-    observed = ~np.isnan(boxes[..., 2])
+def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, sights: Sights, truth: Truth) -> Sequence:
     return Sequence(
         index=index,
         scene=span.scene,
         observer=int(scene.people[span.column]),
         first_frame=span.first,
         tracks=scene.people[columns],
-        observations=boxes,
-        visible=np.where(observed, 1.0, np.nan),
-        given=arrivals_given(truth, observed),
+        observations=sights.boxes,
+        visible=sights.visible,
+        given=arrivals_given(truth, ~np.isnan(sights.boxes[..., 2])),
     )
 
 

@@ -1,0 +1,175 @@
+"""Who hides whom, without rendering: people are outlines that stand on level ground, nearer ones before farther ones.
+
+An outline is as many upright bands as it has steps: within ``half`` · height of its axis it rises to ``top`` · height.
+All stand on the same ground and all cameras are level, so the nearer somebody is, the lower the feet in the picture:
+in every column of the picture the people before somebody hide everything below the highest of their outlines (their
+*skyline*) and nothing above. So one sweep from near to far, which keeps the skyline, tells of everybody what shows.
+Rows are exact; columns are sampled `SAMPLES` to the pixel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.geometry import world_to_relative
+from vbbench_generators.social_force.compiled import kernel
+
+SAMPLES = 4
+"""Sampled columns a px: people far away are a few px wide."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outline:
+    """What people look like from afar, in parts of their height.
+
+    Parameters
+    ----------
+    half, top : from the axis outwards, each step's half width and height above the ground.
+    """
+
+    half: tuple[float, ...] = (0.05, 0.12)
+    top: tuple[float, ...] = (1.0, 0.83)
+
+    def __post_init__(self) -> None:
+        half, top = np.array(self.half), np.array(self.top)
+        if half.shape != top.shape or not half.size or np.any(np.diff(half, prepend=0.0) <= 0.0):
+            raise ValueError(f"half = {list(self.half)} must grow from above 0, with one top for each")
+        if np.any(np.diff(top) >= 0.0) or top[0] != 1.0 or top[-1] <= 0.0:
+            raise ValueError(f"top = {list(self.top)} must fall from 1 and stay above 0")
+
+
+@dataclass(frozen=True)
+class Showing:
+    """What shows of people.
+
+    Parameters
+    ----------
+    visible : [T, K] share of the outline's area in the picture that nobody hides; NaN where nothing would be there.
+    boxes : [T, K, 3] boxes (u, v, l) in px about what shows; NaN where nothing does.
+    """
+
+    visible: FloatArray
+    boxes: FloatArray
+
+
+def see(
+    positions: FloatArray, heights: FloatArray, poses: FloatArray, camera: Camera, outline: Outline | None = None
+) -> Showing:
+    """What a camera carried along shows of people.
+
+    Parameters
+    ----------
+    positions, heights : [T, K, 2] and [K] in m of everybody who can hide anybody; NaN = absent.
+    poses : [T, 3] (x, y, yaw) of the camera.
+    camera : perspective, whose borders cut people off; or panorama, which has none.
+    outline : everybody's.
+    """
+    outline = outline or Outline()
+    columns, bottom = _picture(camera)
+    relative = world_to_relative(positions, poses)
+    figures = _figures(relative, np.broadcast_to(heights, relative.shape[:-1]), camera)
+    distances = np.ascontiguousarray(camera.depth(relative))
+    halves, tops = np.array(outline.half), np.array(outline.top)
+    wraps = isinstance(camera, PanoramaCamera)
+    visible, boxes = _sweep(figures, distances, halves, tops, columns, bottom, wraps)
+    boxes[..., 0] = camera.wrap_column(boxes[..., 0])
+    return Showing(visible, boxes)
+
+
+def _picture(camera: Camera) -> tuple[int, float]:
+    """Width in px and last row: the cylinder has neither upper nor lower border."""
+    if isinstance(camera, PerspectiveCamera):
+        return camera.width, float(camera.height)
+    if isinstance(camera, PanoramaCamera):
+        return camera.width, np.inf
+    raise VbbenchError(f"who hides whom is not known for a '{camera.kind}' camera; use perspective or panorama")
+
+
+def _figures(relative: FloatArray, heights: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, K, 3] (u, row of the feet, l) in px as if the picture had no borders; NaN behind the camera."""
+    scale = camera.focal / camera.depth(relative)
+    if isinstance(camera, PerspectiveCamera):
+        u = camera.cx + scale * relative[..., 0]
+        horizon = np.full_like(u, camera.cy)
+    else:
+        boxes = camera.project(relative, heights)
+        u, horizon = boxes[..., 0], boxes[..., 1] - scale * (camera.mount_height - 0.5 * heights)
+    return np.ascontiguousarray(np.stack([u, horizon + scale * camera.mount_height, scale * heights], axis=-1))
+
+
+@kernel
+def _sweep(
+    figures: FloatArray,
+    distances: FloatArray,
+    halves: FloatArray,
+    tops: FloatArray,
+    width: int,
+    bottom: float,
+    wraps: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Visible fractions [T, K] and boxes [T, K, 3] (u, v, l) of what shows; ``figures`` as `_figures` gives them."""
+    frames, people = distances.shape
+    visible, boxes = np.full((frames, people), np.nan), np.full((frames, people, 3), np.nan)
+    skyline = np.empty(width * SAMPLES)
+    for t in range(frames):
+        skyline[:] = bottom
+        for k in np.argsort(distances[t], kind="mergesort"):
+            if np.isnan(distances[t, k]):
+                break
+            visible[t, k] = _show(figures[t, k], halves, tops, skyline, bottom, wraps, boxes[t, k])
+    return visible, boxes
+
+
+@kernel
+def _show(
+    figure: FloatArray,
+    halves: FloatArray,
+    tops: FloatArray,
+    skyline: FloatArray,
+    bottom: float,
+    wraps: bool,
+    box: FloatArray,
+) -> float:
+    """Visible fraction of the next farther person, whose ``box`` [3] is filled in and who is added to the skyline."""
+    u, feet, size = figure
+    reach, count = halves[-1] * size, len(skyline)
+    # Sample c stands at column (c + ½) / SAMPLES. The narrowest figure still has the sample next to its axis.
+    first = int(np.ceil(max((u - reach) * SAMPLES - 0.5, -1e9)))
+    last = int(np.floor(min((u + reach) * SAMPLES - 0.5, 1e9)))
+    if last < first:
+        first = last = int(np.floor(u * SAMPLES))
+    if wraps:
+        last = min(last, first + count - 1)
+    from_column, to_column = (first, last) if wraps else (max(first, 0), min(last, count - 1))
+    floor = min(feet, bottom)
+    whole = shown = 0.0
+    top, low, left, right = np.inf, -np.inf, last + 1, first - 1
+    for c in range(from_column, to_column + 1):
+        place = c % count if wraps else c
+        away, step = abs((c + 0.5) / SAMPLES - u), 0
+        while step < len(halves) - 1 and away > halves[step] * size:
+            step += 1
+        head = feet - tops[step] * size
+        start = head if wraps else max(head, 0.0)
+        whole += max(floor - start, 0.0)
+        end = min(floor, skyline[place])
+        if end > start:
+            shown += end - start
+            top, low = min(top, start), max(low, end)
+            left, right = min(left, c), max(right, c)
+        skyline[place] = min(skyline[place], head)
+    if shown > 0.0:
+        # Where the figure's own edge shows it is exact; elsewhere the sample's edge bounds what shows.
+        begin = u - reach if left == first else left / SAMPLES
+        end = u + reach if right == last else (right + 1) / SAMPLES
+        box[0], box[1], box[2] = 0.5 * (begin + end), 0.5 * (top + low), low - top
+    return shown / whole if whole > 0.0 else np.nan
+
+
+def enough(showing: Showing, least: float) -> BoolArray:
+    """[T, K] of whom at least the share ``least`` shows."""
+    shown: BoolArray = showing.visible >= least
+    return shown & ~np.isnan(showing.boxes[..., 2])
