@@ -1,0 +1,57 @@
+"""Surroundings of a walking area, put together."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from vbbench.scene import Scene
+from vbbench_renderers.drawing import Surroundings
+from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.surroundings.ground import ground_mesh
+from vbbench_renderers.surroundings.houses import house_mesh
+from vbbench_renderers.surroundings.layers import textures
+from vbbench_renderers.surroundings.layout import Area, Site, plan
+from vbbench_renderers.surroundings.light import late_morning
+from vbbench_renderers.surroundings.shapes import place, turned
+
+LEAST_SIDE = 4.0
+"""A walking area is at least this long and wide, m."""
+
+
+def walking_area(scene: Scene, margin: float = 1.0) -> Area:
+    """Bounds of all positions of a scene, `margin` m wider on every side and at least `LEAST_SIDE` m long and wide."""
+    seen = scene.positions[scene.present]
+    low, high = (seen.min(axis=0), seen.max(axis=0)) if len(seen) else (np.zeros(2), np.zeros(2))
+    middle = 0.5 * (low + high)
+    half = np.maximum(0.5 * (high - low) + margin, 0.5 * LEAST_SIDE)
+    return (*(middle - half).tolist(), *(middle + half).tolist())
+
+
+@lru_cache(maxsize=4)
+def build_surroundings(area: Area, seed: int) -> Surroundings:
+    """Ground, houses, trees and furniture around a walking area; the same for the same area and seed."""
+    return _surroundings(area, seed, bare=False)
+
+
+@lru_cache(maxsize=4)
+def plain_surroundings(area: Area) -> Surroundings:
+    """Ground and sky only."""
+    return _surroundings(area, 0, bare=True)
+
+
+def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence([2111, seed]).spawn(4)]
+    sides = np.array([area[2] - area[0], area[3] - area[1]])
+    long, wide = 0.5 * float(sides.max()), 0.5 * float(sides.min())
+    turn = (0.5 * np.pi if sides[1] > sides[0] else 0.0) + np.pi * float(streams[0].integers(2))
+    site = plan(long, wide, streams[0])
+    if bare:
+        site = Site(long=long, wide=wide, sun=site.sun)
+    parts = [ground_mesh(site, streams[1]), *_things(site, streams[2])]
+    middle = (0.5 * (area[0] + area[2]), 0.5 * (area[1] + area[3]))
+    sun = turned(site.sun, turn)
+    return Surroundings(mesh=place(join_meshes(parts), *middle, turn), textures=textures(), sky=late_morning(sun))
+
+
+def _things(site: Site, rng: np.random.Generator) -> list[Mesh]:
+    return [house_mesh(plot, rng) for plot in site.plots]

@@ -1,0 +1,130 @@
+"""The ground: paving where people walk, roadways with kerbs, a park; finest where people walk."""
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.surroundings.layers import TILE, Layer
+from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Site
+from vbbench_renderers.surroundings.light import IN_SHADE, sunlit, wall_shade
+from vbbench_renderers.surroundings.quads import quads
+from vbbench_renderers.surroundings.shapes import smooth_mesh
+
+FAR = 320.0
+"""How far the ground reaches beyond the walking area, m."""
+WIDEN = 0.4
+"""Width of a cell over its distance from the walking area."""
+CELLS = 1600
+"""About how many cells the walking area is given, if they need not be smaller than half a metre."""
+SHOULDER = 3.0
+"""Cells are finest up to here from the walking area, m."""
+
+
+def ground_mesh(site: Site, rng: np.random.Generator) -> Mesh:
+    """The ground around and under the walking area."""
+    us, vs = ground_lines(site)
+    corner_u, corner_v = np.meshgrid(us, vs, indexing="ij")
+    middle = np.stack(np.meshgrid(0.5 * (us[1:] + us[:-1]), 0.5 * (vs[1:] + vs[:-1]), indexing="ij"), axis=2)
+    layers, depths = _surface(site, middle[..., 0], middle[..., 1])
+    points = np.stack([corner_u, corner_v], axis=2)
+    tint = _tint(site, points.reshape(-1, 2), rng).reshape(*points.shape[:2], 3)
+    parts = [
+        _part(points, tint, (layers == layer) & (depths == depth), Layer(layer), depth)
+        for layer in np.unique(layers)
+        for depth in np.unique(depths[layers == layer])
+    ]
+    return join_meshes([*parts, _kerbs(points, depths)])
+
+
+def ground_lines(site: Site) -> tuple[FloatArray, FloatArray]:
+    """Where the lines of the ground's grid are, in u and in v."""
+    cell = max(0.5, 2.0 * np.sqrt(site.long * site.wide / CELLS))
+    street = site.long + PAVEMENT
+    ends = [street - 0.3, street, street + ROADWAY, street + ROADWAY + 0.3, street + ROADWAY + FAR_PAVEMENT]
+    across = [site.gap[0] + 2.5, site.gap[0] + 2.8, site.gap[1] - 2.8, site.gap[1] - 2.5]
+    band = [site.long + 1.0, site.long + 1.4, -site.long - 1.0, -site.long - 1.4, -site.long - TO_PARK]
+    edge = [site.wide + 1.0, site.wide + 1.4, -site.wide - 1.0, -site.wide - 1.4]
+    return _lines(site.long, cell, [*ends, *band]), _lines(site.wide, cell, [*across, *edge])
+
+
+def _lines(half: float, cell: float, breaks: list[float]) -> FloatArray:
+    inner = half + SHOULDER
+    outer = [inner]
+    while outer[-1] < half + FAR:
+        outer.append(outer[-1] + max(cell, WIDEN * (outer[-1] - half)))
+    middle = np.linspace(-inner, inner, int(np.ceil(2.0 * inner / cell)) + 1)
+    lines = np.concatenate([-np.array(outer[:0:-1]), middle, np.array(outer[1:])])
+    for line in breaks:
+        nearest = np.argsort(np.abs(lines - line))[:2]
+        step = abs(float(lines[nearest[0]] - lines[nearest[1]]))
+        lines = lines[np.abs(lines - line) > 0.3 * step]
+        lines = np.sort(np.append(lines, [other for other in breaks if other not in lines]))
+    return np.unique(lines)
+
+
+def _surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Layer and height of the ground at cell centres."""
+    street, end = site.long + PAVEMENT, site.long + PAVEMENT + ROADWAY
+    low, high = site.gap[0] + 2.5, site.gap[1] - 2.5
+    layers = np.full(u.shape, int(Layer.PAVING))
+    du, dv = np.abs(u) - site.long, np.abs(v) - site.wide
+    frame = np.maximum(du, dv)
+    layers[(frame > 1.0) & (frame < 1.4)] = Layer.SETTS
+    layers[frame > 35.0] = Layer.ASPHALT
+    layers[u < -site.long - TO_PARK] = Layer.GRASS
+    onward = (u > end) & (v > low) & (v < high)
+    kerb = ((u > street - 0.3) & (u < end + 0.3)) | ((u > end) & (v > low - 0.3) & (v < high + 0.3))
+    layers[kerb] = Layer.ASHLAR
+    road = ((u > street) & (u < end)) | onward
+    layers[road] = Layer.ASPHALT
+    return layers, np.where(road, -KERB, 0.0)
+
+
+def _tint(site: Site, points: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """[N, 3] tone of the ground: patches, so that repetition does not show, and shade."""
+    waves = rng.uniform(0.1, 0.7, (6, 1)) * _unit(rng.uniform(0.0, 2.0 * np.pi, 6))
+    patches = np.sin(points @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6))
+    tone = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
+    hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
+    sun = sunlit(points, site.plots, site.sun)[:, None]
+    return np.asarray(tone * hue * wall_shade(points, site.plots)[:, None] * (sun + (1.0 - sun) * IN_SHADE))
+
+
+def _unit(angles: FloatArray) -> FloatArray:
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def _part(points: FloatArray, tint: FloatArray, cells: BoolArray, layer: Layer, depth: float) -> Mesh:
+    """The cells of one layer as a mesh of shared vertices."""
+    rows, columns = np.nonzero(cells)
+    width = points.shape[1]
+    first = rows * width + columns
+    corners = first[:, None, None] + np.array([[0, width, width + 1], [0, width + 1, 1]])
+    used, triangles = np.unique(corners.reshape(-1, 3), return_inverse=True)
+    flat = points.reshape(-1, 2)[used]
+    return smooth_mesh(
+        np.column_stack([flat, np.full(len(flat), depth)]),
+        np.broadcast_to([0.0, 0.0, 1.0], (len(flat), 3)),
+        tint.reshape(-1, 3)[used],
+        triangles.reshape(-1, 3),
+        uv=flat / TILE[layer],
+        layer=layer,
+    )
+
+
+def _kerbs(points: FloatArray, depths: FloatArray) -> Mesh:
+    """Upright faces where neighbouring cells differ in height."""
+    faces = []
+    for axis in (0, 1):
+        step = np.diff(depths, axis=axis)
+        rows, columns = np.nonzero(step)
+        rows, columns = rows + (axis == 0), columns + (axis == 1)
+        start = points[rows, columns]
+        end = points[rows + (axis == 1), columns + (axis == 0)]
+        up = step[rows - (axis == 0), columns - (axis == 1)] > 0.0
+        flip = up if axis == 1 else ~up
+        left, right = np.where(flip[:, None], start, end), np.where(flip[:, None], end, start)
+        low, high = np.full((len(left), 1), -KERB), np.zeros((len(left), 1))
+        faces.append(np.stack([np.hstack([left, low]), np.hstack([right, low]), np.hstack([right, high]),
+                               np.hstack([left, high])], axis=1))  # fmt: skip
+    return quads(np.concatenate(faces), [0.55, 0.54, 0.52], layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR]).mesh()
