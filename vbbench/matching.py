@@ -66,13 +66,10 @@ def match_tracks(found: FloatArray, true: FloatArray, people: IntArray, camera: 
     return persons
 
 
-def true_rectangles(
-    positions: FloatArray, heights: FloatArray, poses: FloatArray, camera: Camera, *, aspect: float | None = None
-) -> FloatArray:
-    """Boxes [T, P, 4] in px of people at positions [T, P, 2] of heights [P] in m, seen from poses [T, 3]; NaN unseen."""
+def true_rectangles(positions: FloatArray, heights: FloatArray, poses: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, P, 4] in px of people at positions [T, P, 2] with heights [P], seen from poses [T, 3]; NaN unseen."""
     relative = world_to_relative(positions, poses)
-    boxes = camera.project(relative, np.broadcast_to(heights, relative.shape[:-1]))
-    return rectangles(boxes) if aspect is None else rectangles(boxes, aspect)
+    return rectangles(camera.project(relative, np.broadcast_to(heights, relative.shape[:-1])))
 
 
 def lasting_tracks(persons: IntArray, frames: int = LEAST_FRAMES) -> BoolArray:

@@ -28,6 +28,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "score": evaluation.score,
     "compare": evaluation.compare,
     "plot": views.plot,
+    "render": views.render,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
     "export tum": exchange.export_tum,

@@ -1,6 +1,8 @@
-"""Commands that show something: plot, demo."""
+"""Commands that show something: plot, render, demo."""
 
+import sys
 from pathlib import Path
+from typing import Literal
 
 from tyro.conf import Positional
 
@@ -43,6 +45,55 @@ def plot(
         print(plot_posterior_to_file(Dataset(folder, truth), sequence, out, **options))
         return
     print(plot_to_file(Dataset(folder, truth), sequence, out, submission=estimate, frame=frame))
+
+
+def render(
+    folder: Positional[Path],
+    /,
+    sequence: int,
+    out: Path,
+    backend: str = "auto",
+    estimate: Path | None = None,
+    truth: Path | None = None,
+    fps: float | None = None,
+    codec: Literal["h264", "vp9", "mpeg4"] | None = None,
+    plain: bool = False,
+    seed: int = 0,
+) -> None:
+    """Film a sequence: what the observer sees, with boxes and ids, beside the bird's-eye view.
+
+    Args:
+        folder: The dataset, of any split.
+        sequence: Number of the sequence.
+        out: An .mp4 file, or a folder for one PNG file a frame; a folder that is there is gone on with.
+        backend: What draws: moderngl, pyrender, raster or module:attribute of your own; auto: the best that works.
+        estimate: Submission to draw over the truth.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+        fps: Frames a second of the film; default: real time.
+        codec: Of an mp4. Browsers play h264 and vp9; mpeg4 is written fastest. Default: the first that is to be had.
+        plain: Ground and sky only, no buildings, trees and street furniture.
+        seed: Seed of looks and surroundings.
+    """
+    from vbbench.dataset import Dataset
+    from vbbench.rendering import render_to_file
+
+    path = render_to_file(
+        Dataset(folder, truth),
+        sequence,
+        out,
+        backend=backend,
+        submission=estimate,
+        fps=fps,
+        codec=codec,
+        surroundings=not plain,
+        seed=seed,
+        announce=_announce,
+    )
+    print(path)
+
+
+def _announce(text: str) -> None:
+    print(f"vbbench: {text}", file=sys.stderr)
 
 
 def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
