@@ -1,0 +1,112 @@
+"""Backend ``moderngl``: one indirect draw for all limbs, one for everything that stands still, one for the sky."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera, PanoramaCamera
+from vbbench.errors import VbbenchError
+from vbbench.renderer import NOBODY, Picture, picture_size
+from vbbench.scene import Scene
+from vbbench_renderers.opengl import light
+from vbbench_renderers.opengl.context import device_name, open_context
+from vbbench_renderers.opengl.packing import lens
+from vbbench_renderers.opengl.stage import Stage
+from vbbench_renderers.opengl.targets import FINENESS, Targets
+from vbbench_renderers.people import Walkers
+from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
+
+if TYPE_CHECKING:
+    import moderngl
+
+NEAREST_DRAWN = 0.1
+
+
+class OpenGLRenderer:
+    """Draws a scene through EGL; see `vbbench.renderer.Renderer`.
+
+    Parameters
+    ----------
+    scene : who walks where.
+    seed : of looks and surroundings.
+    surroundings : False for bare ground and sky.
+    """
+
+    def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
+        self._scene = scene
+        self._walkers = Walkers(scene, seed)
+        area = walking_area(scene)
+        around = build_surroundings(area, seed) if surroundings else plain_surroundings(area)
+        self._ids = np.append(scene.people, NOBODY).astype(np.int32)  # the last is column −1
+        self._sky = around.sky
+        self._context: moderngl.Context | None = open_context()
+        self._device = device_name(self._context)
+        with self._context:
+            self._stage = Stage(self._context, self._walkers, around)
+        self._targets: dict[tuple[int, int], Targets] = {}
+
+    @property
+    def device(self) -> str:
+        """GL_RENDERER, and that it is software where it is."""
+        return self._device
+
+    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
+        """See `vbbench.renderer.Renderer.render`."""
+        if self._context is None:
+            raise VbbenchError("this renderer was closed")
+        size, pose = picture_size(camera), np.asarray(pose, dtype=np.float64)
+        without = self._column(observer)
+        drawn = self._walkers.limbs(frame, pose[:2], without=without)
+        here = self._scene.present[frame].copy()
+        if without is not None:
+            here[without] = False
+        with self._context as context:
+            if size not in self._targets:
+                self._targets[size] = Targets(context, size, self._stage.resolve)
+            targets = self._targets[size]
+            self._stage.draw(
+                targets.fine, self._frame(camera, size, pose), drawn, camera, pose, self._scene.positions[frame][here]
+            )
+            colours, truth = targets.read()
+        columns = truth[..., 0].astype(np.int64)
+        return Picture(rgb=colours[..., :3].copy(), depth=truth[..., 1].copy(), ids=self._ids[columns])
+
+    def close(self) -> None:
+        """Give back the context and all it holds."""
+        if self._context is None:
+            return
+        with self._context:
+            for targets in self._targets.values():
+                targets.release()
+            self._stage.release()
+        self._context.release()
+        self._context = None
+
+    def _column(self, observer: int | None) -> int | None:
+        if observer is None:
+            return None
+        found = np.nonzero(self._scene.people == observer)[0]
+        return int(found[0]) if len(found) else None
+
+    def _frame(self, camera: Camera, size: tuple[int, int], pose: FloatArray) -> dict[str, Any]:
+        sky, shift = self._sky, 0.5 * (FINENESS - 1)
+        return {
+            "eye": (*pose[:2], camera.mount_height, NEAREST_DRAWN),
+            "heading": (np.cos(pose[2]), np.sin(pose[2]), shift / size[0], shift / size[1]),
+            "lens": lens(camera, size),
+            "sun_direction": (*sky.sun_direction, sky.haze_distance),
+            "sun_colour": (*sky.sun_colour, 0.0),
+            "zenith": (*sky.zenith, 0.0),
+            "horizon": (*sky.horizon, 0.0),
+            "ground_glow": (*sky.ground_glow, 0.0),
+            "window": light.people_window(pose, not isinstance(camera, PanoramaCamera)),
+        }
+
+
+def walking_area(scene: Scene) -> tuple[float, float, float, float]:
+    """x0, y0, x1, y1 in m of where people walk."""
+    if not scene.present.any():
+        return -1.0, -1.0, 1.0, 1.0
+    (x0, y0), (x1, y1) = (pick(scene.positions, axis=(0, 1)) for pick in (np.nanmin, np.nanmax))
+    return float(x0), float(y0), float(x1), float(y1)

@@ -1,0 +1,16 @@
+// The camera. Row 0 comes first in memory, so that clip y points down.
+vec4 project(vec3 point, float base) {
+    vec2 seen = relative(point.xy);
+#ifdef PANORAMA
+    // Equidistant columns: w is the range. Azimuths count from `base` so that no triangle is torn at the seam.
+    float w = length(seen);
+    float turn = atan(seen.x, seen.y) - base;
+    float x = (base + turn - 2.0 * PI * round(turn / (2.0 * PI))) / PI * w;
+#else
+    float w = seen.y;
+    float x = lens.x * seen.x + lens.y * w;
+#endif
+    float y = lens.z * (eye.z - point.z) + lens.w * w;
+    float z = w - 2.0 * eye.w;  // near at eye.w, far at infinity
+    return vec4(vec2(x, y) + heading.zw * w, z, w);
+}

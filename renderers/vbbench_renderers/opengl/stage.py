@@ -1,0 +1,198 @@
+"""What an OpenGL context holds of a scene, and how a frame is drawn from it."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera, PanoramaCamera
+from vbbench_renderers.drawing import Limbs, Surroundings
+from vbbench_renderers.opengl import light, packing
+from vbbench_renderers.opengl.context import make_program
+from vbbench_renderers.opengl.refining import COLUMNS, refine
+from vbbench_renderers.people import Walkers
+
+if TYPE_CHECKING:
+    import moderngl
+
+FRAME = np.dtype(
+    [
+        (name, np.float32, 4)
+        for name in (
+            "eye", "heading", "lens", "sun_direction", "sun_colour", "zenith", "horizon", "ground_glow",
+            "window", "fixed_window",
+        )
+    ]
+)  # fmt: skip
+_PLACE = ("3f 3f 3f 3f", "position", "normal", "colour", "uv")
+_LIMB = ("4f 4f 4f 4f 4f 1f 1f/i", "row_x", "row_y", "row_z", "first_dye", "second_dye", "base", "person")
+MOST_REFINED = 3 * 40_000
+_SHADOW_UNIT = 1
+
+
+class Stage:
+    """Buffers, programs and maps of one scene."""
+
+    def __init__(self, context: "moderngl.Context", walkers: Walkers, around: Surroundings) -> None:
+        self._context = context
+        self._library = packing.pack_library([walkers.library(level) for level in range(walkers.levels)])
+        self._shadow_level = walkers.levels - 1
+        self._place = packing.pack_vertices(around.mesh)
+        self._triangles = np.ascontiguousarray(around.mesh.triangles, dtype=np.int32)
+        self._refined = np.empty((MOST_REFINED, COLUMNS + 1), np.float32)
+        self._make_buffers()
+        self._make_programs()
+        self._textures = _texture_array(context, around.textures)
+        self._shadows = light.Shadows(context)
+        self._fixed_window = light.fixed_window(self._place)
+        self._fixed_drawn = False
+
+    def _make_buffers(self) -> None:
+        buffer = self._context.buffer
+        self._frame = buffer(reserve=FRAME.itemsize)
+        self._limb_vertices = buffer(self._library.vertices)
+        self._limb_triangles = buffer(self._library.triangles)
+        self._place_vertices, self._place_triangles = buffer(self._place), buffer(self._triangles)
+        self._refined_vertices = buffer(reserve=self._refined.nbytes, dynamic=True)
+        self._instances = buffer(reserve=packing.INSTANCE.itemsize, dynamic=True)
+        self._commands = buffer(reserve=packing.COMMAND.itemsize * self._library.commands.size, dynamic=True)
+        self._spots = buffer(reserve=16, dynamic=True)
+
+    def _make_programs(self) -> None:
+        context = self._context
+        programs = {
+            "blob": make_program(context, "blob.vert", "blob.frag"),
+            "limb_shadow": make_program(context, "shadow_limb.vert", "nothing.frag"),
+            "place_shadow": make_program(context, "shadow_place.vert", "nothing.frag"),
+            "resolve": make_program(context, "screen.vert", "resolve.frag"),
+        }
+        for panorama in (False, True):
+            for kind in ("limb", "place"):
+                programs[kind, panorama] = make_program(context, f"{kind}.vert", f"{kind}.frag", panorama=panorama)
+            programs["sky", panorama] = make_program(context, "screen.vert", "sky.frag", panorama=panorama)
+        units = ("textures", "people_shadow", "fixed_shadow", "contact")
+        for program in programs.values():
+            for unit, name in enumerate(units):
+                if name in program:
+                    program[name].value = unit
+        programs["resolve"]["fine_truth"].value = 1
+        self._programs = programs
+        self._arrays = {name: self._vertex_array(name) for name in programs}
+        self.resolve = self._arrays["resolve"]
+
+    def _vertex_array(self, name: Any) -> "moderngl.VertexArray":
+        kind, panorama = name if isinstance(name, tuple) else (name, False)
+        limb = [(self._limb_vertices, *_PLACE), (self._instances, *_LIMB)]
+        if kind in ("limb", "limb_shadow"):
+            return self._array(name, limb, self._limb_triangles)
+        if kind == "place" and panorama:
+            layout = (f"{_PLACE[0]} 1f", *_PLACE[1:], "base")
+            return self._array(name, [(self._refined_vertices, *layout)])
+        if kind in ("place", "place_shadow"):
+            return self._array(name, [(self._place_vertices, *_PLACE)], self._place_triangles)
+        return self._array(name, [(self._spots, "4f/i", "spot")] if kind == "blob" else [])
+
+    def _array(self, name: Any, content: list[Any], index: "moderngl.Buffer | None" = None) -> "moderngl.VertexArray":
+        return self._context.vertex_array(self._programs[name], content, index_buffer=index, skip_errors=True)
+
+    def draw(
+        self,
+        target: "moderngl.Framebuffer",
+        frame: dict[str, Any],
+        drawn: list[tuple[int, Limbs]],
+        camera: Camera,
+        pose: FloatArray,
+        bodies: FloatArray,
+    ) -> None:
+        """Draw a frame.
+
+        Parameters
+        ----------
+        target : see `vbbench_renderers.opengl.targets.Targets`.
+        frame : values of `FRAME`, the fixed window excepted.
+        drawn : limbs by level of detail.
+        camera, pose : where the picture is taken.
+        bodies : [N, 2] where people stand.
+        """
+        context, panorama = self._context, isinstance(camera, PanoramaCamera)
+        record = np.zeros((), dtype=FRAME)
+        for name, value in frame.items():
+            record[name] = value
+        record["fixed_window"] = self._fixed_window
+        self._frame.write(record)
+        self._frame.bind_to_uniform_block(0)
+        context.enable_only(context.DEPTH_TEST)
+        context.depth_func = "<="
+        self._draw_fixed_shadows()
+        shown, shadowed = self._upload_limbs(drawn, camera, pose, frame["window"], bodies)
+        self._shadows.begin_people()
+        self._arrays["limb_shadow"].render_indirect(self._commands, count=shadowed, first=shown)
+        self._shadows.draw_contacts(self._arrays["blob"], self._spots.size // 16)
+        corners = self._upload_refined(camera, frame) if panorama else -1
+        target.use()
+        context.clear(depth=1.0)
+        self._textures.use(0)
+        self._shadows.use(_SHADOW_UNIT)
+        self._arrays["limb", panorama].render_indirect(self._commands, count=shown)
+        self._arrays["place", panorama].render(vertices=corners)
+        self._arrays["sky", panorama].render(vertices=3)
+
+    def _draw_fixed_shadows(self) -> None:
+        if not self._fixed_drawn:
+            self._shadows.begin_fixed()
+            self._arrays["place_shadow"].render()
+            self._fixed_drawn = True
+
+    def _upload_limbs(
+        self, drawn: list[tuple[int, Limbs]], camera: Camera, pose: FloatArray, window: Any, bodies: FloatArray
+    ) -> tuple[int, int]:
+        """Upload limbs in view, limbs that throw shadows, and spots on the ground; how many commands draw each."""
+        instances, levels, meshes = packing.pack_limbs(drawn)
+        spheres = packing.bounds(instances, meshes, self._library)
+        reach = np.hypot(spheres[:, 0] - pose[0], spheres[:, 1] - pose[1])
+        chosen, base = packing.in_view(spheres, camera, pose)
+        order, shown = packing.draw_commands(levels[chosen], meshes[chosen], self._library, reach[chosen])
+        visible = instances[chosen][order]
+        visible["base"] = base[order]
+        near = np.nonzero(np.abs(spheres[:, :2] - window[:2]).max(axis=1, initial=0.0) < 1.0 / window[2] + 2.0)[0]
+        coarse = np.full(len(near), self._shadow_level)
+        order, shadowed = packing.draw_commands(coarse, meshes[near], self._library, reach[near])
+        shadowed["instance"] += len(visible)
+        self._fill(self._instances, np.concatenate([visible, instances[near][order]]))
+        self._fill(self._commands, np.concatenate([shown, shadowed]))
+        self._fill(self._spots, light.spots(instances[near], bodies.astype(np.float32)))
+        return len(shown), len(shadowed)
+
+    def _upload_refined(self, camera: PanoramaCamera, frame: dict[str, Any]) -> int:
+        eye, (cos, sin) = np.array(frame["eye"][:3], dtype=np.float64), frame["heading"][:2]
+        slope = (camera.cy + 2.0) / camera.focal
+        corners = -1
+        while corners < 0 or corners > len(self._refined):
+            if corners > 0:
+                self._refined = np.empty((corners, COLUMNS + 1), np.float32)
+            corners = refine(
+                self._place, self._triangles, eye, float(np.arctan2(sin, cos)), -slope, slope, self._refined
+            )
+        self._fill(self._refined_vertices, self._refined[:corners])
+        return corners
+
+    def _fill(self, buffer: "moderngl.Buffer", values: Any) -> None:
+        if values.nbytes:
+            buffer.orphan(values.nbytes)
+            buffer.write(values)
+
+    def release(self) -> None:
+        """Give back everything."""
+        self._shadows.release()
+        self._textures.release()
+        for part in (*self._arrays.values(), *self._programs.values()):
+            part.release()
+
+
+def _texture_array(context: "moderngl.Context", layers: Any) -> "moderngl.TextureArray":
+    count, size = layers.shape[:2]
+    texture = context.texture_array((size, size, count), 3, np.ascontiguousarray(layers))
+    texture.build_mipmaps()
+    texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
+    texture.anisotropy = 1.0
+    return texture
