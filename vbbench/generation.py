@@ -19,7 +19,7 @@ from vbbench.generator import Generator, Options, Plan
 from vbbench.partitions import Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parts import Part, part_ranges, prepare_draft, write_in_parts
 from vbbench.registry import load
-from vbbench.rows import ROWS, SCENE_TABLES, scene_rows, sequence_row, sequence_rows
+from vbbench.rows import ROWS, SCENE_TABLES, TRACK_TABLE, scene_rows, sequence_row, sequence_rows
 from vbbench.scene import Scene
 from vbbench.schemas import SCHEMAS, to_arrow
 from vbbench.tables import (
@@ -32,6 +32,7 @@ from vbbench.tables import (
 )
 
 TABLES = ["sequences", *ROWS, *SCENE_TABLES]
+"""The tables of a dataset; the tier `tracked` has one more."""
 
 
 def generate(
@@ -53,11 +54,15 @@ def generate(
     VbbenchError
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
-    out = Path(out)
-    plan = _plan(split, out, options, overwrite)
+    plan = _plan(split, Path(out), options, overwrite)
+    return write_dataset(plan, Path(out), jobs=jobs, withhold_truth=withhold_truth)
+
+
+def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, withhold_truth: bool = False) -> Dataset:
+    """Make every sequence of a plan and write them to the folder ``out``, replacing what is there; see `generate`."""
     draft = out.with_name(out.name + ".partial")
     parts = prepare_draft(draft, "parts", _key(plan))
-    tables = {name: draft / f"{name}.parquet" for name in TABLES}
+    tables = {name: draft / f"{name}.parquet" for name in _tables(plan)}
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
     work = partial(_build_part, plan)
     facts = write_in_parts(work, len(plan), parts, streamed, jobs=jobs, label=plan.info.split)
@@ -98,7 +103,7 @@ def generate_partitioned(
         write_partition(draft, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), "scenes"))
         parts.append("scenes")
     info = _counted(plan, facts)
-    layout = Layout(marker=INFO_FILE, tables=TABLES, parts=parts, withheld=withhold_truth)
+    layout = Layout(marker=INFO_FILE, tables=_tables(plan), parts=parts, withheld=withhold_truth)
     write_layout(draft, layout, info.to_json())
     replace_folder(draft, out)
     return info
@@ -111,6 +116,10 @@ def _plan(split: str, out: Path, options: Options, overwrite: bool) -> Plan:
     if not len(plan):
         raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
     return plan
+
+
+def _tables(plan: Plan) -> list[str]:
+    return [*TABLES, TRACK_TABLE] if plan.info.tier == "tracked" else TABLES
 
 
 def _key(plan: Plan) -> str:

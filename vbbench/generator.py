@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
 
+from vbbench.arrays import IntArray
 from vbbench.camera import Camera
 from vbbench.dataset_info import DatasetInfo
 from vbbench.scene import Scene
@@ -59,11 +60,19 @@ class Card:
 
 @dataclass(frozen=True, kw_only=True)
 class SequenceData:
-    """One generated sequence with its truth, and with its scene where no other sequence shares it."""
+    """One generated sequence with its truth.
+
+    Parameters
+    ----------
+    sequence, truth : what is seen, and what is so.
+    scene : its scene, where no other sequence shares it.
+    persons : [T, K] the person behind each track in each frame, −1 for a false alarm; tier `tracked` only.
+    """
 
     sequence: Sequence
     truth: Truth
     scene: Scene | None = None
+    persons: IntArray | None = None
 
 
 class Plan(Protocol):

@@ -75,12 +75,27 @@ def pose_rows(data: SequenceData) -> Columns:
     return {**where, "x": x, "y": y, "yaw": yaw}
 
 
+def track_rows(data: SequenceData) -> Columns:
+    """One row a box of a track that is somebody, by frame and track; tier `tracked` only."""
+    persons = np.full(data.sequence.observed.shape, -1) if data.persons is None else data.persons
+    frame, column = np.nonzero(data.sequence.observed & (persons >= 0))
+    return {
+        "sequence": np.full(len(frame), data.sequence.index),
+        "frame": frame,
+        "track": data.sequence.tracks[column],
+        "person": persons[frame, column],
+    }
+
+
 ROWS: dict[str, Callable[[SequenceData], Columns]] = {
     "observations": observation_rows,
     "given": given_rows,
     "truth/poses": pose_rows,
 }
 """The columns of every table that has rows of every sequence."""
+
+TRACK_TABLE = "truth/tracks"
+"""The table of who is behind each track, of the tier `tracked` alone: elsewhere a track is a person."""
 
 SCENE_TABLES = ("truth/scenes", "truth/people")
 """The tables of scenes: written by sequence where every sequence has a scene of its own."""
@@ -89,4 +104,5 @@ SCENE_TABLES = ("truth/scenes", "truth/people")
 def sequence_rows(data: SequenceData) -> dict[str, Columns]:
     """All that is to be written of a sequence, by table."""
     own_scene = {} if data.scene is None else scene_rows(data.scene, data.sequence.scene)
-    return {name: columns(data) for name, columns in ROWS.items()} | own_scene
+    own_tracks = {} if data.persons is None else {TRACK_TABLE: track_rows(data)}
+    return {name: columns(data) for name, columns in ROWS.items()} | own_tracks | own_scene
