@@ -1,0 +1,163 @@
+"""Puts an outfit on, garment by garment."""
+
+from vbbench.arrays import FloatArray
+from vbbench_renderers.drawing import Pattern
+from vbbench_renderers.people import palette
+from vbbench_renderers.people.bones import FOREARM, SHIN, THIGH, UPPER_ARM, Bone
+from vbbench_renderers.people.palette import linear
+from vbbench_renderers.people.wardrobe import Outfit
+
+MID_ARM, MID_FOREARM, WRIST = (0.0, 0.0, -0.5 * UPPER_ARM), (0.0, 0.0, -0.5 * FOREARM), (0.0, 0.0, -FOREARM)
+MID_THIGH, MID_SHIN, WAIST = (0.0, 0.0, -0.5 * THIGH), (0.0, 0.0, -0.5 * SHIN), (0.0, 0.0, 0.0)
+PATTERN_OF = {
+    "plain": Pattern.PLAIN,
+    "rings": Pattern.RINGS,
+    "checks": Pattern.CHECKS,
+    "blocks": Pattern.LOWER_HALF,
+    "stripes": Pattern.STRIPES,
+}
+WOMENS_HAIR = {"hair long": 0.3, "hair bob": 0.2, "hair tied": 0.3, "hair swept": 0.1, "hair curly": 0.1}
+MENS_HAIR = {"hair short": 0.4, "hair crew": 0.25, "hair swept": 0.22, "hair curly": 0.07, "hair receding": 0.06}
+OLD_MENS_HAIR = {"hair short": 0.4, "hair receding": 0.35, "bald": 0.25}
+UNDER_HATS = ({"hair short": 0.5, "hair crew": 0.5}, {"hair long": 0.5, "hair tied": 0.5})
+
+
+def add_head(who: Outfit) -> None:
+    """Head, neck, hair, hat."""
+    sex = "woman" if who.woman else "man"
+    width = 1.0 + 0.25 * (who.girth - 1.0)
+    who.add(f"head {sex}", Bone.HEAD, who.skin, scale=(1.0, width, 1.0), gloss=0.12)
+    thick = (0.86 if who.woman else 1.0) * (0.9 + 0.1 * who.girth)
+    who.add("neck", Bone.NECK, who.skin, scale=(thick, thick, 1.0), gloss=0.1, coarsest=1)
+    hats = ("none", "cap", "beanie", "sun hat", "fedora", "head scarf")
+    shares = (0.78, 0.05, 0.05, 0.05, 0.0, 0.07) if who.woman else (0.76, 0.12, 0.08, 0.0, 0.04, 0.0)
+    hat = who.choose(hats, shares)
+    if hat == "head scarf":
+        who.add("scarf", Bone.HEAD, who.colour(palette.TOPS), scale=(1.0, width, 1.0))
+        return
+    usual = WOMENS_HAIR if who.woman else OLD_MENS_HAIR if who.age == "old" else MENS_HAIR
+    shares_of = usual if hat == "none" else UNDER_HATS[who.woman]
+    hair = who.choose(tuple(shares_of), tuple(shares_of.values()))
+    if hair != "bald":
+        who.add(hair, Bone.HEAD, who.hair, scale=(1.0, width, 1.0), gloss=0.25)
+    if hair == "hair tied":
+        who.add(who.choose(("bun", "pony tail")) if hat == "none" else "pony tail", Bone.HEAD, who.hair, gloss=0.25)
+    _add_hat(who, hat, width)
+
+
+def _add_hat(who: Outfit, hat: str, width: float) -> None:
+    scale = (1.0, width, 1.0)
+    if hat in ("cap", "beanie"):
+        colour = who.colour(palette.TOPS)
+        who.add(hat, Bone.HEAD, colour, scale=scale)
+        if hat == "cap":
+            who.add("peak", Bone.HEAD, colour, coarsest=1)
+    elif hat in ("sun hat", "fedora"):
+        colour = who.colour(("d9c69a", "e9e2d0", "3a2e26", "7a6a52"))
+        who.add("crown", Bone.HEAD, colour, scale=scale)
+        who.add("wide brim" if hat == "sun hat" else "narrow brim", Bone.HEAD, colour)
+
+
+def add_top(who: Outfit) -> None:
+    """Shirt, sweater, jacket or coat, with its sleeves and the hands."""
+    kinds = ("tee", "shirt", "sweater", "hoodie", "jacket", "coat", "suit")
+    shares = (0.24, 0.2, 0.14, 0.08, 0.12, 0.14, 0.02) if who.woman else (0.24, 0.2, 0.12, 0.12, 0.14, 0.08, 0.1)
+    kind = who.choose(kinds, shares)
+    outer = kind in ("jacket", "coat", "suit", "hoodie")
+    colour = who.colour(palette.COATS if outer and kind != "hoodie" else palette.TOPS)
+    pattern = PATTERN_OF["plain" if outer else who.choose(tuple(PATTERN_OF), (0.58, 0.14, 0.12, 0.09, 0.07))]
+    second = who.colour(palette.TOPS) if pattern else colour
+    base = ("jacket woman" if who.woman else "jacket") if outer else _torso(who)
+    who.add(base, Bone.CHEST, colour, scale=(who.girth, who.girth, 1.0), second=second, pattern=pattern,
+            offset=(0.0, 0.0, 0.0))  # fmt: skip
+    if kind in ("jacket", "coat", "suit"):
+        shirt = who.colour(palette.TOPS[:2] if kind == "suit" else palette.TOPS)
+        who.add(f"front {base}", Bone.CHEST, shirt, scale=(who.girth, 1.0, 1.0), coarsest=1)
+        if kind == "suit" and not who.woman:
+            who.add(f"tie {base}", Bone.CHEST, who.colour(palette.TOPS), scale=(1.03 * who.girth, 1.0, 1.0), coarsest=0)
+    if kind == "coat":
+        scale = (who.girth, who.girth * (0.94 if who.woman else 1.0), float(who.rng.uniform(0.9, 1.35)))
+        who.pair("coat hem", Bone.SKIRT, colour, scale=scale)
+    if kind == "hoodie":
+        who.add("hood", Bone.CHEST, colour, coarsest=1)
+    if kind in ("coat", "sweater", "suit", "shirt"):
+        who.add("collar", Bone.CHEST, colour, scale=(0.92, 0.92, 1.0), coarsest=1)
+    short = kind == "tee" or (kind == "shirt" and who.rng.random() < 0.3)
+    _add_arms(who, colour, second, Pattern.RINGS if pattern == Pattern.RINGS else Pattern.PLAIN, short)
+
+
+def _torso(who: Outfit) -> str:
+    if who.girth > 1.12:
+        return "torso heavy"
+    return "torso woman" if who.woman else "torso man"
+
+
+def _add_arms(who: Outfit, colour: FloatArray, second: FloatArray, pattern: Pattern, short: bool) -> None:
+    thick = who.girth * (0.86 if who.woman else 1.0)
+    scale = (thick, thick, 1.0)
+    if short:
+        who.pair("upper arm", Bone.UPPER_ARM, who.skin, scale=scale, offset=MID_ARM, gloss=0.1)
+        more = {"second": second, "pattern": pattern, "coarsest": 2}
+        who.pair("short sleeve", Bone.UPPER_ARM, colour, scale=scale, offset=MID_ARM, **more)
+        who.pair("forearm", Bone.FOREARM, who.skin, scale=scale, offset=MID_FOREARM, gloss=0.1)
+    else:
+        more = {"second": second, "pattern": pattern, "scale": scale}
+        who.pair("sleeve", Bone.UPPER_ARM, colour, offset=MID_ARM, **more)
+        who.pair("forearm sleeve", Bone.FOREARM, colour, offset=MID_FOREARM, **more)
+    size = 0.92 if who.woman else 1.0
+    for side, name in enumerate(("left hand", "right hand")):
+        who.add(name, Bone.FOREARM + side, who.skin, scale=(size, size, size), offset=WRIST, gloss=0.1)
+
+
+def add_bottom(who: Outfit) -> None:
+    """Trousers, shorts or a skirt, and shoes."""
+    sex = "woman" if who.woman else "man"
+    kinds = ("jeans", "trousers", "shorts", "short skirt", "pencil skirt", "long skirt")
+    shares = (0.38, 0.2, 0.06, 0.14, 0.08, 0.14) if who.woman else (0.46, 0.4, 0.14, 0.0, 0.0, 0.0)
+    kind = who.choose(kinds, shares)
+    thick = who.girth * (1.0 if who.woman else 0.97)
+    scale = (thick, thick, 1.0)
+    colour = who.colour(palette.SKIRTS if "skirt" in kind else palette.TROUSERS)
+    who.add(f"hips {sex}", Bone.PELVIS, colour, scale=(who.girth, who.girth, 1.0), coarsest=1)
+    bare = linear(palette.STOCKING) if "skirt" in kind and who.rng.random() < 0.4 else who.skin
+    if kind in ("jeans", "trousers"):
+        loose = kind == "trousers"
+        who.pair("loose thigh" if loose else "thigh", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
+        who.pair("loose shin" if loose else "slim shin", Bone.SHIN, colour, scale=scale, offset=MID_SHIN)
+    else:
+        who.pair("thigh", Bone.THIGH, bare, scale=(0.94 * thick, 0.94 * thick, 1.0), offset=MID_THIGH)
+        who.pair("shin", Bone.SHIN, bare, scale=scale, offset=MID_SHIN, gloss=0.08)
+    if kind == "shorts":
+        who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
+    if "skirt" in kind:
+        who.pair(kind, Bone.SKIRT, colour, scale=(who.girth, who.girth, 1.0))
+    _add_shoes(who, kind)
+
+
+def _add_shoes(who: Outfit, bottom: str) -> None:
+    pump = who.woman and bottom not in ("jeans", "shorts") and who.rng.random() < 0.6
+    colour = who.colour(palette.SHOES)
+    width = 0.88 if who.woman else 1.0
+    who.pair("pump" if pump else "shoe", Bone.FOOT, colour, scale=(1.0, width, 1.0), gloss=0.3)
+    if not pump:
+        pale = linear(palette.WHITE if who.rng.random() < 0.6 else palette.BLACK)
+        who.pair("sole", Bone.FOOT, pale, scale=(1.0, width, 1.0), coarsest=1)
+
+
+def add_bag(who: Outfit) -> str:
+    """Something to carry, or nothing; which it is."""
+    shares = (0.42, 0.18, 0.2, 0.2) if who.woman else (0.52, 0.28, 0.16, 0.04)
+    bag = who.choose(("none", "backpack", "shoulder bag", "tote"), shares)
+    if bag == "none":
+        return bag
+    colour = who.colour(palette.BAGS)
+    if bag == "backpack":
+        who.add("backpack", Bone.CHEST, colour, offset=(0.02 - 0.10 * (who.girth - 1.0), 0.0, 0.0))
+    if bag == "shoulder bag":
+        side = 1.0 if who.rng.random() < 0.5 else -1.0
+        strap = "left strap" if side > 0 else "right strap"
+        who.add(strap, Bone.CHEST, colour, scale=(who.girth, 1.0, 1.0), coarsest=1)
+        who.add("pouch", Bone.PELVIS, colour, offset=(-0.02, 0.205 * side * who.girth, -0.02))
+    if bag == "tote":
+        who.add("tote", Bone.FOREARM, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
+    return bag

@@ -1,0 +1,182 @@
+"""From feet to bones: legs of two links, a spine that takes up the bob of walking, arms that swing.
+
+The pelvis is as high as straight legs allow and so goes up and down with the steps, but the head stays at the
+person's height: the spine is stretched by the few centimetres in between, because the benchmark's geometry is that
+of upright people of constant height.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_renderers.people.bones import (
+    BONES,
+    CHIN,
+    HIP_ASIDE,
+    HIP_UP,
+    PELVIS,
+    SHIN,
+    SHOULDER_ASIDE,
+    SHOULDER_UP,
+    SPINE,
+    THIGH,
+    UPPER_ARM,
+    Bone,
+)
+from vbbench_renderers.people.gait import ANKLE, SIDES, Feet, Moment, vigour, walking
+from vbbench_renderers.people.looks import Style
+
+REACH = 0.998
+"""A leg is never quite straight."""
+
+
+def pose_bones(moment: Moment, feet: Feet, style: Style) -> FloatArray:
+    """Transforms [N, 16, 3, 4] from the bones' frames, in m for 1.75 m, to the world; `style` has the same rows."""
+    bones = np.zeros((len(moment.person), BONES, 3, 4))
+    size = style.size
+    swing = np.sin(2.0 * np.pi * moment.phase) * walking(moment.speed) * vigour(moment.speed)
+    facing = _turned(moment.heading + np.radians(4.0) * swing)
+    hip = np.empty((len(size), 2, 3))
+    hip[..., :2] = moment.position[:, None] + (size * style.hips)[:, None, None] * HIP_ASIDE * (
+        SIDES[:, None] * facing[:, None, :2, 1]
+    )
+    hip[..., 2] = _hip_height(hip, feet.ankle, size)[:, None]
+    _legs(bones, hip, feet, facing, size)
+    centre = np.column_stack([moment.position, hip[:, 0, 2] - HIP_UP * size])
+    bones[:, Bone.PELVIS, :, :3] = facing
+    bones[:, Bone.PELVIS, :, 3] = centre
+    _skirt(bones, centre, facing, size)
+    _spine(bones, moment, centre, swing, style)
+    _arms(bones, moment, swing, style)
+    bones[..., :3] *= size[:, None, None, None]
+    return bones
+
+
+def _turned(angle: FloatArray) -> FloatArray:
+    """Rotations [..., 3, 3] about the vertical."""
+    matrix = np.zeros((*angle.shape, 3, 3))
+    matrix[..., 0, 0] = matrix[..., 1, 1] = np.cos(angle)
+    matrix[..., 1, 0] = np.sin(angle)
+    matrix[..., 0, 1] = -matrix[..., 1, 0]
+    matrix[..., 2, 2] = 1.0
+    return matrix
+
+
+def _pitched(angle: FloatArray) -> FloatArray:
+    """Rotations [..., 3, 3] about the left; positive leans forward."""
+    matrix = np.zeros((*angle.shape, 3, 3))
+    matrix[..., 0, 0] = matrix[..., 2, 2] = np.cos(angle)
+    matrix[..., 0, 2] = np.sin(angle)
+    matrix[..., 2, 0] = -matrix[..., 0, 2]
+    matrix[..., 1, 1] = 1.0
+    return matrix
+
+
+def _rolled(angle: FloatArray) -> FloatArray:
+    """Rotations [..., 3, 3] about the front."""
+    matrix = np.zeros((*angle.shape, 3, 3))
+    matrix[..., 1, 1] = matrix[..., 2, 2] = np.cos(angle)
+    matrix[..., 2, 1] = np.sin(angle)
+    matrix[..., 1, 2] = -matrix[..., 2, 1]
+    matrix[..., 0, 0] = 1.0
+    return matrix
+
+
+def _upright(axis: FloatArray, front: FloatArray) -> FloatArray:
+    """Rotations [..., 3, 3] whose z is a unit axis and whose x is as near to `front` as that allows."""
+    left = np.cross(axis, front)
+    left /= np.linalg.norm(left, axis=-1, keepdims=True)
+    return np.stack([np.cross(left, axis), left, axis], axis=-1)
+
+
+def _hip_height(hip: FloatArray, ankle: FloatArray, size: FloatArray) -> FloatArray:
+    """The highest z [N] of the hips at which both legs reach their ankles; a smooth minimum."""
+    longest = REACH * (THIGH + SHIN) * size[:, None]
+    aside = np.minimum(np.hypot(*np.moveaxis(ankle[..., :2] - hip[..., :2], -1, 0)), 0.75 * longest)
+    reach = ankle[..., 2] + np.sqrt(longest**2 - aside**2)
+    upright = (REACH * (THIGH + SHIN) + ANKLE) * size
+    soft = 0.008 * size
+    drop = np.exp((upright[:, None] - reach) / soft[:, None]).sum(axis=1)
+    return np.asarray(upright - soft * np.log(np.maximum(drop, 1.0)))
+
+
+def _legs(bones: FloatArray, hip: FloatArray, feet: Feet, facing: FloatArray, size: FloatArray) -> None:
+    """Thighs, shins and feet by the law of cosines, the knees to the front."""
+    down = feet.ankle - hip
+    far = np.linalg.norm(down, axis=-1)
+    thigh, shin = THIGH * size[:, None], SHIN * size[:, None]
+    used = np.clip(far, 0.3 * thigh, 0.9995 * (thigh + shin))
+    axis = down / far[..., None]
+    ankle = hip + axis * used[..., None]
+    along = (thigh**2 - shin**2 + used**2) / (2.0 * used)
+    aside = np.sqrt(np.maximum(thigh**2 - along**2, 0.0))
+    toes = _turned(feet.yaw)
+    front = toes[..., 0] + facing[:, None, :, 0]
+    front -= np.sum(front * axis, axis=-1, keepdims=True) * axis
+    front /= np.linalg.norm(front, axis=-1, keepdims=True)
+    knee = hip + along[..., None] * axis + aside[..., None] * front
+    bones[:, Bone.THIGH : Bone.THIGH + 2, :, :3] = _upright((hip - knee) / thigh[..., None], front)
+    bones[:, Bone.SHIN : Bone.SHIN + 2, :, :3] = _upright((knee - ankle) / shin[..., None], front)
+    bones[:, Bone.FOOT : Bone.FOOT + 2, :, :3] = toes @ _pitched(feet.pitch)
+    bones[:, Bone.THIGH : Bone.THIGH + 2, :, 3] = hip
+    bones[:, Bone.SHIN : Bone.SHIN + 2, :, 3] = knee
+    bones[:, Bone.FOOT : Bone.FOOT + 2, :, 3] = ankle
+
+
+def _skirt(bones: FloatArray, centre: FloatArray, facing: FloatArray, size: FloatArray) -> None:
+    """Two skirts, sheared so that one follows the knee in front and the other the one behind."""
+    knee = bones[:, Bone.SHIN : Bone.SHIN + 2, :, 3]
+    ankle = bones[:, Bone.FOOT : Bone.FOOT + 2, :, 3]
+    waist = (0.06 * size)[:, None] * facing[:, :, 2] + centre
+    slopes = []
+    for joint, share in ((knee, 1.0), (ankle, 0.9)):
+        offset = joint - waist[:, None]
+        slopes.append(share * np.einsum("nsi,ni->ns", offset, facing[:, :, 0]) / offset[..., 2])
+    slope = np.concatenate(slopes, axis=1)
+    for bone, lean in ((Bone.SKIRT, slope.min(axis=1)), (Bone.SKIRT + 1, slope.max(axis=1))):
+        bones[:, bone, :, :3] = facing
+        bones[:, bone, :, 2] += 0.8 * lean[:, None] * facing[:, :, 0]
+        bones[:, bone, :, 3] = waist
+
+
+def _spine(bones: FloatArray, moment: Moment, centre: FloatArray, swing: FloatArray, style: Style) -> None:
+    """Chest, neck and head; the head is upright, and its height is given."""
+    size = style.size
+    ahead = _turned(moment.heading)
+    chest = _turned(moment.heading - np.radians(6.0) * swing)
+    lean = style.stoop + 0.012 * walking(moment.speed)
+    base = centre.copy()
+    base += (size * lean)[:, None] * ahead[:, :, 0]
+    base[:, 2] = size * (PELVIS + SPINE - 0.8 * np.maximum(style.stoop, 0.0))
+    spine = (base - centre) / (SPINE * size)[:, None]
+    stretch = np.linalg.norm(spine, axis=-1)
+    chest = _upright(spine / stretch[:, None], chest[:, :, 0])
+    bones[:, Bone.CHEST, :, :3] = chest
+    bones[:, Bone.CHEST, :, 2] *= stretch[:, None]
+    bones[:, Bone.CHEST, :, 3] = centre
+    chin = np.column_stack([moment.position, size * CHIN])
+    chin += (size * (lean + 0.5 * np.maximum(style.stoop, 0.0)))[:, None] * ahead[:, :, 0]
+    neck = chin - base
+    bones[:, Bone.NECK, :, :3] = _upright(neck / np.linalg.norm(neck, axis=-1, keepdims=True), ahead[:, :, 0])
+    bones[:, Bone.NECK, :, 3] = base
+    bones[:, Bone.HEAD, :, :3] = _turned(moment.heading + style.glance * (1.0 - 0.7 * walking(moment.speed)))
+    bones[:, Bone.HEAD, :, 3] = chin
+
+
+def _arms(bones: FloatArray, moment: Moment, swing: FloatArray, style: Style) -> None:
+    """Arms that swing against the legs, the elbows more bent in front."""
+    size = style.size
+    chest = bones[:, Bone.CHEST].copy()
+    spread = (SHOULDER_ASIDE * style.shoulders)[:, None] * SIDES
+    shoulder = chest[:, None, :, 3] + size[:, None, None] * (
+        spread[..., None] * chest[:, None, :, 1] + SHOULDER_UP * chest[:, None, :, 2]
+    )
+    forward = style.arm_swing * swing[:, None] * SIDES
+    upper = style.arm_forward + forward
+    bend = style.elbow + 0.55 * np.maximum(forward, -0.1) * (style.arm_swing > 0.2)
+    frame = _turned(moment.heading - np.radians(4.0) * swing)[:, None]
+    arm = frame @ _rolled(style.arm_aside * SIDES) @ _pitched(-upper)
+    lower = arm @ _turned(-style.arm_inward * SIDES) @ _pitched(-bend)
+    bones[:, Bone.UPPER_ARM : Bone.UPPER_ARM + 2, :, :3] = arm
+    bones[:, Bone.FOREARM : Bone.FOREARM + 2, :, :3] = lower
+    bones[:, Bone.UPPER_ARM : Bone.UPPER_ARM + 2, :, 3] = shoulder
+    bones[:, Bone.FOREARM : Bone.FOREARM + 2, :, 3] = shoulder - (UPPER_ARM * size)[:, None, None] * arm[..., 2]
