@@ -35,12 +35,14 @@ def fill(
     order : [N] the order in which they are drawn; fastest when near ones come first.
     rays : of the camera.
     nearness : [W, H] 1 / depth; 0 where nothing is seen.
-    limbs, faces : [W, H] limb, and triangle within its mesh; written where something is seen.
+    limbs : [W, H] limb; N where nothing is seen.
+    faces : [W, H] triangle within its mesh; written where something is seen.
     """
     width = len(rays.side)
     for strip in prange((width + STRIP - 1) // STRIP):
         begin, end = strip * STRIP, min(width, (strip + 1) * STRIP)
         nearness[begin:end] = 0.0
+        limbs[begin:end] = len(mesh)
         for limb in order:
             if _reaches(placed.low[limb], placed.high[limb], begin, end, width, rays.closed):
                 _fill_limb(parts, mesh[limb], limb, placed, rays, begin, end, nearness, limbs, faces)
@@ -70,11 +72,10 @@ def _fill_limb(
     faces: Int32,
 ) -> None:
     width = len(rays.side)
+    side = placed.side[limb]
     shift = placed.first[limb] - parts.first_vertex[part]
     for row in range(parts.first_triangle[part], parts.first_triangle[part + 1]):
         a, b, c = parts.triangles[row, 0] + shift, parts.triangles[row, 1] + shift, parts.triangles[row, 2] + shift
-        if placed.mirrored[limb]:
-            b, c = c, b
         low, high = face_columns(placed.points, placed.columns, a, b, c, rays)
         if low > high:
             continue
@@ -85,9 +86,9 @@ def _fill_limb(
                 left = int(max(np.ceil(low - 0.5 - MARGIN) + turn, begin))
                 right = int(min(np.floor(high - 0.5 + MARGIN) + turn, end - 1))
                 if left <= right:
-                    _fill_face(placed.points, a, b, c, rays, left, right, limb, face, nearness, limbs, faces)
+                    _fill_face(placed.points, a, b, c, side, rays, left, right, limb, face, nearness, limbs, faces)
         if first <= last:
-            _fill_face(placed.points, a, b, c, rays, first, last, limb, face, nearness, limbs, faces)
+            _fill_face(placed.points, a, b, c, side, rays, first, last, limb, face, nearness, limbs, faces)
 
 
 @kernel
@@ -134,6 +135,7 @@ def _fill_face(
     a: int,
     b: int,
     c: int,
+    side: int,
     rays: Rays,
     first: int,
     last: int,
@@ -145,10 +147,12 @@ def _fill_face(
 ) -> None:
     e0, e1, e2 = cross(points, b, c), cross(points, c, a), cross(points, a, b)
     volume = points[a, 0] * e0[0] + points[a, 1] * e0[1] + points[a, 2] * e0[2]
-    if volume <= 0.0:
+    if volume * side < 0.0 or volume == 0.0:
         return
+    if volume < 0.0:
+        e0, e1, e2, volume = (-e0[0], -e0[1], -e0[2]), (-e1[0], -e1[1], -e1[2]), (-e2[0], -e2[1], -e2[2]), -volume
     s0, s1, s2 = rays.focal / e0[1], rays.focal / e1[1], rays.focal / e2[1]
-    side, up, ahead = e0[0] + e1[0] + e2[0], e0[1] + e1[1] + e2[1], e0[2] + e1[2] + e2[2]
+    across, up, ahead = e0[0] + e1[0] + e2[0], e0[1] + e1[1] + e2[1], e0[2] + e1[2] + e2[2]
     fall = -up / (rays.focal * volume)
     for column in range(first, last + 1):
         x, z = rays.side[column], rays.ahead[column]
@@ -157,7 +161,7 @@ def _fill_face(
         top, bottom = trim(e1[0] * x + e1[2] * z, e1[1], s1, rays.horizon, top, bottom)
         top, bottom = trim(e2[0] * x + e2[2] * z, e2[1], s2, rays.horizon, top, bottom)
         if top < bottom:
-            level = (side * x + ahead * z) / volume - fall * rays.horizon
+            level = (across * x + ahead * z) / volume - fall * rays.horizon
             for row in range(int(top), int(bottom)):
                 near = np.float32(level + fall * row)
                 if near > nearness[column, row] and near <= 1.0 / NEAR:

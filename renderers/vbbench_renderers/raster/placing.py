@@ -23,7 +23,7 @@ class Placed(NamedTuple):
     first : [N] first point of each limb.
     low, high : [N] the columns that a limb may cover; low > high for a limb out of sight.
         In a closed picture they may leave [0, W).
-    mirrored : [N] whether its triangles are clockwise.
+    side : [N] the side of the triangles that is drawn: 1, −1 where they are clockwise, 0 for both.
     """
 
     points: Float32
@@ -31,10 +31,10 @@ class Placed(NamedTuple):
     first: IntArray
     low: FloatArray
     high: FloatArray
-    mirrored: BoolArray
+    side: Int32
 
 
-def place(parts: Parts, mesh: Int32, transform: Float32, eye: FloatArray, rays: Rays) -> Placed:
+def place(parts: Parts, mesh: Int32, transform: Float32, both: BoolArray, eye: FloatArray, rays: Rays) -> Placed:
     """Limbs in eye coordinates.
 
     Parameters
@@ -42,6 +42,7 @@ def place(parts: Parts, mesh: Int32, transform: Float32, eye: FloatArray, rays: 
     parts : meshes.
     mesh : [N] which of them.
     transform : [N, 3, 4] from the limb's frame to the world.
+    both : [N] whether triangles are drawn from behind, too.
     eye : [3, 4] from the world to eye coordinates.
     rays : of the camera.
     """
@@ -56,7 +57,7 @@ def place(parts: Parts, mesh: Int32, transform: Float32, eye: FloatArray, rays: 
         first,
         np.empty(len(mesh)),
         np.empty(len(mesh)),
-        np.linalg.det(joined[:, :, :3]) > 0.0,  # eye coordinates are left-handed
+        np.where(both, 0, -np.sign(np.linalg.det(joined[:, :, :3]))).astype(np.int32),  # the eye's are left-handed
     )
     _place(parts, mesh, joined, rays, placed)
     return placed

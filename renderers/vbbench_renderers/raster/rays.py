@@ -15,7 +15,7 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.renderer import picture_size
 
-NEAR = 0.05
+NEAR = 0.1
 """Surfaces nearer than this (m of depth) are not drawn."""
 
 
