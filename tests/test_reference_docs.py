@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.test_baselines import run
+from tests.solver_runs import run
 from tests.test_vb_sf import pairs
 from vbbench_baselines.motion_models import Walkers
 

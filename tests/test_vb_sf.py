@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.test_baselines import CAMERAS, DT, assert_close, run, walk
+from tests.solver_runs import CAMERAS, DT, assert_close, run, walk
 from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS
@@ -85,11 +85,11 @@ def test_beyond_the_limit_the_rest_do_not_decide() -> None:
 
 
 def test_heights_and_covariances_are_reported() -> None:
-    estimate = run(SocialForceBirdifier(), pairs(1), "one-step", None, 1.0)
+    estimate = run(SocialForceBirdifier(), pairs(1), "one-step", None, 1.0, covariances=True)
     assert estimate.heights is not None
     assert estimate.pose_covariances is not None
     assert estimate.position_covariances is not None
     np.testing.assert_allclose(estimate.heights, pairs(1).heights, atol=0.05)
     assert np.all(np.linalg.eigvalsh(estimate.pose_covariances[2:]) > 0)
     assert np.all(np.linalg.eigvalsh(estimate.position_covariances[2:]) > 0)
-    assert run(SocialForceBirdifier(covariances=False), pairs(1), "one-step").pose_covariances is None
+    assert run(SocialForceBirdifier(), pairs(1), "one-step").pose_covariances is None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
-from tests.test_baselines import pose_energy, random_terms
+from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.arrays import FloatArray
 from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench_baselines.crowd_graph import link

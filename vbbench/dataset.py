@@ -75,8 +75,8 @@ class Dataset:
             raise FileError(path, f"cannot be read ({error}); generate the dataset again") from error
         return {name: table.column(name).to_numpy() for name in table.column_names}
 
-    def problem(self, sequence: Sequence) -> Problem:
-        """The published facts about a sequence, as a solver gets them."""
+    def problem(self, sequence: Sequence, *, covariances: bool = False) -> Problem:
+        """The published facts about a sequence, as a solver gets them, and whether it is asked for covariances."""
         info = self.info
         return Problem(
             sequence=sequence.index,
@@ -86,6 +86,7 @@ class Dataset:
             height_mean=info.height_mean,
             height_std=info.height_std,
             pixel_std=info.pixel_std,
+            covariances=covariances,
         )
 
     def sequence(self, index: int) -> Sequence:

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.arrays import FloatArray, frozen_array
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.scene import Scene
@@ -26,9 +27,9 @@ class Picture:
     ids : [H, W] int32 person id, `NOBODY` where no person shows.
     """
 
-    rgb: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]
-    depth: np.ndarray[tuple[int, ...], np.dtype[np.float32]]
-    ids: IntArray
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    ids: NDArray[np.int32]
 
     def __post_init__(self) -> None:
         size = np.shape(self.ids)

@@ -28,6 +28,7 @@ class Problem:
     tracks : [K] ids of the columns of every array below.
     height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
     pixel_std : standard deviation in px of u and of box top and bottom (0 in the ideal tier).
+    covariances : whether covariances are asked for; nobody reads them otherwise.
     """
 
     sequence: int
@@ -37,6 +38,7 @@ class Problem:
     height_mean: float
     height_std: float
     pixel_std: float
+    covariances: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -153,10 +153,11 @@ def _solve_part(
     seconds, frames = 0.0, 0
     with _solver(name, isolate) as solver:
         sample = dataset.sequence(first)
-        warm_up(solver, dataset.problem(sample), sample, protocol)
+        warm_up(solver, dataset.problem(sample, covariances=covariance), sample, protocol)
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
-            estimate, spent = run_sequence(solver, dataset.problem(sequence), sequence, protocol, truth)
+            problem = dataset.problem(sequence, covariances=covariance)
+            estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
             for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
                 groups[table].append(to_arrow(table, rows))
             seconds, frames = seconds + spent, frames + sequence.frames

@@ -90,7 +90,6 @@ class Birdifier(ABC):
     calibrate : whether heights are learned from given positions; off, everybody keeps the prior N(μ_h, σ_h²).
     most_people, smallest_box : beyond so many people in sight only those of greatest box height, above ``smallest_box``
         px, decide the pose; the rest are localised from it.
-    covariances : whether to report the covariances of pose and positions.
     """
 
     ego_prior: bool = True
@@ -103,7 +102,6 @@ class Birdifier(ABC):
     calibrate: bool = True
     most_people: int = 100
     smallest_box: float = 1.0
-    covariances: bool = True
 
     @abstractmethod
     def _minimise(self, task: Task) -> Answer:
@@ -117,6 +115,7 @@ class Birdifier(ABC):
         """See `vbbench.solver.FrameSolver.start`."""
         people = len(problem.tracks)
         self._camera, self._pixel_std, self._dt = problem.camera, problem.pixel_std, problem.dt
+        self._covariances = problem.covariances
         self._spreads = Spreads(
             motion=self.acceleration_std * problem.dt**2, stay=self.speed_std * problem.dt, estimate=self.estimate_std
         )
@@ -153,7 +152,7 @@ class Birdifier(ABC):
     def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
         """What is reported besides pose and positions."""
         known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
-        if not self.covariances:
+        if not self._covariances:
             return known
         std = factors.std.copy()
         std[chosen] = answer.curved.std

@@ -1,0 +1,85 @@
+"""Walks, what a camera sees of them, and a solver's answer: shared by the tests of solvers."""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.geometry import world_to_relative, wrap_angle
+from vbbench.protocol import get_protocol
+from vbbench.runner import run_sequence
+from vbbench.sequence import Given, Sequence, Truth
+from vbbench.solver import Estimate, FrameSolver, Problem
+from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
+from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
+from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
+
+CAMERAS: list[Camera] = [PanoramaCamera(), PerspectiveCamera()]
+BIRDIFIERS = [ConstantVelocityBirdifier, SocialForceBirdifier]
+SOLVERS = [ConstantVelocity, SocialForce, *BIRDIFIERS]
+DT = 0.4
+
+
+def walk(seed: int, frames: int = 8, people: int = 6, wobble: float = 0.0) -> Truth:
+    """People in front of an observer who turns its head; everybody at constant velocity but for ``wobble`` m."""
+    rng = np.random.default_rng(seed)
+    start = np.column_stack((rng.uniform(-2, 2, people), rng.uniform(5, 9, people)))
+    steps = np.arange(frames)[:, None, None] * DT
+    positions = start + (np.array((0, 1)) + rng.uniform(-0.2, 0.2, (people, 2))) * steps
+    positions += rng.normal(0.0, wobble, positions.shape)
+    yaw = np.pi / 2 + np.cumsum(rng.normal(0.0, 0.03, frames))
+    poses = np.column_stack((np.zeros(frames), np.arange(frames) * DT, yaw))
+    return Truth(poses=poses, positions=positions, heights=np.clip(rng.normal(1.7, 0.07, people), 1.45, 1.95))
+
+
+def see(truth: Truth, camera: Camera, pixel_std: float = 0.0, seed: int = 0) -> Sequence:
+    """The boxes of ``truth``, and its first two frames given."""
+    frames, people = truth.positions.shape[:2]
+    heights = np.broadcast_to(truth.heights, (frames, people))
+    boxes = camera.project(world_to_relative(truth.positions, truth.poses), heights)
+    noise = np.random.default_rng(seed).normal(0.0, pixel_std, boxes.shape) * (1.0, np.sqrt(0.5), np.sqrt(2.0))
+    everything = Given(poses=truth.poses, positions=np.where(np.isnan(boxes[..., :2]), np.nan, truth.positions))
+    return Sequence(
+        index=0,
+        scene=0,
+        observer=0,
+        first_frame=0,
+        tracks=np.arange(people) + 1,
+        observations=boxes + noise,
+        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
+        given=everything.first_frames(2),
+    )
+
+
+def problem_of(sequence: Sequence, camera: Camera, pixel_std: float = 0.0, *, covariances: bool = False) -> Problem:
+    return Problem(
+        sequence=0,
+        camera=camera,
+        dt=DT,
+        tracks=sequence.tracks,
+        height_mean=1.7,
+        height_std=0.07,
+        pixel_std=pixel_std,
+        covariances=covariances,
+    )
+
+
+def run(
+    solver: FrameSolver,
+    truth: Truth,
+    protocol: str,
+    camera: Camera | None = None,
+    pixel_std: float = 0.0,
+    *,
+    covariances: bool = False,
+) -> Estimate:
+    camera = camera or CAMERAS[0]
+    sequence, how = see(truth, camera, pixel_std), get_protocol(protocol)
+    shown = truth if how.needs_truth else None
+    problem = problem_of(sequence, camera, pixel_std, covariances=covariances)
+    return run_sequence(solver, problem, sequence, how, shown)[0]
+
+
+def assert_close(estimate: Estimate, poses: FloatArray, positions: FloatArray, atol: float) -> None:
+    np.testing.assert_allclose(estimate.poses[:, :2], poses[:, :2], atol=atol)
+    np.testing.assert_allclose(wrap_angle(estimate.poses[:, 2] - poses[:, 2]), 0.0, atol=atol)
+    np.testing.assert_allclose(estimate.positions, positions, atol=atol)
