@@ -8,7 +8,7 @@ from vbbench.scene import Scene
 from vbbench_renderers.drawing import Surroundings
 from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.ground import ground_mesh
-from vbbench_renderers.surroundings.houses import house_mesh
+from vbbench_renderers.surroundings.houses import house_meshes
 from vbbench_renderers.surroundings.layers import textures
 from vbbench_renderers.surroundings.layout import Area, Site, plan
 from vbbench_renderers.surroundings.light import late_morning
@@ -54,4 +54,4 @@ def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
 
 
 def _things(site: Site, rng: np.random.Generator) -> list[Mesh]:
-    return [house_mesh(plot, rng) for plot in site.plots]
+    return house_meshes(site.plots, rng)

@@ -6,17 +6,17 @@ from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Site
-from vbbench_renderers.surroundings.light import IN_SHADE, sunlit, wall_shade
+from vbbench_renderers.surroundings.light import wall_shade
 from vbbench_renderers.surroundings.quads import quads
 from vbbench_renderers.surroundings.shapes import smooth_mesh
 
-FAR = 320.0
+FAR = 250.0
 """How far the ground reaches beyond the walking area, m."""
-WIDEN = 0.4
+WIDEN = 0.5
 """Width of a cell over its distance from the walking area."""
-CELLS = 1600
-"""About how many cells the walking area is given, if they need not be smaller than half a metre."""
-SHOULDER = 3.0
+CELLS = 900
+"""About how many cells the walking area is given, unless they would be smaller than half a metre."""
+SHOULDER = 2.0
 """Cells are finest up to here from the walking area, m."""
 
 
@@ -86,8 +86,7 @@ def _tint(site: Site, points: FloatArray, rng: np.random.Generator) -> FloatArra
     patches = np.sin(points @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6))
     tone = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
     hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
-    sun = sunlit(points, site.plots, site.sun)[:, None]
-    return np.asarray(tone * hue * wall_shade(points, site.plots)[:, None] * (sun + (1.0 - sun) * IN_SHADE))
+    return np.asarray(tone * hue * wall_shade(points, site.plots)[:, None])
 
 
 def _unit(angles: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ def turned(vectors: ArrayLike, yaw: float) -> FloatArray:
     """Vectors [..., 3] turned about z, rad."""
     cosine, sine = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(vectors, dtype=np.float64) @ turn.T
+    return np.asarray(np.asarray(vectors, dtype=np.float64) @ turn.T)
 
 
 def tube(profile: ArrayLike, colours: ArrayLike, *, sides: int = 8, layer: int = PLAIN, tile: float = 1.0) -> Mesh:
