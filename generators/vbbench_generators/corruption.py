@@ -8,9 +8,11 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
 from vbbench_generators.occlusion import Outline
+from vbbench_generators.tracking import TrackingSettings, get_tracking
 
 PIXEL_STD = {"ideal": 0.0, "noisy": 1.0, "occluded": 0.0}
-"""Standard deviation in px of a box's column, top and bottom, by tier."""
+"""Standard deviation in px of a box's column, top and bottom, by tier; that of `tracked` stands in its settings."""
+TIERS = (*PIXEL_STD, "tracked")
 
 SHORTEST_BOX = 1.0
 """No box gets shorter than this, in px, by noise."""
@@ -40,20 +42,28 @@ class Corruption:
     ----------
     pixel_std : noise in px on column, top and bottom.
     hiding : ``None`` where everybody is seen through everybody.
+    tracking : detector and tracker whose boxes are seen instead of people's own; ``None`` for these.
     """
 
     pixel_std: float = 0.0
     hiding: Hiding | None = None
+    tracking: TrackingSettings | None = None
 
     @property
     def definition(self) -> dict[str, Any]:
         """What a dataset's definition says of it beside the tier and the noise."""
+        if self.tracking is not None:
+            return {"outline": asdict((self.hiding or Hiding()).outline), "tracking": asdict(self.tracking)}
         return {} if self.hiding is None else {"hiding": asdict(self.hiding)}
 
 
-def corruption_of(tier: str) -> Corruption:
-    """What the ``tier`` does to boxes."""
-    return Corruption(pixel_std=PIXEL_STD[tier], hiding=Hiding() if tier == "occluded" else None)
+def corruption_of(tier: str, *, whole: bool = False) -> Corruption:
+    """What the ``tier`` does to boxes; with ``whole`` hidden people have none in any tier, and others a whole one."""
+    if tier == "tracked":
+        settings = get_tracking()
+        return Corruption(pixel_std=settings.pixel_std, hiding=Hiding(), tracking=settings)
+    cut = tier == "occluded"
+    return Corruption(pixel_std=PIXEL_STD[tier], hiding=Hiding(cut=cut) if cut or whole else None)
 
 
 def add_pixel_noise(boxes: FloatArray, camera: Camera, pixel_std: float, rng: np.random.Generator) -> FloatArray:

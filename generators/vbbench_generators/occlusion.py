@@ -49,10 +49,12 @@ class Showing:
     ----------
     visible : [T, K] share of the outline's area in the picture that nobody hides; NaN where nothing would be there.
     boxes : [T, K, 3] boxes (u, v, l) in px about what shows; NaN where nothing does.
+    widths : [T, K] of these boxes, in px.
     """
 
     visible: FloatArray
     boxes: FloatArray
+    widths: FloatArray
 
 
 def see(
@@ -76,7 +78,7 @@ def see(
     wraps = isinstance(camera, PanoramaCamera)
     visible, boxes = _sweep(figures, distances, halves, tops, columns, bottom, wraps)
     boxes[..., 0] = camera.wrap_column(boxes[..., 0])
-    return Showing(visible, boxes)
+    return Showing(visible, boxes[..., :3], boxes[..., 3])
 
 
 def _picture(camera: Camera) -> tuple[int, float]:
@@ -110,9 +112,9 @@ def _sweep(
     bottom: float,
     wraps: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """Visible fractions [T, K] and boxes [T, K, 3] (u, v, l) of what shows; ``figures`` as `_figures` gives them."""
+    """Visible fractions [T, K] and boxes [T, K, 4] (u, v, l, width) of what shows; ``figures`` from `_figures`."""
     frames, people = distances.shape
-    visible, boxes = np.full((frames, people), np.nan), np.full((frames, people, 3), np.nan)
+    visible, boxes = np.full((frames, people), np.nan), np.full((frames, people, 4), np.nan)
     skyline = np.empty(width * SAMPLES)
     for t in range(frames):
         skyline[:] = bottom
@@ -133,7 +135,7 @@ def _show(
     wraps: bool,
     box: FloatArray,
 ) -> float:
-    """Visible fraction of the next farther person, whose ``box`` [3] is filled in and who is added to the skyline."""
+    """Visible fraction of the next farther person, whose ``box`` [4] is filled in and who is added to the skyline."""
     u, feet, size = figure
     reach, count = halves[-1] * size, len(skyline)
     # Sample c stands at column (c + ½) / SAMPLES. The narrowest figure still has the sample next to its axis.
@@ -165,7 +167,7 @@ def _show(
         # Where the figure's own edge shows it is exact; elsewhere the sample's edge bounds what shows.
         begin = u - reach if left == first else left / SAMPLES
         end = u + reach if right == last else (right + 1) / SAMPLES
-        box[0], box[1], box[2] = 0.5 * (begin + end), 0.5 * (top + low), low - top
+        box[0], box[1], box[2], box[3] = 0.5 * (begin + end), 0.5 * (top + low), low - top, end - begin
     return shown / whole if whole > 0.0 else np.nan
 
 

@@ -2,7 +2,7 @@
 
 from vbbench.errors import VbbenchError
 from vbbench.generator import Options
-from vbbench_generators.corruption import PIXEL_STD
+from vbbench_generators.corruption import TIERS
 
 
 def check_options(split: str, options: Options) -> None:
@@ -13,8 +13,8 @@ def check_options(split: str, options: Options) -> None:
     VbbenchError
         If an option cannot be.
     """
-    if options.tier not in PIXEL_STD:
-        raise VbbenchError(f"split '{split}' offers the tiers {', '.join(PIXEL_STD)}, not '{options.tier}'")
+    if options.tier not in TIERS:
+        raise VbbenchError(f"split '{split}' offers the tiers {', '.join(TIERS)}, not '{options.tier}'")
     if not 0.0 <= options.height_std <= 0.3:
         raise VbbenchError(f"--sigma-h is the spread of people's heights in m, 0 to 0.3, not {options.height_std}")
     if options.limit is not None and options.limit < 1:

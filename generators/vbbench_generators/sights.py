@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.camera import Camera
+from vbbench.dataset_info import DatasetInfo
 from vbbench.geometry import world_to_relative
 from vbbench.sequence import Truth
 from vbbench_generators.corruption import Corruption, add_pixel_noise
 from vbbench_generators.occlusion import enough, see
+from vbbench_generators.tracking import Tracked, track_people
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,34 @@ def look_at(truth: Truth, seen: BoolArray, camera: Camera, corruption: Corruptio
     if corruption.pixel_std > 0:
         boxes[seen] = add_pixel_noise(boxes[seen], camera, corruption.pixel_std, rng)
     return Sights(boxes, visible)
+
+
+def track_sights(
+    truth: Truth,
+    seen: BoolArray,
+    people: IntArray,
+    info: DatasetInfo,
+    corruption: Corruption,
+    watched: BoolArray,
+    rng: np.random.Generator,
+) -> Tracked:
+    """What the tracker makes of whoever is to be seen ([T, P]); ``people`` [P] are their ids, ``watched`` as there."""
+    settings, hiding = corruption.tracking, corruption.hiding
+    if settings is None or hiding is None:
+        raise ValueError("this tier has no tracker")
+    showing = see(truth.positions, truth.heights, truth.poses, info.camera, hiding.outline)
+    boxes = project(truth, seen, info.camera)
+    return track_people(boxes, showing, people, info.camera, info.dt, watched, settings, hiding.outline, rng)
+
+
+def truth_of_tracks(truth: Truth, people: IntArray, persons: IntArray) -> Truth:
+    """Truth of tracks [T, K] behind which are ``persons``, from that of ``people`` [P]; NaN where nobody is."""
+    positions, heights = np.full((*persons.shape, 2), np.nan), np.full(persons.shape[1], np.nan)
+    frame, track = np.nonzero(persons >= 0)
+    column = np.searchsorted(people, persons[frame, track])
+    positions[frame, track] = truth.positions[frame, column]
+    heights[track[::-1]] = truth.heights[column[::-1]]  # the first person's, where there are several
+    return Truth(poses=truth.poses, positions=positions, heights=heights)
 
 
 def project(truth: Truth, seen: BoolArray, camera: Camera) -> FloatArray:

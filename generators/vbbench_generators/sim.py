@@ -1,5 +1,6 @@
 """The split `sim`: crowds that walk under the social force, each seen by one of its walkers."""
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -87,38 +88,63 @@ class SimSplit:
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""
-        asked = options.simulation or Simulation()
-        scenario = _as_asked(get_scenario(asked.scenario or SCENARIO), asked)
-        _check(options)
-        corruption = corruption_of(options.tier)
-        info = DatasetInfo(
-            split=self.card.name,
-            title=f"{self.card.title}; {scenario.title}",
-            camera=options.camera or CAMERAS[scenario.camera](),
-            tier=options.tier,
-            seed=options.seed,
-            dt=scenario.dt,
-            height_mean=HEIGHT_MEAN,
-            height_std=options.height_std,
-            pixel_std=corruption.pixel_std,
-            scenes=(),
-            definition={
-                "generator": f"simulation/{REVISION}",
-                "look": options.look,
-                "limit": options.limit,
-                "engine": asked.engine,
-                "scenario": asdict(scenario),
-                **corruption.definition,
-            },
-        )
-        return SimulationPlan(
-            info=info,
-            scenario=scenario,
-            engine=asked.engine,
-            look=options.look,
-            corruption=corruption,
-            limit=options.limit,
-        )
+        return plan_simulation(self.card, options, SCENARIO, corruption_of)
+
+
+def plan_simulation(
+    card: Card,
+    options: Options,
+    default_scenario: str,
+    corrupting: Callable[[str], Corruption],
+    **definition: str,
+) -> SimulationPlan:
+    """The plan of a split whose crowds are simulated.
+
+    Parameters
+    ----------
+    card : of the split.
+    default_scenario : unless the options name one.
+    corrupting : what a tier does to boxes.
+    definition : what else the dataset's definition is to say.
+
+    Raises
+    ------
+    VbbenchError
+        If an option cannot be.
+    """
+    _check(card.name, options)
+    asked = options.simulation or Simulation()
+    scenario = _as_asked(get_scenario(asked.scenario or default_scenario), asked)
+    corruption = corrupting(options.tier)
+    info = DatasetInfo(
+        split=card.name,
+        title=f"{card.title}; {scenario.title}",
+        camera=options.camera or CAMERAS[scenario.camera](),
+        tier=options.tier,
+        seed=options.seed,
+        dt=scenario.dt,
+        height_mean=HEIGHT_MEAN,
+        height_std=options.height_std,
+        pixel_std=corruption.pixel_std,
+        scenes=(),
+        definition={
+            "generator": f"simulation/{REVISION}",
+            "look": options.look,
+            "limit": options.limit,
+            "engine": asked.engine,
+            "scenario": asdict(scenario),
+            **corruption.definition,
+            **definition,
+        },
+    )
+    return SimulationPlan(
+        info=info,
+        scenario=scenario,
+        engine=asked.engine,
+        look=options.look,
+        corruption=corruption,
+        limit=options.limit,
+    )
 
 
 def _as_asked(scenario: Scenario, asked: Simulation) -> Scenario:
@@ -132,7 +158,7 @@ def _as_asked(scenario: Scenario, asked: Simulation) -> Scenario:
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
 
 
-def _check(options: Options) -> None:
-    check_options("sim", options)
+def _check(split: str, options: Options) -> None:
+    check_options(split, options)
     if options.source is not None or options.dt is not None or options.homography is not None:
-        raise VbbenchError("sim has no source: leave --source, --dt and --homography out")
+        raise VbbenchError(f"{split} has no source: leave --source, --dt and --homography out")

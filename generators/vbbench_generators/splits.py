@@ -9,6 +9,7 @@ from vbbench_generators.planning import plan_reprojection
 from vbbench_generators.recipe import Recipe, get_recipe
 from vbbench_generators.reprojection import Reprojection
 from vbbench_generators.sim import SimSplit
+from vbbench_generators.street import StreetSplit
 
 
 @dataclass(frozen=True)
@@ -60,3 +61,4 @@ zara02 = RecipeSplit("zara02")
 custom = RecipeSplit("custom")
 demo = DemoSplit()
 sim = SimSplit()
+street = StreetSplit()

@@ -13,7 +13,7 @@ from vbbench.sequence import Given, Sequence, Truth
 from vbbench_generators.corruption import Corruption
 from vbbench_generators.eligibility import Span
 from vbbench_generators.heading import wandering_look
-from vbbench_generators.sights import Sights, look_at
+from vbbench_generators.sights import Sights, look_at, track_sights, truth_of_tracks
 
 
 def view(
@@ -52,20 +52,27 @@ def view(
     columns = columns[columns != span.column]
     positions = scene.positions[frames].take(columns, axis=1)
     truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
-    sights = look_at(truth, seen[:, columns], info.camera, corruption, rng)
-    return _without_unseen(_sequence(index, span, scene, columns, sights, truth), truth)
+    seen, people = seen[:, columns], scene.people[columns]
+    if corruption.tracking is None:
+        sights = look_at(truth, seen, info.camera, corruption, rng)
+        return _without_unseen(_sequence(index, span, scene, people, sights, truth), truth)
+    tracked = track_sights(truth, seen, people, info, corruption, span.counted, rng)
+    truth = truth_of_tracks(truth, people, tracked.persons)
+    sights = Sights(tracked.boxes, tracked.scores)
+    sequence = _sequence(index, span, scene, np.arange(sights.boxes.shape[1]), sights, truth)
+    return SequenceData(sequence=sequence, truth=truth, persons=tracked.persons)
 
 
-def _sequence(index: int, span: Span, scene: Scene, columns: IntArray, sights: Sights, truth: Truth) -> Sequence:
+def _sequence(index: int, span: Span, scene: Scene, tracks: IntArray, sights: Sights, truth: Truth) -> Sequence:
     return Sequence(
         index=index,
         scene=span.scene,
         observer=int(scene.people[span.column]),
         first_frame=span.first,
-        tracks=scene.people[columns],
+        tracks=tracks,
         observations=sights.boxes,
         visible=sights.visible,
-        given=arrivals_given(truth, ~np.isnan(sights.boxes[..., 2])),
+        given=arrivals_given(truth, ~np.isnan(sights.boxes[..., 2] + truth.positions[..., 0])),
     )
 
 
@@ -86,7 +93,10 @@ def _without_unseen(sequence: Sequence, truth: Truth) -> SequenceData:
 
 
 def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
-    """What `sequential` gives: the first two poses, and each track's first two visible frames, from [T, K]."""
+    """What `sequential` gives: the first two poses, and each track's first two visible frames, from [T, K].
+
+    Of tracks those frames count in which somebody is behind them.
+    """
     first_two = observed & (np.cumsum(observed, axis=0) <= START_FRAMES)
     first_poses = np.arange(len(truth.poses))[:, None] < START_FRAMES
     positions = np.full(truth.positions.shape, np.nan)

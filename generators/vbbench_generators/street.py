@@ -1,0 +1,36 @@
+"""The split `street`, the paper's photorealistic one: a crowd on a street, people hidden by people."""
+
+from functools import partial
+
+from vbbench.errors import VbbenchError
+from vbbench.generator import Card, Options
+from vbbench_generators.corruption import corruption_of
+from vbbench_generators.sim import SimulationPlan, plan_simulation
+
+SCENARIO = "street"
+
+
+class StreetSplit:
+    """The scenario `street`; needs no source.
+
+    Its tier `ideal` is the paper's input from centre lines: whoever shows enough has a whole and exact box, and whoever
+    does not has none. `noisy` adds noise to that; `occluded` and `tracked` are as everywhere.
+    """
+
+    card = Card(
+        name="street",
+        title="Street: a simulated crowd in which people hide one another",
+        licence="Apache-2.0, like vbbench",
+        citation="M. Moussaïd, D. Helbing, S. Garnier, A. Johansson, M. Combe, G. Theraulaz. Experimental study of the "
+        "behavioural mechanisms underlying self-organization in human crowds. Proc. R. Soc. B 276, 2009 (the forces); "
+        "the paper (the split)",
+        sources=(),
+    )
+
+    def plan(self, options: Options) -> SimulationPlan:
+        """Lay out the sequences; nothing is simulated yet."""
+        asked = options.simulation
+        if asked is not None and asked.scenario is not None:
+            raise VbbenchError(f"street is the scenario '{SCENARIO}'; --scenario is for the split 'sim'")
+        source = {"ideal": "cline", "noisy": "cline"}.get(options.tier, options.tier)
+        return plan_simulation(self.card, options, SCENARIO, partial(corruption_of, whole=True), input=source)
