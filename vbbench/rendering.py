@@ -4,19 +4,19 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from vbbench import __version__
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.parts import progress_bar
 from vbbench.registry import load
-from vbbench.renderer import Renderer, RendererFactory
+from vbbench.renderer import Picture, Renderer, RendererFactory
 from vbbench.scene import Scene
+from vbbench.sequence import Sequence
 from vbbench.submitted import SubmittedEstimates
 from vbbench.tables import file_sha256
 from vbbench.video import Codec, write_mp4, write_png_folder
@@ -25,38 +25,56 @@ AUTO = "auto"
 """The backend that chooses among the others."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Backend:
+    """Who draws, and what.
+
+    Parameters
+    ----------
+    name : a registered renderer, or ``module:attribute`` of a `RendererFactory`.
+    surroundings : whether there is more than ground and sky.
+    seed : of looks and surroundings.
+    """
+
+    name: str = AUTO
+    surroundings: bool = True
+    seed: int = 0
+
+
 def silent(_text: str) -> None:
     """Say nothing."""
 
 
 @contextmanager
-def open_renderer(
-    backend: str,
-    scene: Scene,
-    *,
-    seed: int = 0,
-    surroundings: bool = True,
-    announce: Callable[[str], object] = silent,
-) -> Iterator[Renderer]:
-    """A renderer of one scene, closed at the end.
-
-    Parameters
-    ----------
-    backend : a registered name, or ``module:attribute`` of a `RendererFactory`.
-    scene, seed, surroundings : see `RendererFactory`.
-    announce : is told once what draws.
+def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], object] = silent) -> Iterator[Renderer]:
+    """A renderer of one scene, closed at the end; ``announce`` is told once what draws.
 
     Raises
     ------
     VbbenchError
         If there is no such backend, or it cannot work on this machine.
     """
-    factory: RendererFactory = load("renderer", backend)
+    factory: RendererFactory = load("renderer", backend.name)
     if not callable(factory):
-        raise VbbenchError(f"renderer '{backend}' is no class or function; see RendererFactory")
-    with closing(factory(scene, seed=seed, surroundings=surroundings)) as renderer:
-        announce(f"rendering with {backend} on {renderer.device}")
+        raise VbbenchError(f"renderer '{backend.name}' is no class or function; see RendererFactory")
+    with closing(factory(scene, seed=backend.seed, surroundings=backend.surroundings)) as renderer:
+        announce(f"rendering with {backend.name} on {renderer.device}")
         yield renderer
+
+
+def pictures(
+    dataset: Dataset, sequence: Sequence, renderer: Renderer, wanted: Iterable[int] | None = None
+) -> Iterator[Picture]:
+    """What the observer really sees in the ``wanted`` frames (``None``: in all), each rendered when it is asked for.
+
+    Raises
+    ------
+    VbbenchError
+        If the truth is withheld.
+    """
+    poses, camera = dataset.truth(sequence).poses, dataset.info.camera
+    for frame in range(sequence.frames) if wanted is None else wanted:
+        yield renderer.render(sequence.first_frame + frame, camera, poses[frame], observer=sequence.observer)
 
 
 def scene_of(dataset: Dataset, number: int) -> Scene:
@@ -78,12 +96,10 @@ def render_to_file(
     sequence: int,
     out: Path | str,
     *,
-    backend: str = AUTO,
+    backend: Backend | None = None,
     submission: Path | str | None = None,
     fps: float | None = None,
     codec: Codec | None = None,
-    surroundings: bool = True,
-    seed: int = 0,
     announce: Callable[[str], object] = silent,
 ) -> Path:
     """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
@@ -96,12 +112,10 @@ def render_to_file(
     dataset : where the sequence lies, with its truth.
     sequence : its number.
     out : an ``.mp4`` file, or a folder for one PNG file a frame.
-    backend : the renderer's name, or ``module:attribute``.
+    backend : who draws; by default the best that works.
     submission : folder of a submission to draw over the truth.
     fps : frames a second of an mp4; ``None`` for real time, one frame every dt seconds.
     codec : of an mp4; see `write_mp4`.
-    surroundings : whether there is more than ground and sky.
-    seed : of looks and surroundings.
     announce : is told once what draws.
 
     Returns
@@ -117,24 +131,20 @@ def render_to_file(
     from vbbench.film.frames import Film
     from vbbench.film.reel import load_reel
 
-    out = _checked(Path(out))
+    out, backend = _checked(Path(out)), backend or Backend()
     estimates = None if submission is None else SubmittedEstimates(dataset, submission)
-    number = dataset.sequence(sequence).scene
-    scene = scene_of(dataset, number)
+    scene = scene_of(dataset, dataset.sequence(sequence).scene)
     film = Film(load_reel(dataset, sequence, scene, estimates))
-    count, made_by = film.reel.sequence.frames, {"backend": backend, "seed": seed, "surroundings": surroundings}
+    count = film.reel.sequence.frames
     with (
-        open_renderer(backend, scene, seed=seed, surroundings=surroundings, announce=announce) as renderer,
+        open_renderer(backend, scene, announce) as renderer,
         progress_bar(count, "frames", unit="frame") as bar,
     ):
-
-        def frames(wanted: Iterable[int]) -> Iterator[NDArray[np.uint8]]:
-            return film.frames(renderer, wanted)
-
+        frames = partial(film.frames, renderer)
         if out.suffix == ".mp4":
             write_mp4(out, frames, count, 1.0 / dataset.info.dt if fps is None else fps, codec, bar.update)
         else:
-            key = _key(dataset, sequence, submission, {**made_by, "device": renderer.device})
+            key = _key(dataset, sequence, submission, {**asdict(backend), "device": renderer.device})
             write_png_folder(out, frames, count, key, bar.update)
     return out
 

@@ -31,6 +31,8 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "render": views.render,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
+    "export mot": exchange.export_mot,
+    "import mot": exchange.import_mot,
     "export tum": exchange.export_tum,
     "import tum": exchange.import_tum,
 }

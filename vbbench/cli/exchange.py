@@ -1,10 +1,11 @@
-"""Commands that exchange trajectories with other tools: export tum, import tum."""
+"""Commands that exchange boxes and trajectories with other tools: export mot, import mot, export tum, import tum."""
 
 from pathlib import Path
 
 from tyro.conf import Positional
 
 from vbbench.cli.evaluation import ProtocolName
+from vbbench.cli.views import announce
 
 
 def export_tum(
@@ -40,3 +41,52 @@ def import_tum(
     from vbbench.tum import import_tum_folder
 
     print(import_tum_folder(files, Dataset(dataset), out, solver=solver, protocol=protocol))
+
+
+def export_mot(
+    folder: Positional[Path],
+    /,
+    out: Path,
+    sequence: int | None = None,
+    frames: bool = False,
+    backend: str = "auto",
+    plain: bool = False,
+    seed: int = 0,
+    truth: Path | None = None,
+) -> None:
+    """Write boxes as MOTChallenge text, a folder a sequence, and the rendered pictures if wanted.
+
+    Args:
+        folder: The dataset.
+        out: Folder to write into.
+        sequence: Number of the only sequence to write.
+        frames: Render the pictures too, without any mark on them: what a detector and tracker of yours may be run on.
+        backend: With --frames: what draws; see 'vbbench render'.
+        plain: With --frames: ground and sky only.
+        seed: With --frames: seed of looks and surroundings.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+    """
+    from vbbench.dataset import Dataset
+    from vbbench.mot import export_mot as export
+    from vbbench.rendering import Backend
+
+    drawn_by = Backend(name=backend, surroundings=not plain, seed=seed) if frames else None
+    print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
+
+
+def import_mot(
+    files: Positional[Path], /, dataset: Path, out: Path, truth: Path | None = None, overwrite: bool = False
+) -> None:
+    """Make a dataset of tier tracked from a tracker's MOTChallenge files.
+
+    Args:
+        files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
+        dataset: The dataset whose pictures were tracked.
+        out: Dataset folder to make.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+        overwrite: Replace the dataset that is there.
+    """
+    from vbbench.dataset import Dataset
+    from vbbench.mot import import_mot as make
+
+    print(make(files, Dataset(dataset, truth), out, overwrite=overwrite, announce=announce).folder)

@@ -75,25 +75,19 @@ def render(
         seed: Seed of looks and surroundings.
     """
     from vbbench.dataset import Dataset
-    from vbbench.rendering import render_to_file
+    from vbbench.rendering import Backend, render_to_file
 
     path = render_to_file(
         Dataset(folder, truth),
         sequence,
         out,
-        backend=backend,
+        backend=Backend(name=backend, surroundings=not plain, seed=seed),
         submission=estimate,
         fps=fps,
         codec=codec,
-        surroundings=not plain,
-        seed=seed,
-        announce=_announce,
+        announce=announce,
     )
     print(path)
-
-
-def _announce(text: str) -> None:
-    print(f"vbbench: {text}", file=sys.stderr)
 
 
 def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
@@ -108,3 +102,8 @@ def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
     from vbbench.demo import run_demo
 
     print(run_demo(out, jobs=jobs))
+
+
+def announce(text: str) -> None:
+    """Say on stderr what is being done."""
+    print(f"vbbench: {text}", file=sys.stderr)
