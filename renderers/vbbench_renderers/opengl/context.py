@@ -1,8 +1,9 @@
 """An off-screen OpenGL context, on a GPU where there is one, and the programs that run in it."""
 
 import os
+from collections.abc import Iterable
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vbbench.errors import VbbenchError
 from vbbench_renderers import drawing
@@ -43,9 +44,10 @@ def open_context() -> "moderngl.Context":
     named = os.environ.get("GLCONTEXT_DEVICE_INDEX")
     spare, problem = None, "no EGL device"
     for index in [int(named)] if named and named.isdecimal() else range(MOST_DEVICES):
+        options: dict[str, Any] = {"backend": "egl", "device_index": index}
         try:
-            context = moderngl.create_context(standalone=True, require=VERSION, backend="egl", device_index=index)
-        except Exception as error:  # noqa: BLE001 (moderngl raises plain Exception)
+            context = moderngl.create_context(standalone=True, require=VERSION, **options)
+        except Exception as error:  # moderngl raises nothing more special
             problem = str(error) if index == 0 or named else problem
             if "device_index" in str(error):
                 break
@@ -64,12 +66,12 @@ def open_context() -> "moderngl.Context":
 
 
 def make_program(
-    context: "moderngl.Context", vertex: str, fragment: str, *, panorama: bool = False
+    context: "moderngl.Context", vertex: str, fragment: str, defines: Iterable[str] = ()
 ) -> "moderngl.Program":
     """A program of shader files; every one knows the frame, patterns and light."""
     head = ["#version 430"]
     head += [f"#define {name} {getattr(drawing, name)}" for name in _CONSTANTS]
-    head += ["#define PANORAMA"] if panorama else []
+    head += [f"#define {name}" for name in defines]
     vertex_parts = ["frame.glsl", "project.glsl", vertex]
     fragment_parts = ["frame.glsl", "light.glsl", fragment]
     program = context.program(
@@ -77,8 +79,13 @@ def make_program(
         fragment_shader="\n".join([*head, *map(_read, fragment_parts)]),
     )
     if "Frame" in program:
-        program["Frame"].binding = 0  # type: ignore[union-attr]
+        uniform(program, "Frame").binding = 0
     return program
+
+
+def uniform(program: "moderngl.Program", name: str) -> Any:
+    """A uniform or a uniform block; moderngl's types do not tell them from attributes."""
+    return program[name]
 
 
 def _read(name: str) -> str:

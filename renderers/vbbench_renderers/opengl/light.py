@@ -60,7 +60,8 @@ class Shadows:
 
     def release(self) -> None:
         """Give back the memory."""
-        for part in (*self._targets, self._ground, *self._maps, self._contact):
+        parts: list[Any] = [*self._targets, self._ground, *self._maps, self._contact]
+        for part in parts:
             part.release()
 
 

@@ -6,10 +6,10 @@ no cracks open.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vbbench_renderers.mesh import Float32, Int32
+from vbbench_renderers.raster.compiled import kernel
 
 COLUMNS = 12
 WIDEST = np.deg2rad(4.0)
@@ -18,7 +18,7 @@ DEEPEST = 14
 _STACK = 3 * DEEPEST + 4
 
 
-@njit(cache=True)
+@kernel
 def refine(
     vertices: Float32, triangles: Int32, eye: NDArray[np.float64], yaw: float, low: float, high: float, out: Float32
 ) -> int:
@@ -60,13 +60,13 @@ def refine(
     return filled
 
 
-@njit(cache=True)
+@kernel
 def _turn(a: float, b: float) -> float:
     turn = abs(a - b)
     return min(turn, 2.0 * np.pi - turn)
 
 
-@njit(cache=True)
+@kernel
 def _outside(corners: Float32, eye: NDArray[np.float64], low: float, high: float) -> bool:
     below, above = True, True
     for c in range(3):
@@ -77,7 +77,7 @@ def _outside(corners: Float32, eye: NDArray[np.float64], low: float, high: float
     return below or above
 
 
-@njit(cache=True)
+@kernel
 def _cut(stack: Float32, depth: NDArray[np.int64], top: int, wide: int) -> int:
     """Replace the triangle at ``top`` by the two, three or four that halving its wide edges leaves."""
     corner = stack[top].copy()
@@ -101,7 +101,7 @@ def _cut(stack: Float32, depth: NDArray[np.int64], top: int, wide: int) -> int:
     return _push(stack, depth, top, below, corner[a], middle[b], corner[c])
 
 
-@njit(cache=True)
+@kernel
 def _push(stack: Float32, depth: NDArray[np.int64], top: int, level: int, a: Float32, b: Float32, c: Float32) -> int:
     stack[top, 0] = a
     stack[top, 1] = b
@@ -110,7 +110,7 @@ def _push(stack: Float32, depth: NDArray[np.int64], top: int, level: int, a: Flo
     return top + 1
 
 
-@njit(cache=True)
+@kernel
 def _write(corners: Float32, azimuth: NDArray[np.float64], out: Float32, filled: int) -> int:
     """Write one triangle, and where it crosses the seam once more at the other border."""
     base = azimuth[0]

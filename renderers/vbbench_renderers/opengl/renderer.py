@@ -13,7 +13,7 @@ from vbbench_renderers.opengl import light
 from vbbench_renderers.opengl.context import device_name, open_context
 from vbbench_renderers.opengl.packing import lens
 from vbbench_renderers.opengl.stage import Stage
-from vbbench_renderers.opengl.targets import FINENESS, Targets
+from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
 
@@ -63,12 +63,12 @@ class OpenGLRenderer:
             here[without] = False
         with self._context as context:
             if size not in self._targets:
-                self._targets[size] = Targets(context, size, self._stage.resolve)
+                self._targets[size] = Targets(context, size, self._stage.fine_place)
             targets = self._targets[size]
             self._stage.draw(
-                targets.fine, self._frame(camera, size, pose), drawn, camera, pose, self._scene.positions[frame][here]
+                targets, self._frame(camera, size, pose), drawn, camera, pose, self._scene.positions[frame][here]
             )
-            colours, truth = targets.read()
+            colours, truth = targets.read(self._stage.compose)
         columns = truth[..., 0].astype(np.int64)
         return Picture(rgb=colours[..., :3].copy(), depth=truth[..., 1].copy(), ids=self._ids[columns])
 
@@ -90,10 +90,10 @@ class OpenGLRenderer:
         return int(found[0]) if len(found) else None
 
     def _frame(self, camera: Camera, size: tuple[int, int], pose: FloatArray) -> dict[str, Any]:
-        sky, shift = self._sky, 0.5 * (FINENESS - 1)
+        sky = self._sky
         return {
             "eye": (*pose[:2], camera.mount_height, NEAREST_DRAWN),
-            "heading": (np.cos(pose[2]), np.sin(pose[2]), shift / size[0], shift / size[1]),
+            "heading": (np.cos(pose[2]), np.sin(pose[2]), 0.0, 0.0),
             "lens": lens(camera, size),
             "sun_direction": (*sky.sun_direction, sky.haze_distance),
             "sun_colour": (*sky.sun_colour, 0.0),

@@ -8,8 +8,9 @@ from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench_renderers.drawing import Limbs, Surroundings
 from vbbench_renderers.opengl import light, packing
-from vbbench_renderers.opengl.context import make_program
+from vbbench_renderers.opengl.context import is_software, make_program, uniform
 from vbbench_renderers.opengl.refining import COLUMNS, refine
+from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
 
 if TYPE_CHECKING:
@@ -27,7 +28,12 @@ FRAME = np.dtype(
 _PLACE = ("3f 3f 3f 3f", "position", "normal", "colour", "uv")
 _LIMB = ("4f 4f 4f 4f 4f 1f 1f/i", "row_x", "row_y", "row_z", "first_dye", "second_dye", "base", "person")
 MOST_REFINED = 3 * 40_000
-_SHADOW_UNIT = 1
+_UNITS = (
+    ("textures", "people_shadow", "fixed_shadow", "contact"),
+    ("people_picture", "people_truth", "place_picture", "place_depth"),
+)
+"""Texture units of the samplers, while layers are drawn and while they are composed."""
+Key = str | tuple[str, bool]
 
 
 class Stage:
@@ -35,6 +41,7 @@ class Stage:
 
     def __init__(self, context: "moderngl.Context", walkers: Walkers, around: Surroundings) -> None:
         self._context = context
+        self.fine_place = not is_software(str(context.info["GL_RENDERER"]))  # a processor has no time for it
         self._library = packing.pack_library([walkers.library(level) for level in range(walkers.levels)])
         self._shadow_level = walkers.levels - 1
         self._place = packing.pack_vertices(around.mesh)
@@ -42,7 +49,7 @@ class Stage:
         self._refined = np.empty((MOST_REFINED, COLUMNS + 1), np.float32)
         self._make_buffers()
         self._make_programs()
-        self._textures = _texture_array(context, around.textures)
+        self._textures = _texture_array(context, around.textures, 8.0 if self.fine_place else 1.0)
         self._shadows = light.Shadows(context)
         self._fixed_window = light.fixed_window(self._place)
         self._fixed_drawn = False
@@ -60,27 +67,26 @@ class Stage:
 
     def _make_programs(self) -> None:
         context = self._context
-        programs = {
+        programs: dict[Key, moderngl.Program] = {
             "blob": make_program(context, "blob.vert", "blob.frag"),
             "limb_shadow": make_program(context, "shadow_limb.vert", "nothing.frag"),
             "place_shadow": make_program(context, "shadow_place.vert", "nothing.frag"),
-            "resolve": make_program(context, "screen.vert", "resolve.frag"),
+            "compose": make_program(context, "screen.vert", "compose.frag", ["FINE_PLACE"] if self.fine_place else []),
         }
         for panorama in (False, True):
-            for kind in ("limb", "place"):
-                programs[kind, panorama] = make_program(context, f"{kind}.vert", f"{kind}.frag", panorama=panorama)
-            programs["sky", panorama] = make_program(context, "screen.vert", "sky.frag", panorama=panorama)
-        units = ("textures", "people_shadow", "fixed_shadow", "contact")
+            defines = ["PANORAMA"] if panorama else []
+            for kind, vertex in (("limb", "limb"), ("place", "place"), ("sky", "screen")):
+                programs[kind, panorama] = make_program(context, f"{vertex}.vert", f"{kind}.frag", defines)
         for program in programs.values():
-            for unit, name in enumerate(units):
-                if name in program:
-                    program[name].value = unit
-        programs["resolve"]["fine_truth"].value = 1
+            for units in _UNITS:
+                for unit, name in enumerate(units):
+                    if name in program:
+                        uniform(program, name).value = unit
         self._programs = programs
         self._arrays = {name: self._vertex_array(name) for name in programs}
-        self.resolve = self._arrays["resolve"]
+        self.compose = self._arrays["compose"]
 
-    def _vertex_array(self, name: Any) -> "moderngl.VertexArray":
+    def _vertex_array(self, name: Key) -> "moderngl.VertexArray":
         kind, panorama = name if isinstance(name, tuple) else (name, False)
         limb = [(self._limb_vertices, *_PLACE), (self._instances, *_LIMB)]
         if kind in ("limb", "limb_shadow"):
@@ -92,12 +98,12 @@ class Stage:
             return self._array(name, [(self._place_vertices, *_PLACE)], self._place_triangles)
         return self._array(name, [(self._spots, "4f/i", "spot")] if kind == "blob" else [])
 
-    def _array(self, name: Any, content: list[Any], index: "moderngl.Buffer | None" = None) -> "moderngl.VertexArray":
+    def _array(self, name: Key, content: list[Any], index: "moderngl.Buffer | None" = None) -> "moderngl.VertexArray":
         return self._context.vertex_array(self._programs[name], content, index_buffer=index, skip_errors=True)
 
     def draw(
         self,
-        target: "moderngl.Framebuffer",
+        targets: Targets,
         frame: dict[str, Any],
         drawn: list[tuple[int, Limbs]],
         camera: Camera,
@@ -108,7 +114,7 @@ class Stage:
 
         Parameters
         ----------
-        target : see `vbbench_renderers.opengl.targets.Targets`.
+        targets : where people and surroundings are drawn.
         frame : values of `FRAME`, the fixed window excepted.
         drawn : limbs by level of detail.
         camera, pose : where the picture is taken.
@@ -128,14 +134,21 @@ class Stage:
         self._shadows.begin_people()
         self._arrays["limb_shadow"].render_indirect(self._commands, count=shadowed, first=shown)
         self._shadows.draw_contacts(self._arrays["blob"], self._spots.size // 16)
-        corners = self._upload_refined(camera, frame) if panorama else -1
-        target.use()
-        context.clear(depth=1.0)
         self._textures.use(0)
-        self._shadows.use(_SHADOW_UNIT)
+        self._shadows.use(1)
+        targets.people.use()
+        context.clear(depth=1.0)
+        self._shift("limb", panorama, targets.shift(fine=True))
         self._arrays["limb", panorama].render_indirect(self._commands, count=shown)
-        self._arrays["place", panorama].render(vertices=corners)
-        self._arrays["sky", panorama].render(vertices=3)
+        corners = self._upload_refined(camera, frame) if isinstance(camera, PanoramaCamera) else -1
+        targets.place.use()
+        context.clear(depth=1.0)
+        for kind, vertices in (("place", corners), ("sky", 3)):
+            self._shift(kind, panorama, targets.shift(self.fine_place))
+            self._arrays[kind, panorama].render(vertices=vertices)
+
+    def _shift(self, kind: str, panorama: bool, shift: tuple[float, float]) -> None:
+        uniform(self._programs[kind, panorama], "shift").value = shift
 
     def _draw_fixed_shadows(self) -> None:
         if not self._fixed_drawn:
@@ -185,14 +198,15 @@ class Stage:
         """Give back everything."""
         self._shadows.release()
         self._textures.release()
-        for part in (*self._arrays.values(), *self._programs.values()):
+        parts: list[Any] = [*self._arrays.values(), *self._programs.values()]
+        for part in parts:
             part.release()
 
 
-def _texture_array(context: "moderngl.Context", layers: Any) -> "moderngl.TextureArray":
+def _texture_array(context: "moderngl.Context", layers: Any, anisotropy: float) -> "moderngl.TextureArray":
     count, size = layers.shape[:2]
     texture = context.texture_array((size, size, count), 3, np.ascontiguousarray(layers))
     texture.build_mipmaps()
     texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
-    texture.anisotropy = 1.0
+    texture.anisotropy = anisotropy
     return texture

@@ -1,6 +1,6 @@
 """The pictures that are drawn into, and how they come back."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,37 +8,58 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import moderngl
 
-FINENESS = 2
-"""Samples a pixel, in each direction."""
+FINE = 2
+"""Samples a pixel in each direction where a picture is sampled finely; one of them is the pixel's centre."""
 
 
 class Targets:
-    """A fine picture of colour, and of person and depth together; and the same at the size that is asked for."""
+    """Layers of one size of picture: people, their surroundings, and both together.
 
-    def __init__(self, context: "moderngl.Context", size: tuple[int, int], resolve: "moderngl.VertexArray") -> None:
-        fine = (FINENESS * size[0], FINENESS * size[1])
-        self.size = size
-        self._resolve = resolve
-        self._fine_parts = [context.texture(fine, 4), context.texture(fine, 2, dtype="f4")]
-        self._fine_parts[1].filter = (context.NEAREST, context.NEAREST)
-        self._parts = [context.texture(size, 4), context.texture(size, 2, dtype="f4")]
-        self._depth = context.depth_renderbuffer(fine)
-        self.fine = context.framebuffer(self._fine_parts, self._depth)
-        self._plain = context.framebuffer(self._parts)
+    Parameters
+    ----------
+    context : current while this is used.
+    size : width and height in px.
+    fine_place : whether the surroundings too are sampled finely; people always are.
+    """
+
+    def __init__(self, context: "moderngl.Context", size: tuple[int, int], fine_place: bool) -> None:
+        fine = (FINE * size[0], FINE * size[1])
+        place = fine if fine_place else size
+        self.size, self.fine_place = size, fine_place
+        self._layers = [
+            context.texture(fine, 4),
+            context.texture(fine, 2, dtype="f4"),
+            context.texture(place, 4),
+            context.texture(place, 1, dtype="f4"),
+        ]
+        for layer in self._layers[1::2]:
+            layer.filter = (context.NEAREST, context.NEAREST)
+        for layer in self._layers:
+            layer.repeat_x = layer.repeat_y = False
+        self._whole = [context.texture(size, 4), context.texture(size, 2, dtype="f4")]
+        self._depths = [context.depth_renderbuffer(fine), context.depth_renderbuffer(place)]
+        self.people = context.framebuffer(self._layers[:2], self._depths[0])
+        self.place = context.framebuffer(self._layers[2:], self._depths[1])
+        self._frame = context.framebuffer(self._whole)
         self._picture = np.empty((size[1], size[0], 4), np.uint8)
         self._truth = np.empty((size[1], size[0], 2), np.float32)
 
-    def read(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    def shift(self, fine: bool) -> tuple[float, float]:
+        """By how much, in clip units, a layer's samples move so that one falls on every pixel's centre."""
+        return (0.5 / self.size[0], 0.5 / self.size[1]) if fine else (0.0, 0.0)
+
+    def read(self, compose: "moderngl.VertexArray") -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """[H, W, 4] colours, and [H, W, 2] column of the person (−1 for none) and depth; valid until the next call."""
-        self._plain.use()
-        for unit, part in enumerate(self._fine_parts):
-            part.use(unit)
-        self._resolve.render(vertices=3)
-        self._plain.read_into(self._picture, components=4, attachment=0)
-        self._plain.read_into(self._truth, components=2, attachment=1, dtype="f4")
+        self._frame.use()
+        for unit, layer in enumerate(self._layers):
+            layer.use(unit)
+        compose.render(vertices=3)
+        self._frame.read_into(self._picture, components=4, attachment=0)
+        self._frame.read_into(self._truth, components=2, attachment=1, dtype="f4")
         return self._picture, self._truth
 
     def release(self) -> None:
         """Give back the memory."""
-        for part in (self.fine, self._plain, self._depth, *self._fine_parts, *self._parts):
+        parts: list[Any] = [self.people, self.place, self._frame, *self._layers, *self._whole, *self._depths]
+        for part in parts:
             part.release()

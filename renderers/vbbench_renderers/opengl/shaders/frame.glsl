@@ -1,7 +1,7 @@
 // What every program of a frame knows. World frame: z up, metres.
 layout(std140) uniform Frame {
     vec4 eye;             // x, y, height; w: nearest distance drawn
-    vec4 heading;         // cos yaw, sin yaw; zw: shift of the sample grid in clip units
+    vec4 heading;         // cos yaw, sin yaw; unused
     vec4 lens;            // clip x = lens.x right + lens.y w, clip y = lens.z (eye.z - z) + lens.w w
     vec4 sun_direction;   // w: haze distance
     vec4 sun_colour;
@@ -11,6 +11,8 @@ layout(std140) uniform Frame {
     vec4 window;          // people's shadow map: centre x, y; 1 / half width; texel in m
     vec4 fixed_window;    // the same of everything that does not move
 };
+
+uniform vec2 shift;       // of the sample grid, in clip units
 
 const float PI = 3.14159265358979;
 

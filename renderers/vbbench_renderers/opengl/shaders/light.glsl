@@ -33,24 +33,26 @@ vec3 sky(vec3 direction) {
     return mix(horizon.rgb, zenith.rgb, sqrt(up)) + glow;
 }
 
-vec3 shade(vec3 albedo, vec3 point, vec3 normal, float gloss) {
-    vec3 towards = normalize(eye.xyz - point);
-    float facing = max(dot(normal, sun_direction.xyz), 0.0);
-    float lit = facing > 0.0 ? facing * sunlight(point, normal) : 0.0;
+// Irradiance of a surface, given the share of the sun that reaches it.
+vec3 light_on(vec3 point, vec3 normal, float lit) {
     float open = openness(point);
+    float facing = max(dot(normal, sun_direction.xyz), 0.0);
     vec3 above = mix(horizon.rgb, zenith.rgb, 0.6);
     vec3 ambient = mix(ground_glow.rgb, above, normal.z * 0.5 + 0.5) * open;
-    vec3 light = ambient + sun_colour.rgb * (lit * mix(1.0, open, 0.5));
-    vec3 halfway = normalize(towards + sun_direction.xyz);
-    float shine = max(dot(normal, halfway), 0.0);
+    return ambient + sun_colour.rgb * (lit * facing * mix(1.0, open, 0.5));
+}
+
+// Highlight of the sun and the sky's mirror image at grazing angles.
+vec3 mirrored(vec3 point, vec3 normal, float lit) {
+    vec3 towards = normalize(eye.xyz - point);
+    float shine = max(dot(normal, normalize(towards + sun_direction.xyz)), 0.0);
     shine *= shine;
     shine *= shine;
     shine *= shine;
     shine *= shine;
     float rim = 1.0 - max(dot(normal, towards), 0.0);
     rim *= rim;
-    vec3 mirrored = gloss * (sun_colour.rgb * (0.6 * lit * shine * shine) + 0.35 * ambient * rim * rim);
-    return albedo * light + mirrored;
+    return sun_colour.rgb * (0.6 * lit * shine * shine) + horizon.rgb * (0.3 * rim * rim);
 }
 
 vec3 through_air(vec3 colour, vec3 point) {

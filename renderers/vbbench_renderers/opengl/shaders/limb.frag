@@ -20,7 +20,8 @@ bool shows_second() {
 void main() {
     vec3 albedo = tint * (shows_second() ? second.rgb : first.rgb);
     vec3 normal = normalize(upright);
-    vec3 light = shade(albedo, world, normal, second.w);
+    float lit = sunlight(world, normal);
+    vec3 light = albedo * light_on(world, normal, lit) + second.w * mirrored(world, normal, lit);
     picture = vec4(encode(through_air(light, world)), 1.0);
-    truth = vec2(who, 1.0 / gl_FragCoord.w);
+    truth = vec2(who + 1.0, 1.0 / gl_FragCoord.w);
 }

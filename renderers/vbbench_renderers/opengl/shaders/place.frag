@@ -4,7 +4,7 @@ in vec3 upright;
 in vec3 tint;
 in vec3 at;
 layout(location = 0) out vec4 picture;
-layout(location = 1) out vec2 truth;
+layout(location = 1) out float depth;
 
 void main() {
     vec3 albedo = tint;
@@ -13,7 +13,7 @@ void main() {
     if (at.z > -0.5) albedo *= painted;
     vec3 normal = normalize(upright);
     if (dot(normal, eye.xyz - world) < 0.0) normal = -normal;
-    vec3 light = shade(albedo, world, normal, 0.0);
+    vec3 light = albedo * light_on(world, normal, sunlight(world, normal));
     picture = vec4(encode(through_air(light, world)), 1.0);
-    truth = vec2(-1.0, 1.0 / gl_FragCoord.w);
+    depth = 1.0 / gl_FragCoord.w;
 }

@@ -12,5 +12,5 @@ vec4 project(vec3 point, float base) {
 #endif
     float y = lens.z * (eye.z - point.z) + lens.w * w;
     float z = w - 2.0 * eye.w;  // near at eye.w, far at infinity
-    return vec4(vec2(x, y) + heading.zw * w, z, w);
+    return vec4(vec2(x, y) + shift * w, z, w);
 }
