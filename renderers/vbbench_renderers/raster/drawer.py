@@ -1,5 +1,7 @@
 """A frame's picture, step by step: place the limbs, fill the z-buffer, cast shadows, shade, smooth the edges."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -97,7 +99,7 @@ class Drawer:
 def _picture(seen: Seen, owners: Int32, colours: NDArray[np.uint8], closed: bool) -> Picture:
     width, height = seen.nearness.shape
     rgb, depth = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
-    ids = np.empty((height, width), np.int32)
+    ids: NDArray[Any] = np.empty((height, width), np.int32)
     finish(seen.nearness, seen.limbs, owners, colours, closed, rgb, depth, ids)
     return Picture(rgb=rgb, depth=depth, ids=ids)
 

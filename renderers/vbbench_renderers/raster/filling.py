@@ -44,12 +44,12 @@ def fill(
         nearness[begin:end] = 0.0
         limbs[begin:end] = len(mesh)
         for limb in order:
-            if _reaches(placed.low[limb], placed.high[limb], begin, end, width, rays.closed):
+            if reaches(placed.low[limb], placed.high[limb], begin, end, width, rays.closed):
                 _fill_limb(parts, mesh[limb], limb, placed, rays, begin, end, nearness, limbs, faces)
 
 
 @kernel
-def _reaches(low: float, high: float, begin: int, end: int, width: int, closed: bool) -> bool:
+def reaches(low: float, high: float, begin: int, end: int, width: int, closed: bool) -> bool:
     """Whether columns low … high touch begin … end."""
     if low > high:
         return False
