@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.sequence import Given, Sequence, Truth
@@ -119,7 +119,7 @@ class Dataset:
         return Truth(
             poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1),
             positions=np.where(known[..., None], path, np.nan),
-            heights=np.where(known.any(axis=0), heights[column[0]], np.nan),
+            heights=_first_known(heights[column], known),
         )
 
     def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -211,6 +211,12 @@ def _opened_once(folder: Path, truth: Path, wanted: str) -> Dataset:
         _last.dataset, _last.place = dataset, (folder, truth, wanted)
     opened: Dataset = _last.dataset
     return opened
+
+
+def _first_known(values: FloatArray, known: BoolArray) -> FloatArray:
+    """[K] the first of values [T, K] that is ``known``, NaN where none is."""
+    first = known.argmax(axis=0)
+    return np.where(known.any(axis=0), np.take_along_axis(values, first[None], axis=0)[0], np.nan)
 
 
 def _truth_folder(folder: Path) -> Path:
