@@ -27,13 +27,16 @@ def add_head(who: Outfit) -> None:
     sex = "woman" if who.woman else "man"
     width = 1.0 + 0.25 * (who.girth - 1.0)
     who.add(f"head {sex}", Bone.HEAD, who.skin, scale=(1.0, width, 1.0), gloss=0.12)
+    who.add("eyes", Bone.HEAD, linear(palette.WHITE), scale=(1.0, width, 1.0), gloss=0.3, coarsest=0)
     thick = (0.86 if who.woman else 1.0) * (0.9 + 0.1 * who.girth)
     who.add("neck", Bone.NECK, who.skin, scale=(thick, thick, 1.0), gloss=0.1, coarsest=1)
     hats = ("none", "cap", "beanie", "sun hat", "fedora", "head scarf")
     shares = (0.78, 0.05, 0.05, 0.05, 0.0, 0.07) if who.woman else (0.76, 0.12, 0.08, 0.0, 0.04, 0.0)
     hat = who.choose(hats, shares)
     if hat == "head scarf":
-        who.add("scarf", Bone.HEAD, who.colour(palette.TOPS), scale=(1.0, width, 1.0))
+        colour = who.colour(palette.TOPS)
+        who.add("scarf", Bone.HEAD, colour, scale=(1.0, width, 1.0))
+        who.add("wrap", Bone.HEAD, colour, scale=(1.0, width, 1.0), coarsest=1)
         return
     usual = WOMENS_HAIR if who.woman else OLD_MENS_HAIR if who.age == "old" else MENS_HAIR
     shares_of = usual if hat == "none" else UNDER_HATS[who.woman]
@@ -72,18 +75,19 @@ def add_top(who: Outfit) -> None:
             offset=(0.0, 0.0, 0.0))  # fmt: skip
     if kind in ("jacket", "coat", "suit"):
         shirt = who.colour(palette.TOPS[:2] if kind == "suit" else palette.TOPS)
-        who.add(f"front {base}", Bone.CHEST, shirt, scale=(who.girth, 1.0, 1.0), coarsest=1)
+        cut = "buttoned" if kind == "suit" or who.rng.random() < 0.4 else "open"
+        who.add(f"{cut} {base}", Bone.CHEST, shirt, scale=(who.girth, 1.0, 1.0), coarsest=1)
         if kind == "suit" and not who.woman:
-            who.add(f"tie {base}", Bone.CHEST, who.colour(palette.TOPS), scale=(1.03 * who.girth, 1.0, 1.0), coarsest=0)
+            who.add(f"tie {base}", Bone.CHEST, who.colour(palette.TOPS), scale=(who.girth, 1.0, 1.0), coarsest=0)
     if kind == "coat":
         scale = (who.girth, who.girth * (0.94 if who.woman else 1.0), float(who.rng.uniform(0.9, 1.35)))
         who.pair("coat hem", Bone.SKIRT, colour, scale=scale)
     if kind == "hoodie":
         who.add("hood", Bone.CHEST, colour, coarsest=1)
-    if kind in ("coat", "sweater", "suit", "shirt"):
-        who.add("collar", Bone.CHEST, colour, scale=(0.92, 0.92, 1.0), coarsest=1)
+    if kind in ("coat", "suit", "shirt"):
+        who.add("collar", Bone.CHEST, colour, scale=(0.95, 0.9 if who.woman else 1.0, 1.0), coarsest=1)
     short = kind == "tee" or (kind == "shirt" and who.rng.random() < 0.3)
-    _add_arms(who, colour, second, Pattern.RINGS if pattern == Pattern.RINGS else Pattern.PLAIN, short)
+    _add_arms(who, colour, second, pattern if pattern in (Pattern.RINGS, Pattern.CHECKS) else Pattern.PLAIN, short)
 
 
 def _torso(who: Outfit) -> str:
@@ -96,7 +100,7 @@ def _add_arms(who: Outfit, colour: FloatArray, second: FloatArray, pattern: Patt
     thick = who.girth * (0.86 if who.woman else 1.0)
     scale = (thick, thick, 1.0)
     if short:
-        who.pair("upper arm", Bone.UPPER_ARM, who.skin, scale=scale, offset=MID_ARM, gloss=0.1)
+        who.pair("upper arm", Bone.UPPER_ARM, who.skin, scale=scale, offset=MID_ARM, gloss=0.1, coarsest=1)
         more = {"second": second, "pattern": pattern, "coarsest": 2}
         who.pair("short sleeve", Bone.UPPER_ARM, colour, scale=scale, offset=MID_ARM, **more)
         who.pair("forearm", Bone.FOREARM, who.skin, scale=scale, offset=MID_FOREARM, gloss=0.1)
@@ -125,7 +129,10 @@ def add_bottom(who: Outfit) -> None:
         who.pair("loose thigh" if loose else "thigh", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
         who.pair("loose shin" if loose else "slim shin", Bone.SHIN, colour, scale=scale, offset=MID_SHIN)
     else:
-        who.pair("thigh", Bone.THIGH, bare, scale=(0.94 * thick, 0.94 * thick, 1.0), offset=MID_THIGH)
+        coarsest = 2 if kind == "shorts" else 1
+        who.pair(
+            "thigh", Bone.THIGH, bare, scale=(0.94 * thick, 0.94 * thick, 1.0), offset=MID_THIGH, coarsest=coarsest
+        )
         who.pair("shin", Bone.SHIN, bare, scale=scale, offset=MID_SHIN, gloss=0.08)
     if kind == "shorts":
         who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
@@ -141,7 +148,7 @@ def _add_shoes(who: Outfit, bottom: str) -> None:
     who.pair("pump" if pump else "shoe", Bone.FOOT, colour, scale=(1.0, width, 1.0), gloss=0.3)
     if not pump:
         pale = linear(palette.WHITE if who.rng.random() < 0.6 else palette.BLACK)
-        who.pair("sole", Bone.FOOT, pale, scale=(1.0, width, 1.0), coarsest=1)
+        who.pair("sole", Bone.FOOT, pale, scale=(1.0, width, 1.0), coarsest=0)
 
 
 def add_bag(who: Outfit) -> str:

@@ -19,6 +19,8 @@ HEEL, BALL, TIP, TIP_UP = -0.066, 0.125, 0.195, 0.012
 BEHIND = 0.056
 """How far in m the ankle is behind the middle of the foot, which is what stands under the body."""
 TOE_OUT = np.radians(6.0)
+TRAIL = 0.032
+"""How much farther it is behind when walking: a stride reaches from a heel off the ground to toes in the air."""
 ROLL = np.arctan2(TIP_UP, TIP - BALL)
 SIDES = np.array([1.0, -1.0])
 """Left and right along y."""
@@ -168,10 +170,10 @@ def _stand(foothold: FloatArray, pitch: FloatArray, size: FloatArray) -> tuple[F
     tip = pitch > ROLL
     pivot = np.where(tip, BALL + (TIP - BALL) / np.cos(ROLL), np.where(pitch > 0.0, BALL, HEEL))
     x, z = np.where(tip, -TIP, np.where(pitch > 0.0, -BALL, -HEEL)), np.where(tip, ANKLE - TIP_UP, ANKLE)
-    along = pivot - BEHIND + x * np.cos(pitch) + z * np.sin(pitch)
+    along = pivot - BEHIND - TRAIL + x * np.cos(pitch) + z * np.sin(pitch)
     height = z * np.cos(pitch) - x * np.sin(pitch)
     ankle = foothold[..., :2] + (size * along)[..., None] * foothold[..., 2:]
-    contact = foothold[..., :2] + (size * (pivot - BEHIND))[..., None] * foothold[..., 2:]
+    contact = foothold[..., :2] + (size * (pivot - BEHIND - TRAIL))[..., None] * foothold[..., 2:]
     up = (size * height)[..., None]
     return np.concatenate([ankle, up], axis=-1), np.concatenate([contact, 0.0 * up], axis=-1)
 

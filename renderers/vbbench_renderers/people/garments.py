@@ -5,40 +5,41 @@ from functools import partial
 
 import numpy as np
 import trimesh
+from scipy.interpolate import PchipInterpolator
 
 from vbbench.arrays import FloatArray
 from vbbench_renderers.mesh import Mesh
-from vbbench_renderers.people.body import TORSOS
+from vbbench_renderers.people.body import NECKLINE, TORSOS
 from vbbench_renderers.people.loft import Detail, Section, finish, loft
 
-CLOTH: Detail = ((18, 6), (10, 4), (6, 3))
+CLOTH: Detail = ((16, 5), (10, 3), (6, 2))
 BOX: Detail = ((12, 5), (8, 3), (4, 2))
-BAND: Detail = ((4, 9), (4, 5), (4, 2))
+BAND: Detail = ((6, 7), (4, 4), (4, 2))
 
 SKIRTS: dict[str, list[Section]] = {  # z = 0 is the waist
     "short skirt": [
-        (-0.50, 0.0, 0.165, 0.170, 0.205),
-        (-0.30, 0.0, 0.145, 0.155, 0.196),
-        (-0.12, 0.0, 0.118, 0.135, 0.182),
-        (0.03, 0.0, 0.094, 0.086, 0.134),
+        (-0.50, 0.0, 0.168, 0.176, 0.210),
+        (-0.30, 0.0, 0.148, 0.162, 0.202),
+        (-0.12, 0.0, 0.124, 0.144, 0.190),
+        (0.03, 0.0, 0.104, 0.098, 0.142),
     ],
     "pencil skirt": [
-        (-0.58, 0.0, 0.112, 0.116, 0.160),
-        (-0.30, 0.0, 0.118, 0.130, 0.180),
-        (-0.12, 0.0, 0.112, 0.134, 0.180),
-        (0.03, 0.0, 0.094, 0.086, 0.134),
+        (-0.58, 0.0, 0.116, 0.120, 0.166),
+        (-0.30, 0.0, 0.126, 0.138, 0.190),
+        (-0.12, 0.0, 0.122, 0.144, 0.192),
+        (0.03, 0.0, 0.104, 0.098, 0.142),
     ],
     "long skirt": [
-        (-0.84, 0.0, 0.190, 0.195, 0.225),
-        (-0.45, 0.0, 0.155, 0.165, 0.205),
-        (-0.12, 0.0, 0.118, 0.136, 0.184),
-        (0.03, 0.0, 0.094, 0.086, 0.134),
+        (-0.84, 0.0, 0.196, 0.205, 0.230),
+        (-0.45, 0.0, 0.160, 0.172, 0.210),
+        (-0.12, 0.0, 0.124, 0.145, 0.192),
+        (0.03, 0.0, 0.104, 0.098, 0.142),
     ],
     "coat hem": [
-        (-0.52, 0.0, 0.155, 0.160, 0.212),
-        (-0.30, 0.0, 0.146, 0.152, 0.206),
-        (-0.12, 0.0, 0.134, 0.146, 0.198),
-        (0.06, 0.0, 0.124, 0.116, 0.174),
+        (-0.52, 0.0, 0.152, 0.160, 0.212),
+        (-0.30, 0.0, 0.145, 0.154, 0.204),
+        (-0.15, 0.0, 0.138, 0.148, 0.197),
+        (0.00, 0.0, 0.100, 0.100, 0.150),
     ],
 }
 BACKPACK: list[Section] = [
@@ -60,58 +61,72 @@ TOTE: list[Section] = [
     (-0.10, 0.015, 0.014, 0.014, 0.012),
 ]
 HOOD: list[Section] = [
-    (0.40, -0.105, 0.030, 0.040, 0.080),
-    (0.46, -0.100, 0.050, 0.055, 0.110),
-    (0.52, -0.080, 0.060, 0.050, 0.098),
-    (0.56, -0.065, 0.040, 0.030, 0.070),
+    (0.38, -0.100, 0.020, 0.030, 0.060),
+    (0.43, -0.100, 0.050, 0.050, 0.105),
+    (0.49, -0.085, 0.060, 0.048, 0.105),
+    (0.535, -0.070, 0.045, 0.034, 0.080),
 ]
 COLLAR: list[Section] = [
-    (0.485, -0.008, 0.076, 0.080, 0.092),
-    (0.525, -0.004, 0.074, 0.074, 0.076),
-    (0.560, 0.002, 0.072, 0.072, 0.072),
+    (0.470, -0.010, 0.076, 0.082, 0.100),
+    (0.500, -0.008, 0.068, 0.074, 0.080),
+    (0.526, -0.004, 0.066, 0.070, 0.072),
 ]
+PHONE: list[Section] = [(-0.16, 0.0, 0.036, 0.036, 0.005), (-0.02, 0.0, 0.036, 0.036, 0.005)]
 
 
 def front_of(torso: str, y: FloatArray, z: FloatArray) -> FloatArray:
     """X in m of a torso's front at (y, z)."""
     table = np.array(TORSOS[torso])
-    centre, front, width = (np.interp(z, table[:, 0], table[:, column]) for column in (1, 2, 4))
+    centre, front, _, width = np.moveaxis(PchipInterpolator(table[:, 0], table[:, 1:])(z), -1, 0)
     inside = np.clip(1.0 - np.abs(y / width) ** 2.5, 0.0, 1.0)
     return np.asarray(centre + front * inside ** (1.0 / 2.5))
 
 
-def band(torso: str, level: int, start: tuple[float, float], end: tuple[float, float], half: float) -> trimesh.Trimesh:
-    """A band that lies on a torso's front from (y, z) up to (y, z)."""
+def band(
+    torso: str,
+    level: int,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    half: tuple[float, float],
+    stands: float = 0.002,
+) -> trimesh.Trimesh:
+    """A band that lies `stands` m off a torso's front from (y, z) up to (y, z), with its half-widths there."""
     z = np.linspace(start[1], end[1], 9)
     y = np.interp(z, (start[1], end[1]), (start[0], end[0]))
+    width = np.interp(z, (start[1], end[1]), half)
     x = front_of(torso, y, z)
-    thick = 0.012 if half < 0.03 else 0.02
-    solid = loft(
-        [(float(zi), float(xi), thick, thick, half) for zi, xi in zip(z, x, strict=True)],
-        BAND[level],
-        caps=(0.004, 0.004),
-        power=3.0,
-    )
+    rows = [(float(zi), float(xi) + stands, 0.008, 0.012, float(w)) for zi, xi, w in zip(z, x, width, strict=True)]
+    solid = loft(rows, BAND[level], caps=(0.004, 0.004), power=3.5)
     slope = (end[0] - start[0]) / (end[1] - start[1])
     points = np.array(solid.vertices)
     points[:, 1] += start[0] + slope * (points[:, 2] - start[1])
+    points[:, 2] -= NECKLINE * points[:, 0] * np.clip((points[:, 2] - 0.44) / 0.08, 0.0, 1.0)
     return trimesh.Trimesh(points, solid.faces, process=False)
 
 
 def backpack(level: int) -> Mesh:
     """A rucksack with its two straps."""
-    straps = [band("jacket", level, (side * 0.135, 0.14), (side * 0.085, 0.49), 0.020) for side in (-1.0, 1.0)]
+    ends = [((side * 0.150, 0.16), (side * 0.095, 0.485)) for side in (-1.0, 1.0)]
+    straps = [band("jacket", level, low, high, (0.018, 0.026)) for low, high in ends]
     return finish(loft(BACKPACK, BOX[level], caps=(0.02, 0.03), power=3.5), *(straps if level < 2 else []))
 
 
 def strap(side: float, level: int) -> Mesh:
     """The strap across the chest of a bag at the left (1) or right (−1) hip."""
-    return finish(band("jacket", level, (side * 0.165, -0.10), (-side * 0.08, 0.495), 0.018))
+    return finish(band("jacket", level, (side * 0.172, -0.09), (-side * 0.09, 0.49), (0.018, 0.018)))
 
 
 def cloth(sections: list[Section], level: int) -> Mesh:
     """A skirt with pleats, darker at the hem."""
     return finish(loft(sections, CLOTH[level], caps=(0.003, 0.01), power=2.1, ripple=0.05 if level == 0 else 0.0))
+
+
+def collar(level: int) -> Mesh:
+    """A collar around the neck, lower in front."""
+    solid = loft(COLLAR, BOX[level], caps=(0.002, 0.004))
+    points = np.array(solid.vertices)
+    points[:, 2] -= NECKLINE * points[:, 0]
+    return finish(trimesh.Trimesh(points, solid.faces, process=False))
 
 
 def box(sections: list[Section], power: float, level: int) -> Mesh:
@@ -123,14 +138,15 @@ def garment_meshes() -> dict[str, Callable[[int], Mesh]]:
     """Name → what makes the mesh of a level."""
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(cloth, rows) for name, rows in SKIRTS.items()}
     makers |= {"pouch": partial(box, POUCH, 3.5), "tote": partial(box, TOTE, 3.5), "backpack": backpack}
-    makers |= {"hood": partial(box, HOOD, 2.2), "collar": partial(box, COLLAR, 2.2)}
+    makers |= {"hood": partial(box, HOOD, 2.2), "collar": collar, "phone": partial(box, PHONE, 4.0)}
     makers |= {"left strap": partial(strap, 1.0), "right strap": partial(strap, -1.0)}
     for name in ("jacket", "jacket woman"):
-        makers[f"front {name}"] = partial(_panel, name, (-0.12, 0.50), 0.05)
-        makers[f"tie {name}"] = partial(_panel, name, (0.08, 0.49), 0.022)
+        makers[f"open {name}"] = partial(_panel, name, (-0.09, 0.51), (0.030, 0.052))
+        makers[f"buttoned {name}"] = partial(_panel, name, (0.14, 0.51), (0.006, 0.062))
+        makers[f"tie {name}"] = partial(_panel, name, (0.16, 0.49), (0.004, 0.020), stands=0.008)
     return makers
 
 
-def _panel(torso: str, span: tuple[float, float], half: float, level: int) -> Mesh:
+def _panel(torso: str, span: tuple[float, float], half: tuple[float, float], level: int, stands: float = 0.004) -> Mesh:
     """A strip down the middle of the front."""
-    return finish(band(torso, level, (0.0, span[0]), (0.0, span[1]), half))
+    return finish(band(torso, level, (0.0, span[0]), (0.0, span[1]), half, stands))

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from vbbench.arrays import FloatArray
 from vbbench_renderers.mesh import Mesh
-from vbbench_renderers.people.loft import Section, close_grid, finish, loft
+from vbbench_renderers.people.loft import ALONG_X, Section, close_grid, finish, loft, turned
 
 CROWN = 0.218
 """Height of the bald head's top over the chin."""
@@ -17,11 +18,11 @@ CROWN = 0.218
 # (z, centre x, front, back, half-width)
 PROFILE: list[Section] = [
     (-0.012, 0.030, 0.030, 0.060, 0.036),
-    (0.0, 0.030, 0.054, 0.070, 0.046),
-    (0.012, 0.028, 0.064, 0.078, 0.053),
-    (0.030, 0.024, 0.068, 0.084, 0.060),
-    (0.046, 0.022, 0.072, 0.086, 0.064),
-    (0.062, 0.020, 0.073, 0.088, 0.067),
+    (0.0, 0.030, 0.052, 0.070, 0.040),
+    (0.012, 0.028, 0.063, 0.078, 0.049),
+    (0.030, 0.024, 0.067, 0.084, 0.056),
+    (0.046, 0.022, 0.071, 0.086, 0.061),
+    (0.062, 0.020, 0.073, 0.088, 0.066),
     (0.076, 0.018, 0.074, 0.092, 0.069),
     (0.092, 0.016, 0.075, 0.098, 0.071),
     (0.106, 0.014, 0.076, 0.102, 0.073),
@@ -34,9 +35,21 @@ PROFILE: list[Section] = [
     (0.213, -0.004, 0.038, 0.050, 0.036),
     (CROWN, -0.005, 0.004, 0.004, 0.004),
 ]
-COLUMNS = ((0.0, 11, 22, 34, 47, 62, 82, 105, 130, 156, 180), (0.0, 25, 55, 95, 140, 180), (0.0, 55, 115, 180))
+COLUMNS = ((0.0, 11, 22, 34, 47, 62, 82, 105, 130, 156, 180), (0.0, 25, 60, 105, 180), (0.0, 80, 180))
 """Azimuths in degrees of the vertices on one side, by level; the face has more of them."""
-ROWS = (tuple(range(len(PROFILE) - 1)), (0, 2, 5, 7, 9, 11, 13, 14, 15), (0, 4, 9, 13, 15))
+ROWS = (tuple(range(len(PROFILE) - 1)), (0, 2, 5, 7, 10, 13, 15), (0, 3, 9, 14))
+
+
+EAR: list[Section] = [
+    (0.085, -0.004, 0.008, 0.010, 0.006),
+    (0.110, -0.010, 0.014, 0.016, 0.009),
+    (0.128, -0.014, 0.012, 0.014, 0.008),
+]
+EYE: list[Section] = [  # along x
+    (-0.006, 0.0, 0.006, 0.007, 0.012),
+    (0.004, 0.0, 0.0065, 0.007, 0.0135),
+    (0.0105, 0.0, 0.0050, 0.005, 0.0070),
+]
 
 
 def outline(azimuth: FloatArray, z: FloatArray) -> FloatArray:
@@ -65,7 +78,22 @@ def head(jaw: float, level: int) -> Mesh:
     points[..., 0] += _face(a, h)
     bottom, top = np.array([0.0, 0.0, -0.014]), np.array([-0.005, 0.0, CROWN])
     solid = close_grid(points, bottom, top)
-    return finish(solid, paint=_paint_face if level < 2 else None)
+    ears = [] if level > 0 else [_ear(side) for side in (-1.0, 1.0)]
+    return finish(solid, *ears, paint=_paint_face if level < 2 else None)
+
+
+def _ear(side: float) -> trimesh.Trimesh:
+    ear = loft(EAR, (5, 3), caps=(0.006, 0.008))
+    return turned(ear, np.eye(3), (0.0, 0.077 * side, 0.0))
+
+
+def eyes(level: int) -> Mesh:
+    """Two eyeballs with dark irises."""
+    balls = []
+    for side in (-1.0, 1.0):
+        ball = loft(EYE, ((6, 3), (6, 3), (4, 2))[level], caps=(0.003, 0.0025), power=2.0)
+        balls.append(turned(ball, ALONG_X, (0.0665, 0.031 * side, 0.1175)))
+    return finish(*balls, paint=lambda points: np.where(points[:, :1] > 0.0765, 0.05, 1.0) * np.ones(3))
 
 
 def _bump(a: FloatArray, h: FloatArray, at: tuple[float, float], size: tuple[float, float]) -> FloatArray:
@@ -89,7 +117,7 @@ def _paint_face(vertices: FloatArray) -> FloatArray:
     x, y, h = vertices.T
     a = np.arctan2(y, x - 0.01)
     dark = np.maximum(
-        0.85 * _bump(a, h, (22, 0.118), (9, 0.006)) * (x > 0), 0.6 * _bump(a, h, (23, 0.137), (15, 0.006)) * (x > 0)
+        0.45 * _bump(a, h, (22, 0.120), (12, 0.009)) * (x > 0), 0.75 * _bump(a, h, (24, 0.139), (14, 0.006)) * (x > 0)
     )
     lips = 0.45 * _bump(a, h, (0, 0.046), (20, 0.008)) * (x > 0)
     shade = 1.0 - 0.35 * np.clip((0.012 - h) / 0.02, 0.0, 1.0)
@@ -115,6 +143,12 @@ class Shell:
     curls: float = 0.0
 
 
+WRAP: list[Section] = [  # what a head scarf covers below the chin
+    (-0.105, -0.005, 0.105, 0.100, 0.125),
+    (-0.060, 0.006, 0.078, 0.078, 0.078),
+    (-0.010, 0.020, 0.066, 0.090, 0.066),
+    (0.030, 0.016, 0.060, 0.090, 0.066),
+]
 SHELLS: dict[str, Shell] = {
     "hair short": Shell(edge=(0.176, 0.172, 0.120, 0.070, 0.052), thick=(0.004, 0.011, 0.014)),
     "hair crew": Shell(edge=(0.182, 0.178, 0.125, 0.085, 0.065), thick=(0.002, 0.005, 0.006)),
@@ -124,9 +158,9 @@ SHELLS: dict[str, Shell] = {
     "hair bob": Shell(edge=(0.165, 0.150, 0.005, 0.0, 0.0), thick=(0.012, 0.020, 0.016), flare=0.016),
     "hair tied": Shell(edge=(0.182, 0.175, 0.105, 0.065, 0.055), thick=(0.004, 0.008, 0.009)),
     "hair receding": Shell(edge=(0.206, 0.204, 0.125, 0.070, 0.055), thick=(0.003, 0.006, 0.004)),
-    "cap": Shell(edge=(0.158, 0.152, 0.132, 0.120, 0.115), thick=(0.014, 0.017, 0.020)),
-    "beanie": Shell(edge=(0.150, 0.145, 0.115, 0.098, 0.090), thick=(0.018, 0.019, 0.030)),
-    "scarf": Shell(edge=(0.172, 0.140, -0.060, -0.075, -0.080), thick=(0.015, 0.015, 0.012), flare=0.022),
+    "cap": Shell(edge=(0.158, 0.152, 0.132, 0.120, 0.115), thick=(0.016, 0.021, 0.024)),
+    "beanie": Shell(edge=(0.150, 0.145, 0.115, 0.098, 0.090), thick=(0.019, 0.024, 0.034)),
+    "scarf": Shell(edge=(0.172, 0.146, -0.030, -0.075, -0.080), thick=(0.012, 0.014, 0.012), flare=0.020),
     "crown": Shell(edge=(0.160, 0.156, 0.146, 0.140, 0.135), thick=(0.016, 0.022, 0.040)),
 }
 BEARD = Shell(edge=(-0.012, -0.010, 0.0, 0.05, 0.06), thick=(0.006, 0.006, 0.006))
@@ -135,17 +169,19 @@ BEARD = Shell(edge=(-0.012, -0.010, 0.0, 0.05, 0.06), thick=(0.006, 0.006, 0.006
 def shell(name: str, level: int) -> Mesh:
     """The surface of a shell, closed inside the head."""
     what = SHELLS[name]
-    around, rings = azimuths(level), (9, 5, 3)[level]
+    around, rings = azimuths(level), (7, 4, 3)[level]
     edge = PchipInterpolator(np.radians([0, 40, 75, 110, 180]), what.edge)(np.abs(around))
-    share = np.linspace(0.0, 1.0, rings, endpoint=False)[:, None]
-    z = edge + (CROWN - edge) * share**0.9
+    share = np.linspace(0.0, 0.94, rings)[:, None]
+    rise = np.sin(0.5 * np.pi * share)
+    z = edge + (CROWN - edge) * np.minimum(rise, 0.995)
     a = np.broadcast_to(around, z.shape)
     low = np.minimum(z, 0.0)
     points = outline(a, np.maximum(z, 0.045 if what.flare else 0.0))
     points[..., 2] = z
     thick = PchipInterpolator([0.0, 0.5, 1.0], what.thick)(share) + what.flare * np.clip(-low / 0.1, 0.0, 1.0)
     thick = thick + what.curls * np.sin(5 * a) * np.sin(90.0 * z)
-    outwards = np.stack([np.cos(a), np.sin(a), 0.6 * share**3 + 0.0 * a], axis=-1)
+    up = rise**3 + 0.0 * a
+    outwards = np.stack([np.sqrt(1.0 - up**2) * np.cos(a), np.sqrt(1.0 - up**2) * np.sin(a), up], axis=-1)
     points = points + thick[..., None] * outwards
     inner = points[:1] * (0.86, 0.86, 1.0) + (0.0, 0.0, 0.008)
     middle = np.array([0.0, 0.0, float(np.mean(edge)) + 0.02])
@@ -158,6 +194,11 @@ def _strands(vertices: FloatArray) -> FloatArray:
     around = np.arctan2(vertices[:, 1], vertices[:, 0])
     shade = 0.86 + 0.14 * np.clip(vertices[:, 2] / 0.2, 0.0, 1.0) + 0.08 * np.sin(9.0 * around)
     return np.repeat(shade[:, None], 3, axis=1)
+
+
+def wrap(level: int) -> Mesh:
+    """The part of a head scarf that covers neck and throat."""
+    return finish(loft(WRAP, ((14, 5), (8, 4), (5, 2))[level], caps=(0.01, 0.01)))
 
 
 def tail(hang: bool, level: int) -> Mesh:
@@ -191,8 +232,13 @@ def brim(front: float, back: float, width: float, level: int) -> Mesh:
 def head_meshes() -> dict[str, Callable[[int], Mesh]]:
     """Name → what makes the mesh of a level."""
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(shell, name) for name in SHELLS}
-    makers |= {"head man": partial(head, 0.08), "head woman": partial(head, -0.06)}
-    makers |= {"pony tail": partial(tail, True), "bun": partial(tail, False)}
+    makers |= {"head man": partial(head, 0.05), "head woman": partial(head, -0.06)}
+    makers |= {
+        "wrap": lambda level: finish(loft(WRAP, ((14, 5), (8, 4), (5, 2))[level])),
+        "eyes": eyes,
+        "pony tail": partial(tail, True),
+        "bun": partial(tail, False),
+    }
     makers |= {"peak": partial(brim, 0.165, 0.06, 0.085)}
     makers |= {"wide brim": partial(brim, 0.185, 0.185, 0.170)}
     makers |= {"narrow brim": partial(brim, 0.145, 0.145, 0.130)}

@@ -14,6 +14,8 @@ LEVELS = 3
 ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """Lays a loft along x: its axis becomes x, its front becomes up."""
 
+FLAT = 0.011
+"""Caps up to this height in m are plain cones."""
 Section = tuple[float, float, float, float, float]
 Detail = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 Paint = Callable[[FloatArray], FloatArray]
@@ -45,7 +47,10 @@ def loft(
     around = np.pi / 2 + 2.0 * np.pi * np.arange(sides) / sides
     ring = np.stack([_power(np.cos(around), 2.0 / power), _power(np.sin(around), 2.0 / power)], axis=-1)
     ring[np.abs(ring) < 1e-9] = 0.0
-    folds = 1.0 + ripple * np.sin(2.0 * around + 90.0 * steps[:, :1]) * np.sin(3.0 * around - 55.0 * steps[:, :1])
+    fade = np.sin(np.pi * np.linspace(0.0, 1.0, len(steps)))[:, None]
+    folds = 1.0 + ripple * fade * np.sin(2.0 * around + 90.0 * steps[:, :1]) * np.sin(
+        3.0 * around - 55.0 * steps[:, :1]
+    )
     depth = np.where(ring[:, 0] > 0, steps[:, 2:3], steps[:, 3:4])
     points = np.stack(
         [steps[:, 1:2] + folds * depth * ring[:, 0], folds * steps[:, 4:5] * ring[:, 1], steps[:, :1] + 0.0 * depth],
@@ -93,11 +98,11 @@ def turned(solid: trimesh.Trimesh, rotation: FloatArray, shift: tuple[float, flo
 
 
 def _with_caps(steps: FloatArray, caps: tuple[float, float]) -> FloatArray:
-    """Adds a ring at either end, so that the ends are round."""
-    ends = steps[[0, -1]].copy()
-    ends[:, 0] += (-0.65 * caps[0], 0.65 * caps[1])
-    ends[:, 2:] *= 0.7
-    return np.concatenate([ends[:1], steps, ends[1:]])
+    """Adds a ring at either end that is not flat, so that it is round."""
+    bottom, top = steps[:1].copy(), steps[-1:].copy()
+    bottom[:, 0], top[:, 0] = bottom[:, 0] - 0.68 * caps[0], top[:, 0] + 0.68 * caps[1]
+    bottom[:, 2:], top[:, 2:] = 0.74 * bottom[:, 2:], 0.74 * top[:, 2:]
+    return np.concatenate([*([bottom] if caps[0] > FLAT else []), steps, *([top] if caps[1] > FLAT else [])])
 
 
 def _power(values: FloatArray, exponent: float) -> FloatArray:
