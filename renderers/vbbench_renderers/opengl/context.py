@@ -72,7 +72,7 @@ def make_program(
     head = ["#version 430"]
     head += [f"#define {name} {getattr(drawing, name)}" for name in _CONSTANTS]
     head += [f"#define {name}" for name in defines]
-    vertex_parts = ["frame.glsl", "project.glsl", vertex]
+    vertex_parts = ["frame.glsl", "light.glsl", "project.glsl", vertex]
     fragment_parts = ["frame.glsl", "light.glsl", fragment]
     program = context.program(
         vertex_shader="\n".join([*head, *map(_read, vertex_parts)]),

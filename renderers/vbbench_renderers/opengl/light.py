@@ -14,26 +14,28 @@ HALF_WIDTH = 16.0
 """m around its centre in which people throw shadows."""
 AHEAD = 12.0
 """m by which that centre lies ahead of a camera that looks one way."""
-TEXELS, FIXED_TEXELS, CONTACT_TEXELS = 1024, 2048, 512
+TEXELS, FIXED_TEXELS = 1024, 2048
 LARGEST_HALF_WIDTH = 80.0
 FOOT_HEIGHT = 0.3
 """Limbs below this height (m) darken the ground under them."""
+PENUMBRA = 1.5
+SPOT_BYTES = 32
 
 
 class Shadows:
-    """Two depth maps along the sun, and a map of the openness of the ground."""
+    """Two depth maps along the sun, and a map of what reaches the ground."""
 
     def __init__(self, context: "moderngl.Context") -> None:
         self._context = context
         self._maps = [_depth_map(context, TEXELS), _depth_map(context, FIXED_TEXELS)]
         self._targets = [context.framebuffer(depth_attachment=part) for part in self._maps]
-        self._contact = context.texture((CONTACT_TEXELS, CONTACT_TEXELS), 1)
-        self._contact.repeat_x = self._contact.repeat_y = False
-        self._ground = context.framebuffer(self._contact)
+        self._ground = context.texture((TEXELS, TEXELS), 2)
+        self._ground.repeat_x = self._ground.repeat_y = False
+        self._ground_target = context.framebuffer(self._ground)
 
     def use(self, first_unit: int) -> None:
-        """Bind the three maps for shaders: people, fixed, contact."""
-        for n, part in enumerate((*self._maps, self._contact)):
+        """Bind the three maps for shaders: people, fixed, ground."""
+        for n, part in enumerate((*self._maps, self._ground)):
             part.use(first_unit + n)
 
     def begin_people(self) -> None:
@@ -49,8 +51,8 @@ class Shadows:
     def draw_contacts(self, blobs: "moderngl.VertexArray", count: int) -> None:
         """Darken the ground at ``count`` spots."""
         context = self._context
-        self._ground.use()
-        self._ground.clear(1.0, 1.0, 1.0, 1.0)
+        self._ground_target.use()
+        self._ground_target.clear(1.0, 1.0, 1.0, 1.0)
         context.disable(context.DEPTH_TEST)
         context.enable(context.BLEND)
         context.blend_func = (context.ZERO, context.SRC_COLOR)
@@ -60,18 +62,46 @@ class Shadows:
 
     def release(self) -> None:
         """Give back the memory."""
-        parts: list[Any] = [*self._targets, self._ground, *self._maps, self._contact]
+        parts: list[Any] = [*self._targets, self._ground_target, *self._maps, self._ground]
         for part in parts:
             part.release()
 
 
-def spots(instances: NDArray[Any], bodies: Float32) -> Float32:
-    """[N, 4] x, y, radius and strength of the dark spots: one under each foot, a wide one under each body."""
-    centres = instances["rows"][:, :, 3]
+def spots(centres: Float32, axes: Float32, bodies: Float32, sun: Float32) -> Float32:
+    """[M, 8] soft dark ellipses on the ground, as ``blob.vert`` reads them.
+
+    Every limb takes the sun: its ellipsoid with half axes a_i, projected along the sun, is an ellipse with the matrix
+    Σ p_i p_iᵀ, where p_i = (x, y) − z s of a_i and s is the shadow of a stick 1 m high. Feet and bodies take the sky.
+
+    Parameters
+    ----------
+    centres : [N, 3] of the limbs, in m.
+    axes : [N, 3, 3] their half axes, in columns.
+    bodies : [B, 2] where people stand.
+    sun : [3] direction towards the sun.
+    """
+    stick = sun[:2] / sun[2]
+    flat = axes[:, :2] - stick[:, None] * axes[:, 2:]
+    soft = PENUMBRA * (0.03 + 0.012 * np.maximum(centres[:, 2], 0.0)) ** 2
+    a = np.square(flat[:, 0]).sum(axis=1) + soft
+    b = (flat[:, 0] * flat[:, 1]).sum(axis=1)
+    c = np.square(flat[:, 1]).sum(axis=1) + soft
+    l00 = np.sqrt(a)
+    l10 = b / l00
+    l11 = np.sqrt(np.maximum(c - l10 * l10, 1e-6))
+    inner = np.clip(1.0 - 2.0 * np.sqrt(soft / np.minimum(a, c)), 0.0, 0.8)
+    full, none = np.ones_like(l00), np.zeros_like(l00)
+    rows = [np.column_stack((centres[:, :2] - stick * centres[:, 2:], l00, l10, l11, full, none, inner))]
     feet = centres[centres[:, 2] < FOOT_HEIGHT]
-    near = np.column_stack((feet[:, :2], np.full(len(feet), 0.22), 0.55 - feet[:, 2]))
-    wide = np.column_stack((bodies, np.full(len(bodies), 0.6), np.full(len(bodies), 0.45)))
-    return np.concatenate([near, wide]).astype(np.float32)
+    rows.append(_round(feet[:, :2], 0.22, np.maximum(0.6 - 2.0 * feet[:, 2], 0.0)))
+    rows.append(_round(bodies, 0.6, np.full(len(bodies), 0.35)))
+    return np.concatenate(rows).astype(np.float32)
+
+
+def _round(centres: Float32, radius: float, strength: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
+    row = np.tile((radius, 0.0, radius, 0.0, 0.0, 0.0), (len(centres), 1))
+    row[:, 4] = strength
+    return np.concatenate([centres, row], axis=1)
 
 
 def fixed_window(vertices: Float32) -> Float32:

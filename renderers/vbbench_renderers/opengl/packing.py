@@ -1,7 +1,7 @@
 """Meshes and limbs as OpenGL reads them: vertices, instances and the commands of one indirect draw."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,13 +40,13 @@ class Library:
     vertices : [V, 12] see `pack_vertices`.
     triangles : [F, 3] indices within a mesh.
     commands : [levels, meshes] `COMMAND` of one mesh, without instances.
-    spheres : [meshes, 4] centre and radius in the limb's frame, of the finest level.
+    boxes : [meshes, 2, 3] centre and half size in the limb's frame, of the finest level.
     """
 
     vertices: Float32
     triangles: NDArray[np.int32]
     commands: Records
-    spheres: Float32
+    boxes: Float32
 
 
 def pack_library(levels: list[tuple[Mesh, ...]]) -> Library:
@@ -60,14 +60,13 @@ def pack_library(levels: list[tuple[Mesh, ...]]) -> Library:
         vertices=np.concatenate([pack_vertices(mesh) for mesh in meshes]),
         triangles=np.concatenate([mesh.triangles for mesh in meshes]).astype(np.int32),
         commands=commands.reshape(len(levels), -1),
-        spheres=np.array([_sphere(mesh.vertices) for mesh in levels[0]], dtype=np.float32),
+        boxes=np.array([_box(mesh.vertices) for mesh in levels[0]], dtype=np.float32),
     )
 
 
-def _sphere(vertices: Float32) -> Float32:
-    centre = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    radius = np.linalg.norm(vertices - centre, axis=1).max()
-    return np.append(centre, 1.05 * radius).astype(np.float32)  # 1.05: coarse levels may bulge a little
+def _box(vertices: Float32) -> tuple[Float32, Float32]:
+    least, most = vertices.min(axis=0), vertices.max(axis=0)
+    return 0.5 * (least + most), 0.52 * (most - least)  # coarse levels may bulge a little
 
 
 def pack_limbs(drawn: list[tuple[int, Limbs]]) -> tuple[Records, NDArray[np.int64], NDArray[np.int64]]:
@@ -85,12 +84,16 @@ def pack_limbs(drawn: list[tuple[int, Limbs]]) -> tuple[Records, NDArray[np.int6
     return packed, levels, meshes
 
 
+def axes(instances: Records, meshes: NDArray[np.int64], library: Library) -> Float32:
+    """[N, 3, 3] in columns, the half axes of the limbs' boxes in the world, in m."""
+    return cast(Float32, instances["rows"][:, :, :3] * library.boxes[meshes, 1][:, None])
+
+
 def bounds(instances: Records, meshes: NDArray[np.int64], library: Library) -> Float32:
     """[N, 4] centre and radius of every limb in the world."""
-    rows, spheres = instances["rows"], library.spheres[meshes]
-    centre = np.einsum("nij,nj->ni", rows[:, :, :3], spheres[:, :3]) + rows[:, :, 3]
-    stretch = np.sqrt(np.square(rows[:, :, :3]).sum(axis=(1, 2)))  # Frobenius: never less than the true stretch
-    return np.concatenate([centre, (spheres[:, 3] * stretch)[:, None]], axis=1)
+    centre = np.einsum("nij,nj->ni", instances["rows"][:, :, :3], library.boxes[meshes, 0]) + instances["rows"][..., 3]
+    radius = np.sqrt(np.square(axes(instances, meshes, library)).sum(axis=(1, 2)))  # half the diagonal, or more
+    return np.concatenate([centre, radius[:, None]], axis=1)
 
 
 def in_view(spheres: Float32, camera: Camera, pose: NDArray[np.float64]) -> tuple[NDArray[np.int64], Float32]:

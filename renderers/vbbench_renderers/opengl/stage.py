@@ -29,7 +29,7 @@ _PLACE = ("3f 3f 3f 3f", "position", "normal", "colour", "uv")
 _LIMB = ("4f 4f 4f 4f 4f 1f 1f/i", "row_x", "row_y", "row_z", "first_dye", "second_dye", "base", "person")
 MOST_REFINED = 3 * 40_000
 _UNITS = (
-    ("textures", "people_shadow", "fixed_shadow", "contact"),
+    ("textures", "people_shadow", "fixed_shadow", "ground_map"),
     ("people_picture", "people_truth", "place_picture", "place_depth"),
 )
 """Texture units of the samplers, while layers are drawn and while they are composed."""
@@ -50,6 +50,7 @@ class Stage:
         self._make_buffers()
         self._make_programs()
         self._textures = _texture_array(context, around.textures, 8.0 if self.fine_place else 1.0)
+        self._sun = around.sky.sun_direction
         self._shadows = light.Shadows(context)
         self._fixed_window = light.fixed_window(self._place)
         self._fixed_drawn = False
@@ -63,7 +64,7 @@ class Stage:
         self._refined_vertices = buffer(reserve=self._refined.nbytes, dynamic=True)
         self._instances = buffer(reserve=packing.INSTANCE.itemsize, dynamic=True)
         self._commands = buffer(reserve=packing.COMMAND.itemsize * self._library.commands.size, dynamic=True)
-        self._spots = buffer(reserve=16, dynamic=True)
+        self._spots = buffer(reserve=light.SPOT_BYTES, dynamic=True)
 
     def _make_programs(self) -> None:
         context = self._context
@@ -96,7 +97,7 @@ class Stage:
             return self._array(name, [(self._refined_vertices, *layout)])
         if kind in ("place", "place_shadow"):
             return self._array(name, [(self._place_vertices, *_PLACE)], self._place_triangles)
-        return self._array(name, [(self._spots, "4f/i", "spot")] if kind == "blob" else [])
+        return self._array(name, [(self._spots, "2f 3f 3f/i", "centre", "axes", "effect")] if kind == "blob" else [])
 
     def _array(self, name: Key, content: list[Any], index: "moderngl.Buffer | None" = None) -> "moderngl.VertexArray":
         return self._context.vertex_array(self._programs[name], content, index_buffer=index, skip_errors=True)
@@ -127,15 +128,17 @@ class Stage:
         record["fixed_window"] = self._fixed_window
         self._frame.write(record)
         self._frame.bind_to_uniform_block(0)
-        context.enable_only(context.DEPTH_TEST)
+        context.enable_only(context.DEPTH_TEST | context.CULL_FACE)
         context.depth_func = "<="
+        context.front_face = "ccw"
         self._draw_fixed_shadows()
         shown, shadowed = self._upload_limbs(drawn, camera, pose, frame["window"], bodies)
         self._shadows.begin_people()
         self._arrays["limb_shadow"].render_indirect(self._commands, count=shadowed, first=shown)
-        self._shadows.draw_contacts(self._arrays["blob"], self._spots.size // 16)
+        self._shadows.draw_contacts(self._arrays["blob"], self._spots.size // light.SPOT_BYTES)
         self._textures.use(0)
         self._shadows.use(1)
+        context.front_face = "cw"  # rows count downwards
         targets.people.use()
         context.clear(depth=1.0)
         self._shift("limb", panorama, targets.shift(fine=True))
@@ -173,7 +176,8 @@ class Stage:
         shadowed["instance"] += len(visible)
         self._fill(self._instances, np.concatenate([visible, instances[near][order]]))
         self._fill(self._commands, np.concatenate([shown, shadowed]))
-        self._fill(self._spots, light.spots(instances[near], bodies.astype(np.float32)))
+        lengths = packing.axes(instances[near], meshes[near], self._library)
+        self._fill(self._spots, light.spots(spheres[near, :3], lengths, bodies.astype(np.float32), self._sun))
         return len(shown), len(shadowed)
 
     def _upload_refined(self, camera: PanoramaCamera, frame: dict[str, Any]) -> int:

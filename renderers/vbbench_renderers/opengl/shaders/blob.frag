@@ -1,8 +1,8 @@
 in vec2 place;
-flat in float strength;
-out float open;
+flat in vec3 strength;
+out vec2 open;
 
 void main() {
-    float fall = max(1.0 - dot(place, place), 0.0);
-    open = 1.0 - strength * fall * fall;
+    float cover = 1.0 - smoothstep(strength.z, 1.0, length(place));
+    open = 1.0 - strength.xy * cover;
 }

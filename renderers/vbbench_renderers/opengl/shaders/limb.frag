@@ -1,9 +1,10 @@
-in vec3 world;
-in vec3 upright;
-in vec3 local;
+in vec4 local;
+in vec4 mirrored;
 in vec3 tint;
+in vec3 around;
+in vec3 map;
 flat in vec4 first;
-flat in vec4 second;
+flat in vec3 second;
 flat in float who;
 layout(location = 0) out vec4 picture;
 layout(location = 1) out vec2 truth;
@@ -18,10 +19,13 @@ bool shows_second() {
 }
 
 void main() {
-    vec3 albedo = tint * (shows_second() ? second.rgb : first.rgb);
-    vec3 normal = normalize(upright);
-    float lit = sunlight(world, normal);
-    vec3 light = albedo * light_on(world, normal, lit) + second.w * mirrored(world, normal, lit);
-    picture = vec4(encode(through_air(light, world)), 1.0);
-    truth = vec2(who + 1.0, 1.0 / gl_FragCoord.w);
+    float range = 1.0 / gl_FragCoord.w;
+    vec3 albedo = tint * (shows_second() ? second : first.rgb);
+    float spread = 0.4 * window.z * window.w;
+    float lit = texture(people_shadow, map - vec3(spread, 0.4 * spread, 0.0));
+    lit = 0.5 * (lit + texture(people_shadow, map + vec3(spread, 0.4 * spread, 0.0)));
+    vec3 light = albedo * (around + sun_colour.rgb * (lit * max(local.w, 0.0)));
+    light += mirrored.rgb + sun_colour.rgb * (mirrored.w * lit);
+    picture = vec4(encode(through_air(light, range)), 1.0);
+    truth = vec2(who + 1.0, range);
 }
