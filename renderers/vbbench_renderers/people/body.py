@@ -19,7 +19,7 @@ LIMB: Detail = ((8, 4), (5, 3), (4, 2))
 HAND: Detail = ((6, 5), (4, 3), (3, 2))
 NECKLINE = 0.45
 """Slope of the neckline: it is lower in front."""
-SHOE: Detail = ((8, 7), (6, 4), (4, 2))
+SHOE: Detail = ((8, 7), (6, 4), (4, 3))
 
 TORSOS: dict[str, list[Section]] = {
     "torso man": [
@@ -172,17 +172,17 @@ LIMBS: dict[str, list[Section]] = {
 }
 JOINT_CAPS: dict[str, tuple[float, float]] = {  # rounded caps (bottom, top) in m, where they are not 5 mm
     "neck": (0.01, 0.01),
-    "upper arm": (0.038, 0.036),
-    "sleeve": (0.045, 0.040),
+    "upper arm": (0.030, 0.036),
+    "sleeve": (0.036, 0.040),
     "short sleeve": (0.002, 0.039),
-    "forearm": (0.01, 0.036),
-    "forearm sleeve": (0.002, 0.044),
-    "thigh": (0.06, 0.03),
-    "loose thigh": (0.073, 0.03),
+    "forearm": (0.01, 0.029),
+    "forearm sleeve": (0.002, 0.034),
+    "thigh": (0.046, 0.03),
+    "loose thigh": (0.055, 0.03),
     "shorts leg": (0.002, 0.03),
-    "shin": (0.02, 0.057),
-    "slim shin": (0.003, 0.061),
-    "loose shin": (0.003, 0.073),
+    "shin": (0.02, 0.044),
+    "slim shin": (0.003, 0.046),
+    "loose shin": (0.003, 0.054),
 }
 SHOES: dict[str, list[Section]] = {  # (x, centre z, up, down, half-width); the sole is at z = −0.085
     "shoe": [

@@ -27,9 +27,9 @@ def make_look(seed: int, person: int, height: float) -> Look:
     add_top(who)
     add_bottom(who)
     bag = add_bag(who)
-    parts = tuple(who.parts)
-    size = height / (CHIN + crown_of(parts, Bone.HEAD))
-    return Look(kind=tuple(who.kind), parts=parts, style=_manner(who, bag, size))
+    size = height / (CHIN + crown_of(tuple(who.parts), Bone.HEAD))
+    manner = _manner(who, bag, size)
+    return Look(kind=tuple(who.kind), parts=tuple(who.parts), style=manner)
 
 
 def _manner(who: Outfit, bag: str, size: float) -> dict[str, FloatArray]:
@@ -43,6 +43,7 @@ def _manner(who: Outfit, bag: str, size: float) -> dict[str, FloatArray]:
         swing[0] *= 0.3
         elbow[0] = 0.1
     elif rng.random() < 0.12:
+        who.add("phone", Bone.FOREARM + 1, linear(palette.BLACK), offset=(0.02, 0.025, -0.27), gloss=0.5, coarsest=1)
         swing[1], forward[1], elbow[1], inward[1] = 0.03, 0.35, 1.75, 0.35  # looks at a phone
     elif rng.random() < 0.08:
         swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.25, 0.75, 0.75, 0.22  # hands in pockets

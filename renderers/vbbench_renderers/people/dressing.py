@@ -129,10 +129,8 @@ def add_bottom(who: Outfit) -> None:
         who.pair("loose thigh" if loose else "thigh", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
         who.pair("loose shin" if loose else "slim shin", Bone.SHIN, colour, scale=scale, offset=MID_SHIN)
     else:
-        coarsest = 2 if kind == "shorts" else 1
-        who.pair(
-            "thigh", Bone.THIGH, bare, scale=(0.94 * thick, 0.94 * thick, 1.0), offset=MID_THIGH, coarsest=coarsest
-        )
+        slim, coarsest = (0.94 * thick, 0.94 * thick, 1.0), 2 if kind == "shorts" else 1
+        who.pair("thigh", Bone.THIGH, bare, scale=slim, offset=MID_THIGH, coarsest=coarsest)
         who.pair("shin", Bone.SHIN, bare, scale=scale, offset=MID_SHIN, gloss=0.08)
     if kind == "shorts":
         who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)

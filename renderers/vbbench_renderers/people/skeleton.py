@@ -95,7 +95,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _length(vectors: FloatArray) -> FloatArray:
-    return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", vectors, vectors)))
 
 
 def _hip_height(hip: FloatArray, ankle: FloatArray, size: FloatArray) -> FloatArray:
