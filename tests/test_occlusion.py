@@ -210,3 +210,12 @@ def test_the_benchmark_runs() -> None:
     from benchmarks.bench_tiers import observations_a_second
 
     assert observations_a_second(CAMERAS[0], repeats=1, frames=20) > 0.0
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
+def test_visible_fractions_are_those_of_pictures(camera: Camera) -> None:
+    from benchmarks.calibrate_occlusion import differences, samples
+
+    gap = np.abs(differences(samples(camera, sequences=1, every=80), Outline()))
+    assert len(gap) > 50
+    assert gap.mean() < 0.08

@@ -31,7 +31,7 @@ class Outline:
     """
 
     half: tuple[float, ...] = (0.05, 0.12)
-    top: tuple[float, ...] = (1.0, 0.83)
+    top: tuple[float, ...] = (1.0, 0.80)
 
     def __post_init__(self) -> None:
         half, top = np.array(self.half), np.array(self.top)
