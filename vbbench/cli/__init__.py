@@ -29,6 +29,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "compare": evaluation.compare,
     "plot": views.plot,
     "render": views.render,
+    "detect": exchange.detect,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
     "export mot": exchange.export_mot,

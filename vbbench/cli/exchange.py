@@ -1,4 +1,4 @@
-"""Commands that exchange boxes and trajectories with other tools: export mot, import mot, export tum, import tum."""
+"""Commands that exchange boxes and trajectories with other tools: export and import mot and tum, detect."""
 
 from pathlib import Path
 
@@ -75,7 +75,13 @@ def export_mot(
 
 
 def import_mot(
-    files: Positional[Path], /, dataset: Path, out: Path, truth: Path | None = None, overwrite: bool = False
+    files: Positional[Path],
+    /,
+    dataset: Path,
+    out: Path,
+    pixel_std: float = 3.0,
+    truth: Path | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Make a dataset of tier tracked from a tracker's MOTChallenge files.
 
@@ -83,10 +89,47 @@ def import_mot(
         files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
         dataset: The dataset whose pictures were tracked.
         out: Dataset folder to make.
+        pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, as solvers are told it.
         truth: Folder with the truth tables, where they are kept elsewhere.
         overwrite: Replace the dataset that is there.
     """
     from vbbench.dataset import Dataset
     from vbbench.mot import import_mot as make
 
-    print(make(files, Dataset(dataset, truth), out, overwrite=overwrite, announce=announce).folder)
+    made = make(files, Dataset(dataset, truth), out, pixel_std=pixel_std, overwrite=overwrite, announce=announce)
+    print(made.folder)
+
+
+def detect(
+    folder: Positional[Path],
+    /,
+    sequence: int,
+    out: Path,
+    detector: str = "hog",
+    every: int = 1,
+    backend: str = "auto",
+    plain: bool = False,
+    seed: int = 0,
+    truth: Path | None = None,
+) -> None:
+    """Run a real detector of people on the rendered pictures of a sequence; write MOTChallenge detections.
+
+    Args:
+        folder: The dataset.
+        sequence: Number of the sequence.
+        out: Text file to write.
+        detector: hog, or module:attribute of your own.
+        every: Only every so many frames.
+        backend: What draws; see 'vbbench render'.
+        plain: Ground and sky only.
+        seed: Seed of looks and surroundings.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+    """
+    from vbbench.dataset import Dataset
+    from vbbench.detecting import detect_to_file
+    from vbbench.rendering import Backend
+
+    drawn_by = Backend(name=backend, surroundings=not plain, seed=seed)
+    dataset = Dataset(folder, truth)
+    tally = detect_to_file(dataset, sequence, out, detector=detector, every=every, backend=drawn_by, announce=announce)
+    print(f"{out}: {tally}")

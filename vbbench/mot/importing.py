@@ -13,7 +13,7 @@ from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.boxes import observations_of
 from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.generation import write_dataset
 from vbbench.generator import SequenceData
 from vbbench.matching import LEAST_FRAMES, LEAST_OVERLAP, NOBODY, lasting_tracks, match_tracks, true_rectangles
@@ -26,6 +26,8 @@ from vbbench.tables import check_free, file_sha256
 
 REVISION = 1
 """Raised whenever the same files give another dataset, so that ids differ too."""
+PIXEL_STD = 3.0
+"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px, where nothing better is known."""
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -34,6 +36,7 @@ def import_mot(
     dataset: Dataset,
     out: Path | str,
     *,
+    pixel_std: float = PIXEL_STD,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Dataset:
@@ -48,6 +51,7 @@ def import_mot(
     folder : ``sequence-000012.txt`` for sequence 12; if there is no such file, ``sequence-000012/gt/gt.txt``.
     dataset : whose pictures they are, with its truth.
     out : folder of the new dataset.
+    pixel_std : standard deviation in px of a box's column, top and bottom that solvers are told.
     overwrite : replace the dataset that is there.
     announce : is told how many boxes were kept.
 
@@ -59,7 +63,9 @@ def import_mot(
     """
     out = Path(out)
     check_free(out, INFO_FILE, "dataset", overwrite)
-    plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)))
+    if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
+        raise VbbenchError(f"--pixel-std is a number of pixels, 0 or more, not {pixel_std:g}")
+    plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
     if not any(plan.build(index).sequence.tracks.size for index in range(len(plan))):
         problem = "no track is anybody in three frames; are its boxes in pixels of the rendered pictures?"
         raise FileError(folder, problem)
@@ -77,10 +83,12 @@ class TrackedPlan:
     ----------
     dataset : whose sequences they are.
     files : a file for each sequence, by its number there.
+    pixel_std : the noise in px that solvers are told.
     """
 
     dataset: Dataset
     files: dict[int, Path]
+    pixel_std: float
 
     def __len__(self) -> int:
         return len(self.files)
@@ -108,7 +116,8 @@ class TrackedPlan:
             "least_frames": LEAST_FRAMES,
             "of": source.definition,
         }
-        return replace(source, tier="tracked", scenes=names, definition=definition, counts={}, tables={})
+        facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}}
+        return replace(source, tier="tracked", scenes=names, pixel_std=self.pixel_std, **facts)
 
     def build(self, index: int) -> SequenceData:
         """Match the tracks of one sequence, and leave out those that are nobody."""

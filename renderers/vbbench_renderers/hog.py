@@ -1,0 +1,72 @@
+"""OpenCV's detector of people, histograms of oriented gradients (Dalal and Triggs, CVPR 2005): it needs no download."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.arrays import FloatArray
+from vbbench.boxes import overlaps
+from vbbench.detector import Detections
+from vbbench.errors import VbbenchError
+
+ENLARGE = 2.0
+"""The detector's window is 128 px high with somebody of 96 px in it; pictures are enlarged to find smaller people."""
+LEAST_SCORE = 0.5
+"""Distance from the support vector machine's plane under which nothing is reported."""
+SAME = 0.4
+"""Of two windows that overlap more (intersection over union), only the better is kept."""
+_STEP, _MARGIN, _SCALES = (8, 8), (16, 16), 1.05
+_BESIDE, _ABOVE = 16.0 / 64.0, 16.0 / 128.0
+"""Shares of the window that its training pictures had as a margin around the person."""
+
+
+class HogDetector:
+    """Finds upright people, at all scales.
+
+    Raises
+    ------
+    VbbenchError
+        If this OpenCV does not have it.
+    """
+
+    def __init__(self) -> None:
+        import cv2
+
+        if not hasattr(cv2, "HOGDescriptor"):
+            problem = f"OpenCV {cv2.__version__} has no HOG detector"
+            raise VbbenchError(f"{problem}; install one that has: pip install 'opencv-python-headless<5'")
+        self._hog = cv2.HOGDescriptor()
+        self._hog.setSVMDetector(np.asarray(cv2.HOGDescriptor.getDefaultPeopleDetector(), dtype=np.float32))
+
+    def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
+        """See `vbbench.detector.Detector`; a panorama is gone on with beyond its seam."""
+        import cv2
+
+        picture = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
+        if period is not None:
+            picture = np.concatenate([picture, picture[:, : picture.shape[1] // 6]], axis=1)
+        enlarged = cv2.resize(picture, None, fx=ENLARGE, fy=ENLARGE, interpolation=cv2.INTER_LINEAR)
+        windows, weights = self._hog.detectMultiScale(
+            enlarged, hitThreshold=LEAST_SCORE, winStride=_STEP, padding=_MARGIN, scale=_SCALES, groupThreshold=0
+        )
+        boxes = _inside(np.asarray(windows, dtype=np.float64).reshape(-1, 4) / ENLARGE)
+        scores = np.asarray(weights, dtype=np.float64).reshape(-1)
+        kept = _best(boxes, scores, period)
+        return Detections(boxes=boxes[kept], scores=scores[kept])
+
+
+def _inside(windows: FloatArray) -> FloatArray:
+    """The people [N, 4] in windows [N, 4], without the margin around them."""
+    left, top, width, height = windows.T
+    return np.stack(
+        [left + _BESIDE * width, top + _ABOVE * height, (1 - 2 * _BESIDE) * width, (1 - 2 * _ABOVE) * height], axis=-1
+    )
+
+
+def _best(boxes: FloatArray, scores: FloatArray, period: float | None) -> list[int]:
+    """Indices of the boxes that no better one overlaps, best first."""
+    shared = overlaps(boxes, boxes, period)
+    kept: list[int] = []
+    for index in np.argsort(-scores, kind="stable").tolist():
+        if not (shared[index, kept] > SAME).any():
+            kept.append(index)
+    return kept

@@ -1,0 +1,132 @@
+"""Runs a detector on the rendered pictures of a sequence, and says how many people it finds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.boxes import rectangles
+from vbbench.camera import Camera, PanoramaCamera
+from vbbench.dataset import Dataset
+from vbbench.detector import Detections, Detector
+from vbbench.errors import VbbenchError
+from vbbench.matching import match_boxes
+from vbbench.mot.file import UNLINKED, MotRows, write_mot
+from vbbench.parts import progress_bar
+from vbbench.registry import load
+from vbbench.rendering import Backend, open_renderer, pictures, scene_of, silent
+from vbbench.sequence import Sequence
+
+TALL = 100.0
+"""Boxes as high as this, in px, are told apart: what detectors of people are made for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """How a detector did: numbers of frames, of its boxes, and of people's boxes (of them tall) and those it found."""
+
+    frames: int = 0
+    boxes: int = 0
+    people: int = 0
+    found: int = 0
+    tall: int = 0
+    tall_found: int = 0
+
+    def __add__(self, other: "Tally") -> "Tally":
+        return Tally(**{name: value + getattr(other, name) for name, value in vars(self).items()})
+
+    def __str__(self) -> str:
+        recall, precision = _share(self.found, self.people), _share(self.found, self.boxes)
+        tall = f"{_share(self.tall_found, self.tall)} of those {TALL:g} px high and more"
+        found = f"found {recall} of {self.people} boxes ({tall})"
+        return f"{self.frames} frames: {found}; {precision} of the {self.boxes} detections are right"
+
+
+def detect_to_file(
+    dataset: Dataset,
+    number: int,
+    out: Path | str,
+    *,
+    detector: str = "hog",
+    every: int = 1,
+    backend: Backend | None = None,
+    announce: Callable[[str], object] = silent,
+) -> Tally:
+    """Detect people in the rendered pictures of a sequence and write them as MOTChallenge detections.
+
+    Parameters
+    ----------
+    dataset : where the sequence lies, with its truth.
+    number : its number.
+    out : text file to write.
+    detector : a registered name, or ``module:attribute`` of a `Detector`.
+    every : only every so many frames.
+    backend : who draws; by default the best that works.
+    announce : is told once what draws.
+
+    Returns
+    -------
+    How it did against the boxes of the dataset's observations, at an overlap of 0.5 or more.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence, detector or backend, or the truth is withheld.
+    """
+    if every < 1:
+        raise VbbenchError(f"--every is a number of frames, 1 or more, not {every}")
+    sequence, finder = dataset.sequence(number), _make_detector(detector)
+    camera, frames = dataset.info.camera, range(0, sequence.frames, every)
+    period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
+    found: list[Detections] = []
+    with (
+        open_renderer(backend or Backend(), scene_of(dataset, sequence.scene), announce) as renderer,
+        progress_bar(len(frames), detector, unit="frame") as bar,
+    ):
+        for picture in pictures(dataset, sequence, renderer, frames):
+            found.append(finder.detect(picture.rgb, period))
+            bar.update()
+    write_mot(Path(out), _rows(frames, found))
+    tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
+    return sum(tallies, start=Tally())
+
+
+def _make_detector(name: str) -> Detector:
+    kind = load("detector", name)
+    try:
+        made: Detector = kind()
+    except TypeError as error:
+        raise VbbenchError(f"detector '{name}' is no class that is called without arguments: {error}") from error
+    return made
+
+
+def _rows(frames: range, found: list[Detections]) -> MotRows:
+    count = [len(one.scores) for one in found]
+    scores = np.concatenate([one.scores for one in found])
+    return MotRows(
+        frame=np.repeat(np.array(frames), count),
+        track=np.full(len(scores), UNLINKED),
+        boxes=np.concatenate([one.boxes for one in found]),
+        confidence=scores,
+        visible=np.ones(len(scores)),
+        line=np.arange(1, len(scores) + 1),
+    )
+
+
+def _tally(sequence: Sequence, frame: int, found: Detections, camera: Camera) -> Tally:
+    there = rectangles(sequence.observations[frame, sequence.observed[frame]])
+    _, partners = match_boxes(found.boxes, there, camera)
+    tall = there[:, 3] >= TALL
+    return Tally(
+        frames=1,
+        boxes=len(found.boxes),
+        people=len(there),
+        found=len(partners),
+        tall=int(tall.sum()),
+        tall_found=int(tall[partners].sum()),
+    )
+
+
+def _share(part: int, whole: int) -> str:
+    return f"{part / whole:.0%}" if whole else "none"
