@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vbbench.arrays import FloatArray
 from vbbench_renderers.drawing import Sky
 from vbbench_renderers.raster.compiled import kernel
+from vbbench_renderers.raster.rays import Rays
 from vbbench_renderers.raster.textures import linear_to_srgb
 
 SRGB_STEPS = 4096
@@ -123,3 +124,19 @@ def sky_colour(light: Light, x: float, y: float, z: float) -> Colour:
 @kernel
 def _dot(a: Colour, b: Colour) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def sky_picture(table: FloatArray, srgb: NDArray[np.uint8], rays: Rays, eye: FloatArray) -> NDArray[np.uint8]:
+    """[H, W, 3] sRGB picture of nothing but the sky; ``table`` is a `light_table`."""
+    light, width = light_of(table), len(rays.side)
+    picture = np.empty((rays.height, width, 3), np.uint8)
+    for row in range(rays.height):
+        for column in range(width):
+            x, up, z = rays.side[column], (rays.horizon - row) / rays.focal, rays.ahead[column]
+            length = math.sqrt(x * x + up * up + z * z)
+            east, north = (eye[0, 0] * x + eye[2, 0] * z) / length, (eye[0, 1] * x + eye[2, 1] * z) / length
+            colour = sky_colour(light, east, north, up / length)
+            for band in range(3):
+                picture[row, column, band] = encode(colour[band], srgb)
+    return picture

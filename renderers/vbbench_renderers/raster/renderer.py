@@ -23,7 +23,7 @@ class RasterRenderer:
 
     def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
         from vbbench_renderers.people import Walkers
-        from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
+        from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
 
         area = walking_area(scene)
         around = build_surroundings(area, seed) if surroundings else plain_surroundings(area)
@@ -41,15 +41,6 @@ class RasterRenderer:
 
     def close(self) -> None:
         """Nothing is held."""
-
-
-def walking_area(scene: Scene) -> tuple[float, float, float, float]:
-    """(x0, y0, x1, y1) in m around everybody's path; a small one around the origin if nobody comes."""
-    places = scene.positions[scene.present]
-    if len(places) == 0:
-        return -1.0, -1.0, 1.0, 1.0
-    (x0, y0), (x1, y1) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
-    return x0, y0, x1, y1
 
 
 def column_of(scene: Scene, observer: int | None) -> int | None:

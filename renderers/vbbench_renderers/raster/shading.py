@@ -143,7 +143,9 @@ def _shade_column(
             facing = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2]
             if facing < 0.0 and looks.pattern[limb] < 0:
                 normal = (-normal[0], -normal[1], -normal[2])
-            albedo = _dyed(parts, looks, limb, a, b, c, w0, w1, w2)
+            dye = dye_of(looks, limb, parts.vertices, a, b, c, w0, w1, w2)
+            albedo = _blend(parts.colours, a, b, c, w0, w1, w2)
+            albedo = (albedo[0] * dye[0], albedo[1] * dye[1], albedo[2] * dye[2])
             if parts.layers[face] >= 0:
                 spread = depth * stretch * parts.grain[face] / (rays.focal * math.sqrt(max(abs(facing), 0.02)))
                 u = w0 * parts.uv[a, 0] + w1 * parts.uv[b, 0] + w2 * parts.uv[c, 0]
@@ -197,14 +199,15 @@ def _turned(turn: Float32, limb: int, normal: Colour) -> Colour:
 
 
 @kernel
-def _dyed(parts: Parts, looks: Looks, limb: int, a: int, b: int, c: int, w0: float, w1: float, w2: float) -> Colour:
-    """The colour of a limb at a point of a triangle, without its texture."""
-    own = _blend(parts.colours, a, b, c, w0, w1, w2)
-    if looks.pattern[limb] > 0 and _patterned(looks.pattern[limb], _blend(parts.vertices, a, b, c, w0, w1, w2)):
+def dye_of(
+    looks: Looks, limb: int, vertices: Float32, a: int, b: int, c: int, w0: float, w1: float, w2: float
+) -> Colour:
+    """The dye of a limb at a point of the triangle (a, b, c), by its weights."""
+    if looks.pattern[limb] > 0 and _patterned(looks.pattern[limb], _blend(vertices, a, b, c, w0, w1, w2)):
         dye = looks.second_colour
     else:
         dye = looks.colour
-    return own[0] * dye[limb, 0], own[1] * dye[limb, 1], own[2] * dye[limb, 2]
+    return dye[limb, 0], dye[limb, 1], dye[limb, 2]
 
 
 @kernel

@@ -1,0 +1,86 @@
+"""Backend ``pyrender``: off-screen through EGL or OSMesa; ids and depth come from the segmentation pass.
+
+Depth and ids of the colour pass would be mixed from several samples at silhouettes.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.renderer import NOBODY, Picture, picture_size
+from vbbench.scene import Scene
+from vbbench_renderers.mesh import Float32
+from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
+from vbbench_renderers.pyrender_backend.stage import Stage
+from vbbench_renderers.pyrender_backend.views import View, resample, views_of
+from vbbench_renderers.raster.renderer import column_of
+
+Layers = tuple[NDArray[np.uint8], Float32, NDArray[Any]]
+
+
+class PyrenderRenderer:
+    """Draws a scene with pyrender; a `vbbench.renderer.Renderer`.
+
+    Parameters
+    ----------
+    scene : its people are drawn.
+    seed : of looks and surroundings.
+    surroundings : draw façades, trees and furniture; otherwise ground and sky only.
+    """
+
+    def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
+        self._scene = scene
+        self._screen: Any = open_off_screen(64, 64)
+        self._device = device_name()
+        self._stage = Stage(scene, seed, surroundings)
+        self._views: dict[Camera, list[View]] = {}
+
+    @property
+    def device(self) -> str:
+        """See `vbbench.renderer.Renderer`."""
+        return self._device
+
+    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
+        """See `vbbench.renderer.Renderer`."""
+        if self._screen is None:
+            raise VbbenchError("this renderer was closed")
+        width, height = picture_size(camera)
+        pose = np.asarray(pose, np.float64)
+        self._stage.set_people(frame, pose, column_of(self._scene, observer))
+        if isinstance(camera, PerspectiveCamera):
+            rgb, depth, ids = self._shoot(camera, pose)
+            return Picture(rgb=rgb, depth=depth, ids=ids)
+        rgb, depth = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
+        ids = np.empty((height, width), np.int32)
+        for view in self._views_of(camera):
+            layers = self._shoot(view.camera, pose - np.array([0.0, 0.0, view.turn]))
+            rgb[:, view.columns], depth[:, view.columns], ids[:, view.columns] = resample(view, *layers)
+        return Picture(rgb=rgb, depth=depth, ids=ids)
+
+    def close(self) -> None:
+        """Give back the context."""
+        if self._screen is not None:
+            self._screen.delete()
+            self._screen = None
+
+    def _views_of(self, camera: Camera) -> list[View]:
+        if isinstance(camera, PanoramaCamera) and camera not in self._views:
+            self._views[camera] = views_of(camera)
+        return self._views[camera]
+
+    def _shoot(self, camera: PerspectiveCamera, pose: FloatArray) -> Layers:
+        """Colour, depth and ids of a perspective view."""
+        self._screen.viewport_width, self._screen.viewport_height = camera.width, camera.height
+        self._stage.set_camera(camera, pose)
+        scene, flags = self._stage.scene, load_pyrender().RenderFlags
+        rgb, _ = self._screen.render(scene, flags=flags.NONE)
+        codes, depth = self._screen.render(scene, flags=flags.SEG, seg_node_map=self._stage.codes)
+        rows = codes.astype(np.int32) @ np.array([65536, 256, 1], np.int32)
+        empty = depth == 0.0
+        depth = np.where(empty, np.inf, depth).astype(np.float32)
+        ids = np.append(NOBODY, self._scene.people).astype(np.int32)[rows]
+        return self._stage.with_sky(rgb, empty, camera, pose), depth, ids

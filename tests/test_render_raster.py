@@ -1,0 +1,212 @@
+"""The raster backend: near plane, seam, nobody, observer, threads; and what its kernels promise."""
+
+import numba
+import numpy as np
+import pytest
+
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.renderer import NOBODY, Picture
+from vbbench.scene import Scene
+from vbbench_renderers.drawing import Limbs
+from vbbench_renderers.mesh import PLAIN, Float32, Mesh
+from vbbench_renderers.raster import RasterRenderer
+from vbbench_renderers.raster.crowd import joined_limbs, no_limbs
+from vbbench_renderers.raster.drawer import Drawer
+from vbbench_renderers.raster.parts import join_parts, split_mesh
+from vbbench_renderers.raster.textures import build_textures, linear_to_srgb, srgb_to_linear
+from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
+
+AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
+AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
+CAMERAS = [pytest.param(AHEAD, id="perspective"), pytest.param(AROUND, id="panorama")]
+ORIGIN = np.zeros(3)
+
+
+def crowd(places: list[tuple[float, float]], frames: int = 2) -> Scene:
+    positions = np.tile(np.array(places, dtype=np.float64).reshape(1, -1, 2), (frames, 1, 1))
+    count = positions.shape[1]
+    return Scene(name="t", dt=0.1, people=np.arange(count) * 7 + 3, positions=positions, heights=np.full(count, 1.7))
+
+
+def triangle_mesh(corners: Float32) -> Mesh:
+    count = len(corners) // 3
+    return Mesh(
+        vertices=np.asarray(corners, np.float32),
+        normals=np.tile(np.float32([0, 0, 1]), (3 * count, 1)),
+        colours=np.ones((3 * count, 3), np.float32),
+        uv=np.zeros((3 * count, 2), np.float32),
+        layers=np.full(3 * count, PLAIN, np.int32),
+        triangles=np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+    )
+
+
+class Solids:
+    """One mesh, in the world as it is, for the first person."""
+
+    levels = 1
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
+
+    def library(self, level: int) -> tuple[Mesh, ...]:
+        return (self._mesh,)
+
+    def limbs(self, frame: int, eye: object, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+        colour, number = np.ones((1, 3), np.float32), np.zeros(1, np.int32)
+        transform = np.eye(3, 4, dtype=np.float32)[None]
+        return [
+            (
+                0,
+                Limbs(
+                    mesh=number,
+                    transform=transform,
+                    colour=colour,
+                    second_colour=colour,
+                    pattern=number,
+                    gloss=np.zeros(1, np.float32),
+                    person=number,
+                ),
+            )
+        ]
+
+
+def draw(corners: list[list[float]], camera: Camera, pose: np.ndarray = ORIGIN) -> Picture:
+    """Triangles that belong to person 3, over a plain ground."""
+    scene = crowd([(0.0, 0.0)])
+    drawer = Drawer(Solids(triangle_mesh(np.array(corners))), plain_surroundings((-2.0, -2.0, 2.0, 2.0)))
+    return drawer.draw(0, camera, pose, scene, None)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_shared_edges_leave_no_hole_and_sides_are_culled(camera: Camera) -> None:
+    rng = np.random.default_rng(4)
+    grid = np.stack(np.meshgrid(np.linspace(-1.2, 1.2, 9), np.linspace(0.4, 2.8, 9), indexing="ij"), axis=-1)
+    grid[1:-1, 1:-1] += rng.uniform(-0.1, 0.1, (7, 7, 2))
+    corners = [
+        [2.0, float(y), float(z)]
+        for i in range(8)
+        for j in range(8)
+        for a, b in ((0, 0), (1, 1), (1, 0), (0, 0), (0, 1), (1, 1))
+        for y, z in (grid[i + a, j + b],)
+    ]
+    seen = draw(corners, camera).ids == 3
+    assert seen.sum() > 2000
+    rows = [np.flatnonzero(row) for row in seen if row.any()]
+    assert all(len(found) == found[-1] - found[0] + 1 for found in rows)
+    assert not (draw(corners[::-1], camera).ids == 3).any()
+
+
+def test_edges_are_curved_in_the_panorama_and_depth_is_range() -> None:
+    corners = [[2.0, 6.0, 0.0], [2.0, -6.0, 0.0], [2.0, -6.0, 3.0], [2.0, 6.0, 0.0], [2.0, -6.0, 3.0], [2.0, 6.0, 3.0]]
+    picture = draw(corners, AROUND)
+    azimuth = 2 * np.pi * (np.arange(AROUND.width) + 0.5) / AROUND.width - np.pi
+    reach = 2.0 / np.cos(azimuth)
+    wide = np.abs(azimuth) < 1.2
+    top = np.argmax(picture.ids[:, wide] == 3, axis=0)
+    expected = np.maximum(AROUND.cy + AROUND.focal * (AROUND.mount_height - 3.0) / reach[wide], 0.0)
+    assert np.array_equal(top, np.ceil(expected - 0.5))
+    assert np.allclose(picture.depth[60, wide], reach[wide], rtol=1e-5)
+
+
+def test_the_seam_shows_what_is_behind() -> None:
+    corners = [[-3.0, -1.0, 0.0], [-3.0, 1.0, 0.0], [-3.0, 0.0, 2.5]]
+    seen = draw(corners, AROUND).ids == 3
+    assert seen[:, 0].any()
+    assert seen[:, -1].any()
+    assert abs(int(seen[:, :180].sum()) - int(seen[:, 180:].sum())) <= 2
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_a_triangle_under_and_behind_the_camera_is_whole(camera: Camera) -> None:
+    picture = draw([[50.0, 40.0, 0.5], [-50.0, 0.0, 0.5], [50.0, -40.0, 0.5]], camera)
+    down = np.arange(picture.ids.shape[0]) + 0.5 - 60.0
+    focal = camera.focal
+    inside = slice(75, 85) if isinstance(camera, PerspectiveCamera) else slice(175, 185)
+    steep = down > 20.0
+    assert (picture.ids[steep, inside] == 3).all()
+    expected = focal * 1.1 / down[steep]
+    assert np.allclose(picture.depth[steep, inside], expected[:, None], rtol=1e-5)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_a_person_at_arms_length_is_drawn(camera: Camera) -> None:
+    scene = crowd([(0.3, 0.0), (6.0, 1.0)])
+    picture = RasterRenderer(scene, surroundings=False).render(0, camera, ORIGIN)
+    near = picture.ids == 3
+    assert near.sum() > 500
+    assert picture.depth[near].min() >= 0.1
+    assert picture.depth[near].min() < 0.45
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_the_observer_and_absent_people_are_left_out(camera: Camera) -> None:
+    scene = crowd([(3.0, 0.0), (4.0, 1.0), (np.nan, np.nan)])
+    renderer = RasterRenderer(scene, surroundings=False)
+    assert set(np.unique(renderer.render(0, camera, ORIGIN).ids)) == {NOBODY, 3, 10}
+    assert set(np.unique(renderer.render(0, camera, ORIGIN, observer=3).ids)) == {NOBODY, 10}
+    with pytest.raises(VbbenchError, match="no person 4"):
+        renderer.render(0, camera, ORIGIN, observer=4)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_nobody_at_all(camera: Camera) -> None:
+    scene = crowd([])
+    picture = RasterRenderer(scene, surroundings=False).render(0, camera, ORIGIN)
+    assert (picture.ids == NOBODY).all()
+    assert np.isinf(picture.depth[0]).all()
+    assert np.isfinite(picture.depth[-1]).all()
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_pictures_do_not_depend_on_threads_or_on_what_was_drawn_before(camera: Camera) -> None:
+    rng = np.random.default_rng(2)
+    scene = crowd([tuple(place) for place in rng.uniform(-6, 6, (12, 2))])
+    pose = np.array([0.1, 0.2, 0.4])
+    renderer = RasterRenderer(scene, seed=5)
+    first = renderer.render(0, camera, pose)
+    before = numba.get_num_threads()
+    try:
+        numba.set_num_threads(1)
+        renderer.render(1, camera, -pose)
+        second = renderer.render(0, camera, pose)
+    finally:
+        numba.set_num_threads(before)
+    for name in ("rgb", "depth", "ids"):
+        assert np.array_equal(getattr(first, name), getattr(second, name))
+
+
+def test_a_pose_turned_by_a_pixel_turns_the_panorama_by_a_pixel() -> None:
+    scene = crowd([(3.0, 0.5), (-2.0, 2.0), (1.0, -4.0), (-4.0, -0.1)])
+    renderer = RasterRenderer(scene, surroundings=False)
+    first = renderer.render(0, AROUND, ORIGIN).ids
+    turned = renderer.render(0, AROUND, np.array([0.0, 0.0, 90 * 2 * np.pi / AROUND.width])).ids
+    assert (np.roll(first, 90, axis=1) == turned).mean() > 0.9999
+
+
+def test_pieces_of_a_mesh_hold_every_triangle_once() -> None:
+    mesh = build_surroundings((-4.0, -4.0, 4.0, 4.0), 0).mesh
+    pieces = split_mesh(mesh)
+    parts = join_parts(pieces)
+    corners = np.sort(parts.vertices[parts.triangles].reshape(-1, 9), axis=0)
+    assert np.array_equal(corners, np.sort(mesh.vertices[mesh.triangles].reshape(-1, 9), axis=0))
+    assert max(len(piece.triangles) for piece in pieces) <= 256
+
+
+def test_smaller_textures_keep_the_light() -> None:
+    layers = np.random.default_rng(0).integers(0, 256, (2, 16, 16, 3)).astype(np.uint8)
+    textures = build_textures(layers)
+    assert textures.size.tolist() == [16, 8, 4, 2, 1]
+    mean = textures.linear[layers].mean(axis=(1, 2))
+    assert np.allclose(textures.linear[textures.texels[textures.first[-1] :]], mean, atol=0.01)
+    values = np.linspace(0, 1, 50, dtype=np.float32)
+    assert np.allclose(srgb_to_linear(linear_to_srgb(values)), values, atol=1e-5)
+
+
+def test_nobody_has_no_limbs() -> None:
+    class Nobody(Solids):
+        def limbs(self, frame: int, eye: object, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+            return []
+
+    found = joined_limbs(Nobody(triangle_mesh(np.zeros((3, 3)))), 0, np.zeros(2))
+    assert len(found.mesh) == len(no_limbs().mesh) == 0
