@@ -1,5 +1,14 @@
 """Backend ``moderngl``: OpenGL through EGL, off-screen, on a GPU or in software."""
 
-from vbbench_renderers.opengl.renderer import OpenGLRenderer
+from typing import Any
 
 __all__ = ["OpenGLRenderer"]
+
+
+def __getattr__(name: str) -> Any:
+    """The renderer, imported when it is asked for, so that asking whether OpenGL works stays quick."""
+    if name != "OpenGLRenderer":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from vbbench_renderers.opengl.renderer import OpenGLRenderer
+
+    return OpenGLRenderer

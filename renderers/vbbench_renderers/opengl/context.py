@@ -49,7 +49,7 @@ def open_context() -> "moderngl.Context":
             context = moderngl.create_context(standalone=True, require=VERSION, **options)
         except Exception as error:  # moderngl raises nothing more special
             problem = str(error) if index == 0 or named else problem
-            if "device_index" in str(error):
+            if "device index" in str(error):
                 break
             continue
         if not is_software(str(context.info["GL_RENDERER"])):

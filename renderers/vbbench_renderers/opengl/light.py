@@ -60,12 +60,6 @@ class Shadows:
         context.disable(context.BLEND)
         context.enable(context.DEPTH_TEST)
 
-    def release(self) -> None:
-        """Give back the memory."""
-        parts: list[Any] = [*self._targets, self._ground_target, *self._maps, self._ground]
-        for part in parts:
-            part.release()
-
 
 def spots(centres: Float32, axes: Float32, bodies: Float32, sun: Float32) -> Float32:
     """[M, 8] soft dark ellipses on the ground, as ``blob.vert`` reads them.

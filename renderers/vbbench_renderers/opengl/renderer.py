@@ -12,10 +12,12 @@ from vbbench.scene import Scene
 from vbbench_renderers.opengl import light
 from vbbench_renderers.opengl.context import device_name, open_context
 from vbbench_renderers.opengl.packing import lens
+from vbbench_renderers.opengl.probing import find_device
 from vbbench_renderers.opengl.stage import Stage
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
+from vbbench_renderers.surroundings.build import walking_area
 
 if TYPE_CHECKING:
     import moderngl
@@ -34,6 +36,7 @@ class OpenGLRenderer:
     """
 
     def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
+        find_device()  # a broken driver must not take this process down
         self._scene = scene
         self._walkers = Walkers(scene, seed)
         area = walking_area(scene)
@@ -76,12 +79,9 @@ class OpenGLRenderer:
         """Give back the context and all it holds."""
         if self._context is None:
             return
-        with self._context:
-            for targets in self._targets.values():
-                targets.release()
-            self._stage.release()
-        self._context.release()
+        self._context.release()  # and all that was made in it
         self._context = None
+        del self._stage, self._targets
 
     def _column(self, observer: int | None) -> int | None:
         if observer is None:
@@ -102,11 +102,3 @@ class OpenGLRenderer:
             "ground_glow": (*sky.ground_glow, 0.0),
             "window": light.people_window(pose, not isinstance(camera, PanoramaCamera)),
         }
-
-
-def walking_area(scene: Scene) -> tuple[float, float, float, float]:
-    """x0, y0, x1, y1 in m of where people walk."""
-    if not scene.present.any():
-        return -1.0, -1.0, 1.0, 1.0
-    (x0, y0), (x1, y1) = (pick(scene.positions, axis=(0, 1)) for pick in (np.nanmin, np.nanmax))
-    return float(x0), float(y0), float(x1), float(y1)

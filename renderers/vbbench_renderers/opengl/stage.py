@@ -198,14 +198,6 @@ class Stage:
             buffer.orphan(values.nbytes)
             buffer.write(values)
 
-    def release(self) -> None:
-        """Give back everything."""
-        self._shadows.release()
-        self._textures.release()
-        parts: list[Any] = [*self._arrays.values(), *self._programs.values()]
-        for part in parts:
-            part.release()
-
 
 def _texture_array(context: "moderngl.Context", layers: Any, anisotropy: float) -> "moderngl.TextureArray":
     count, size = layers.shape[:2]

@@ -1,6 +1,6 @@
 """The pictures that are drawn into, and how they come back."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,9 +57,3 @@ class Targets:
         self._frame.read_into(self._picture, components=4, attachment=0)
         self._frame.read_into(self._truth, components=2, attachment=1, dtype="f4")
         return self._picture, self._truth
-
-    def release(self) -> None:
-        """Give back the memory."""
-        parts: list[Any] = [self.people, self.place, self._frame, *self._layers, *self._whole, *self._depths]
-        for part in parts:
-            part.release()

@@ -1,0 +1,52 @@
+"""Which backend draws: the best that works, with the reason; registered as renderer ``auto``."""
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera
+from vbbench.registry import load
+from vbbench.renderer import Picture, Renderer
+from vbbench.scene import Scene
+from vbbench_renderers.opengl.probing import PACKAGE, OpenGLError, find_device
+
+
+def choose_backend(name: str | None = None) -> tuple[str, str]:
+    """A backend's name, and why it is that one.
+
+    Parameters
+    ----------
+    name : the backend asked for; None for ``moderngl`` where OpenGL works, else ``raster``.
+
+    Raises
+    ------
+    VbbenchError
+        If ``moderngl`` is asked for by name and OpenGL does not work; the message says what to install.
+    """
+    if name == "moderngl":
+        return name, f"as asked, on {find_device()}"
+    if name is not None:
+        return name, "as asked"
+    try:
+        return "moderngl", f"the best that works, on {find_device()}"
+    except OpenGLError as error:
+        return "raster", f"OpenGL does not work here: {error.problem}; 'apt-get install {PACKAGE}' would mend that"
+
+
+class AutoRenderer:
+    """The best backend that works on this machine; see `vbbench.renderer.RendererFactory`."""
+
+    def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
+        name, self._reason = choose_backend()
+        self._renderer: Renderer = load("renderer", name)(scene, seed=seed, surroundings=surroundings)
+        self._name = name
+
+    @property
+    def device(self) -> str:
+        """The backend, what it draws with, and why it was chosen."""
+        return f"{self._renderer.device}, by backend {self._name}: {self._reason}"
+
+    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
+        """See `vbbench.renderer.Renderer.render`."""
+        return self._renderer.render(frame, camera, pose, observer=observer)
+
+    def close(self) -> None:
+        """See `vbbench.renderer.Renderer.close`."""
+        self._renderer.close()
