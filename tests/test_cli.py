@@ -79,7 +79,7 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["generate", "hotle", "--out", "x"], "did you mean 'hotel'"),
         (["generate", "demo"], "--out"),
         (["generate", "demo", "--out", "x", "--limit", "many"], "limit"),
-        (["generate", "demo", "--out", "x", "--tier", "tracked"], "tiers ideal, noisy"),
+        (["generate", "demo", "--out", "x", "--tier", "blurred"], "--tier"),
         (["info", "nowhere"], "no dataset here"),
         (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
         (["frobnicate"], "no command is called 'frobnicate'"),

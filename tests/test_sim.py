@@ -274,7 +274,7 @@ def test_a_scenario_file_that_is_not_there() -> None:
         (["sim", "--dt", "0.4"], "sim has no source"),
         (["sim", "--people", "1"], "--people is a number of 2 or more"),
         (["sim", "--sequences", "0"], "sequences must be above 0"),
-        (["sim", "--tier", "tracked"], "offers the tiers"),
+        (["sim", "--tier", "blurred"], "--tier"),
     ],
 )
 def test_mistakes_on_the_command_line(

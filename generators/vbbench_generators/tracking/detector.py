@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.boxes import overlaps
 from vbbench.camera import Camera, PanoramaCamera
+from vbbench.renderer import picture_size
 from vbbench_generators.tracking.association import from_centres
 from vbbench_generators.tracking.settings import DetectorModel
 from vbbench_generators.tracking.tracker import Detections
@@ -41,16 +43,15 @@ def detect(
 ) -> Iterator[Detections]:
     """The detections of every frame; no false alarms in frames that are not ``watched`` ([T])."""
     boxes, scores = _found(people, model, dt, rng)
-    alarms, alarm_scores = _false_alarms(model, camera, dt, watched, rng)
+    alarms = _false_alarms(model, camera, dt, watched, rng)
     merging = rng.random((len(boxes), boxes.shape[1]))
     period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
     for frame in range(len(boxes)):
         there = np.flatnonzero(~np.isnan(scores[frame]))
         found, sure = boxes[frame, there], scores[frame, there]
         found, sure = _merge(found, sure, people.boxes[frame, there], merging[frame, there], model, period)
-        loud = ~np.isnan(alarm_scores[frame])
-        found = np.concatenate([found, alarms[frame, loud]])
-        sure = np.concatenate([sure, alarm_scores[frame, loud]])
+        found = np.concatenate([found, alarms[frame].boxes])
+        sure = np.concatenate([sure, alarms[frame].scores])
         kept = _suppress(found, sure, model.suppress_overlap, period)
         yield Detections(found[kept], sure[kept])
 
@@ -74,8 +75,8 @@ def _found(people: Visible, model: DetectorModel, dt: float, rng: np.random.Gene
     noise = wandering((*people.visible.shape, 6), model.memory, dt, rng)
     height = people.boxes[..., 3]
     odds = log_odds(height, people.visible, model) + model.score_std * noise[..., 4]
-    scores = np.where(people.visible >= model.least_visible, 1.0 / (1.0 + np.exp(-odds)), np.nan)
-    stds = np.array([model.side_std, model.top_std, model.side_std, model.top_std]) * height[..., None]
+    scores = np.where(people.visible >= model.least_visible, _shares(odds), np.nan)
+    stds = _stds(model) * height[..., None]
     edges = np.concatenate([people.boxes[..., :2] - 0.5 * people.boxes[..., 2:]] * 2, axis=-1)
     edges[..., 2:] += people.boxes[..., 2:]
     pull = np.clip(model.pull + model.pull_std * noise[..., 5:], 0.0, 1.0)
@@ -130,33 +131,41 @@ def _suppress(boxes: FloatArray, scores: FloatArray, overlap: float, period: flo
 
 def _false_alarms(
     model: DetectorModel, camera: Camera, dt: float, watched: BoolArray, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """Boxes [T, A, 4] and scores [T, A] of false alarms, NaN where there is none: each stands still in the picture."""
-    frames = len(watched)
+) -> list[Detections]:
+    """The false alarms of every frame; each stands still in the picture while it lasts, and shakes as people do."""
     lasting = max(model.false_alarm_memory / dt, 1.0)
-    slots = int(rng.poisson(model.false_alarms * (frames / lasting + 1.0)))
-    begins = rng.integers(1 - int(np.ceil(lasting)), frames, slots)
-    ends = begins + rng.geometric(1.0 / lasting, slots)
-    time = np.arange(frames)[:, None]
-    there = (time >= begins) & (time < ends) & watched[:, None]
-    reach = rng.uniform(NEAREST_ALARM, FARTHEST_ALARM, slots)
-    tall = np.maximum(rng.normal(ALARM_HEIGHT, ALARM_SPREAD, slots), 0.5)
-    scale = camera.focal / reach
+    before = int(np.ceil(5.0 * lasting))  # frames ahead of the first, so that it has its share
+    count = int(rng.poisson(model.false_alarms / lasting * (len(watched) + before)))
+    begins, lives = rng.integers(-before, len(watched), count), rng.geometric(1.0 / lasting, count)
+    scale = camera.focal / rng.uniform(NEAREST_ALARM, FARTHEST_ALARM, count)
+    tall = np.maximum(rng.normal(ALARM_HEIGHT, ALARM_SPREAD, count), 0.5)
     row = _horizon(camera) + scale * (camera.mount_height - 0.5 * tall)
-    box = np.stack([rng.uniform(0.0, _width(camera), slots), row, model.aspect * scale * tall, scale * tall], axis=-1)
-    noise = wandering((frames, slots, 5), model.memory, dt, rng)
-    jitter = np.array([model.side_std, model.top_std, model.side_std, model.top_std]) * box[:, 3:]
-    boxes = box + jitter * noise[..., :4]
-    odds = model.false_alarm_score + model.score_std * noise[..., 4]
-    boxes[..., 2:] = np.maximum(boxes[..., 2:], SMALLEST)
-    return boxes, np.where(there, 1.0 / (1.0 + np.exp(-odds)), np.nan)
+    column = rng.uniform(0.0, picture_size(camera)[0], count)
+    boxes = np.stack([column, row, model.aspect * scale * tall, scale * tall], axis=-1)
+    scores = _shares(model.false_alarm_score + model.score_std * rng.standard_normal(count))
+    alarm = np.repeat(np.arange(count), lives)
+    frame = np.arange(len(alarm)) - np.repeat(np.cumsum(lives) - lives, lives) + begins[alarm]
+    shaken = boxes[alarm] + _stds(model)[[0, 1, 0, 1]] * boxes[alarm, 3:] * rng.standard_normal((len(alarm), 4))
+    shaken[:, 2:] = np.maximum(shaken[:, 2:], SMALLEST)
+    there = (frame >= 0) & (frame < len(watched))
+    there[there] = watched[frame[there]]
+    order = np.flatnonzero(there)[np.argsort(frame[there], kind="stable")]
+    edges = np.searchsorted(frame[order], np.arange(len(watched) + 1))
+    groups = [order[first:last] for first, last in pairwise(edges)]
+    return [Detections(shaken[rows], scores[alarm[rows]]) for rows in groups]
+
+
+def _stds(model: DetectorModel) -> FloatArray:
+    """[4] jitter of left, top, right and bottom edges, in heights."""
+    return np.array([model.side_std, model.top_std, model.side_std, model.top_std])
+
+
+def _shares(odds: FloatArray) -> FloatArray:
+    """Scores of log-odds."""
+    return 1.0 / (1.0 + np.exp(-odds))
 
 
 def _horizon(camera: Camera) -> float:
     """Row of the horizon: that of the centre of somebody twice as tall as the camera is high, anywhere ahead."""
     boxes = camera.project(np.array([[0.0, 5.0]]), np.array([2.0 * camera.mount_height]))
     return float(boxes[0, 1])
-
-
-def _width(camera: Camera) -> float:
-    return float(getattr(camera, "width", 0))
