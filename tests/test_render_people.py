@@ -15,7 +15,7 @@ from vbbench_renderers.people.gait import ROLL
 from vbbench_renderers.people.library import NAMES
 from vbbench_renderers.people.paths import step_length
 
-MOST_TRIANGLES = (4500, 1200, 450)
+MOST_TRIANGLES = (4400, 1250, 450)
 
 
 def scene_of(positions: FloatArray, dt: float = 0.1, heights: FloatArray | None = None, first_id: int = 0) -> Scene:
@@ -74,7 +74,7 @@ def test_head_and_hips_are_over_the_ground_point() -> None:
         assert np.abs(bones[:, Bone.HEAD, :2, 3] - positions[frame]).max() < 0.16  # the old stoop
         low, high = extents(walkers, frame, (0.0, 0.0))
         centre = 0.5 * (low + high)[:, :2] - positions[frame]
-        assert np.abs(np.median(centre, axis=0)).max() < 0.05
+        assert np.abs(np.median(centre, axis=0)).max() < 0.08
 
 
 @pytest.mark.parametrize("positions", [straight(frames=100), circle()], ids=["straight", "circle"])

@@ -17,6 +17,8 @@ TRUNK: Detail = ((16, 10), (10, 5), (6, 4))
 HIP: Detail = ((12, 4), (7, 3), (6, 2))
 LIMB: Detail = ((8, 4), (5, 3), (4, 2))
 HAND: Detail = ((6, 5), (4, 3), (3, 2))
+MID_TORSO = 0.24
+"""Height in m of the origin of the torso meshes over that of the chest; two-coloured shirts change colour there."""
 NECKLINE = 0.45
 """Slope of the neckline: it is lower in front."""
 SHOE: Detail = ((8, 7), (6, 4), (4, 3))
@@ -241,8 +243,8 @@ def trunk(sections: list[Section], level: int) -> Mesh:
     solid = loft(sections, TRUNK[level], caps=(0.004, 0.01), power=2.4, ripple=0.012 if level == 0 else 0.0)
     points = np.array(solid.vertices)
     points[:, 2] -= NECKLINE * points[:, 0] * np.clip((points[:, 2] - 0.44) / 0.08, 0.0, 1.0)
-    solid = trimesh.Trimesh(points, solid.faces, process=False)
-    return finish(solid, paint=_shade_sides)
+    points[:, 2] -= MID_TORSO
+    return finish(trimesh.Trimesh(points, solid.faces, process=False), paint=_shade_sides)
 
 
 def hand(side: float, level: int) -> Mesh:
@@ -272,7 +274,7 @@ def _shade_ends(vertices: FloatArray) -> FloatArray:
 
 
 def _shade_sides(vertices: FloatArray) -> FloatArray:
-    z = vertices[:, 2]
+    z = vertices[:, 2] + MID_TORSO
     under_arm = np.clip(np.abs(vertices[:, 1]) / 0.17 - 0.55, 0.0, 0.5) * np.clip((0.42 - z) / 0.1, 0.0, 1.0)
     shade: FloatArray = 1.0 - 0.45 * under_arm - 0.12 * np.clip(-z / 0.12, 0.0, 1.0)
     return np.repeat(shade[:, None], 3, axis=1)

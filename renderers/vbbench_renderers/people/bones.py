@@ -3,7 +3,7 @@
 from enum import IntEnum
 
 THIGH, SHIN, UPPER_ARM, FOREARM = 0.430, 0.415, 0.290, 0.250
-HIP_UP, HIP_ASIDE, SHOULDER_UP, SHOULDER_ASIDE = -0.040, 0.086, 0.440, 0.178
+HIP_UP, HIP_ASIDE, SHOULDER_UP, SHOULDER_ASIDE = -0.040, 0.086, 0.434, 0.173
 PELVIS, SPINE, CHIN = 0.970, 0.520, 1.530
 """Height of the pelvis when standing, from there to the base of the neck, and of the chin, in m for 1.75 m."""
 
@@ -20,7 +20,7 @@ class Bone(IntEnum):
     THIGH = 8
     SHIN = 10
     FOOT = 12
-    SKIRT = 14
+    SKIRT = 14  # and three more
 
 
-BONES = 16
+BONES = 18

@@ -3,6 +3,7 @@
 from vbbench.arrays import FloatArray
 from vbbench_renderers.drawing import Pattern
 from vbbench_renderers.people import palette
+from vbbench_renderers.people.body import MID_TORSO
 from vbbench_renderers.people.bones import FOREARM, SHIN, THIGH, UPPER_ARM, Bone
 from vbbench_renderers.people.palette import linear
 from vbbench_renderers.people.wardrobe import Outfit
@@ -45,6 +46,8 @@ def add_head(who: Outfit) -> None:
         who.add(hair, Bone.HEAD, who.hair, scale=(1.0, width, 1.0), gloss=0.25)
     if hair == "hair tied":
         who.add(who.choose(("bun", "pony tail")) if hat == "none" else "pony tail", Bone.HEAD, who.hair, gloss=0.25)
+    if not who.woman and who.choose(("shaven", "beard"), (0.78, 0.22)) == "beard":
+        who.add("beard", Bone.HEAD, 0.8 * who.hair, scale=(1.0, width, 1.0))
     _add_hat(who, hat, width)
 
 
@@ -70,9 +73,10 @@ def add_top(who: Outfit) -> None:
     colour = who.colour(palette.COATS if outer and kind != "hoodie" else palette.TOPS)
     pattern = PATTERN_OF["plain" if outer else who.choose(tuple(PATTERN_OF), (0.58, 0.14, 0.12, 0.09, 0.07))]
     second = who.colour(palette.TOPS) if pattern else colour
-    base = ("jacket woman" if who.woman else "jacket") if outer else _torso(who)
-    who.add(base, Bone.CHEST, colour, scale=(who.girth, who.girth, 1.0), second=second, pattern=pattern,
-            offset=(0.0, 0.0, 0.0))  # fmt: skip
+    who.torso = base = ("jacket woman" if who.woman else "jacket") if outer else _torso(who)
+    who.cloth, who.outer = None if outer else colour, kind if outer else ""
+    scale, offset = (who.girth, who.girth, 1.0), (0.0, 0.0, MID_TORSO)
+    who.add(base, Bone.CHEST, colour, scale=scale, offset=offset, second=second, pattern=pattern)
     if kind in ("jacket", "coat", "suit"):
         shirt = who.colour(palette.TOPS[:2] if kind == "suit" else palette.TOPS)
         cut = "buttoned" if kind == "suit" or who.rng.random() < 0.4 else "open"
@@ -81,7 +85,7 @@ def add_top(who: Outfit) -> None:
             who.add(f"tie {base}", Bone.CHEST, who.colour(palette.TOPS), scale=(who.girth, 1.0, 1.0), coarsest=0)
     if kind == "coat":
         scale = (who.girth, who.girth * (0.94 if who.woman else 1.0), float(who.rng.uniform(0.9, 1.35)))
-        who.pair("coat hem", Bone.SKIRT, colour, scale=scale)
+        who.drape("coat hem", colour, scale)
     if kind == "hoodie":
         who.add("hood", Bone.CHEST, colour, coarsest=1)
     if kind in ("coat", "suit", "shirt"):
@@ -122,6 +126,9 @@ def add_bottom(who: Outfit) -> None:
     thick = who.girth * (1.0 if who.woman else 0.97)
     scale = (thick, thick, 1.0)
     colour = who.colour(palette.SKIRTS if "skirt" in kind else palette.TROUSERS)
+    if "skirt" in kind and who.cloth is not None and who.rng.random() < 0.35:
+        colour = who.cloth
+        who.kind.append("dress")
     who.add(f"hips {sex}", Bone.PELVIS, colour, scale=(who.girth, who.girth, 1.0), coarsest=1)
     bare = linear(palette.STOCKING) if "skirt" in kind and who.rng.random() < 0.4 else who.skin
     if kind in ("jeans", "trousers"):
@@ -135,7 +142,8 @@ def add_bottom(who: Outfit) -> None:
     if kind == "shorts":
         who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
     if "skirt" in kind:
-        who.pair(kind, Bone.SKIRT, colour, scale=(who.girth, who.girth, 1.0))
+        wide = who.girth * {"coat": 0.84, "jacket": 0.92, "hoodie": 0.92, "suit": 0.92}.get(who.outer, 1.0)
+        who.drape(kind, colour, (wide, wide, 1.0))
     _add_shoes(who, kind)
 
 
@@ -156,13 +164,17 @@ def add_bag(who: Outfit) -> str:
     if bag == "none":
         return bag
     colour = who.colour(palette.BAGS)
+    wide = (who.girth, who.girth, 1.0)
+    side = 0 if who.rng.random() < 0.5 else 1
     if bag == "backpack":
-        who.add("backpack", Bone.CHEST, colour, offset=(0.02 - 0.10 * (who.girth - 1.0), 0.0, 0.0))
+        back = {"jacket": 0.0, "jacket woman": 0.010, "torso woman": 0.025}.get(who.torso, 0.014)
+        who.add("backpack", Bone.CHEST, colour, offset=(back - 0.10 * (who.girth - 1.0), 0.0, 0.0))
+        who.add(f"straps {who.torso}", Bone.CHEST, colour, scale=wide, coarsest=1)
     if bag == "shoulder bag":
-        side = 1.0 if who.rng.random() < 0.5 else -1.0
-        strap = "left strap" if side > 0 else "right strap"
-        who.add(strap, Bone.CHEST, colour, scale=(who.girth, 1.0, 1.0), coarsest=1)
-        who.add("pouch", Bone.PELVIS, colour, offset=(-0.02, 0.205 * side * who.girth, -0.02))
+        who.add(f"{('left', 'right')[side]} strap {who.torso}", Bone.CHEST, colour, scale=wide, coarsest=1)
+        out = 0.205 if who.torso.startswith("jacket") else 0.190
+        who.add("pouch", Bone.PELVIS, colour, offset=(-0.02, out * (1 - 2 * side) * who.girth, -0.02))
     if bag == "tote":
-        who.add("tote", Bone.FOREARM, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
+        bag = ("left tote", "right tote")[side]
+        who.add("tote", Bone.FOREARM + side, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
     return bag

@@ -12,7 +12,7 @@ from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.people.body import NECKLINE, TORSOS
 from vbbench_renderers.people.loft import Detail, Section, finish, loft
 
-CLOTH: Detail = ((16, 5), (10, 3), (6, 2))
+CLOTH: Detail = ((14, 5), (8, 3), (6, 2))
 BOX: Detail = ((12, 5), (8, 3), (4, 2))
 BAND: Detail = ((6, 7), (4, 4), (4, 2))
 
@@ -74,12 +74,12 @@ COLLAR: list[Section] = [
 PHONE: list[Section] = [(-0.16, 0.0, 0.036, 0.036, 0.005), (-0.02, 0.0, 0.036, 0.036, 0.005)]
 
 
-def front_of(torso: str, y: FloatArray, z: FloatArray) -> FloatArray:
-    """X in m of a torso's front at (y, z)."""
+def side_of(torso: str, y: FloatArray, z: FloatArray, side: float) -> FloatArray:
+    """X in m of a torso's front (side 1) or back (−1) at (y, z)."""
     table = np.array(TORSOS[torso])
-    centre, front, _, width = np.moveaxis(PchipInterpolator(table[:, 0], table[:, 1:])(z), -1, 0)
+    centre, front, back, width = np.moveaxis(PchipInterpolator(table[:, 0], table[:, 1:])(z), -1, 0)
     inside = np.clip(1.0 - np.abs(y / width) ** 2.5, 0.0, 1.0)
-    return np.asarray(centre + front * inside ** (1.0 / 2.5))
+    return np.asarray(centre + (front if side > 0 else -back) * inside ** (1.0 / 2.5))
 
 
 def band(
@@ -89,13 +89,14 @@ def band(
     end: tuple[float, float],
     half: tuple[float, float],
     stands: float = 0.002,
+    side: float = 1.0,
 ) -> trimesh.Trimesh:
-    """A band that lies `stands` m off a torso's front from (y, z) up to (y, z), with its half-widths there."""
+    """A band `stands` m off a torso's front (side 1) or back (−1) from (y, z) up to (y, z), as wide as `half` there."""
     z = np.linspace(start[1], end[1], 9)
     y = np.interp(z, (start[1], end[1]), (start[0], end[0]))
     width = np.interp(z, (start[1], end[1]), half)
-    x = front_of(torso, y, z)
-    rows = [(float(zi), float(xi) + stands, 0.008, 0.012, float(w)) for zi, xi, w in zip(z, x, width, strict=True)]
+    x = side_of(torso, y, z, side) + side * stands
+    rows = [(float(zi), float(xi), 0.008, 0.008, float(w)) for zi, xi, w in zip(z, x, width, strict=True)]
     solid = loft(rows, BAND[level], caps=(0.004, 0.004), power=3.5)
     slope = (end[0] - start[0]) / (end[1] - start[1])
     points = np.array(solid.vertices)
@@ -104,16 +105,16 @@ def band(
     return trimesh.Trimesh(points, solid.faces, process=False)
 
 
-def backpack(level: int) -> Mesh:
-    """A rucksack with its two straps."""
+def straps(torso: str, level: int) -> Mesh:
+    """The two straps of a rucksack."""
     ends = [((side * 0.150, 0.16), (side * 0.095, 0.485)) for side in (-1.0, 1.0)]
-    straps = [band("jacket", level, low, high, (0.018, 0.026)) for low, high in ends]
-    return finish(loft(BACKPACK, BOX[level], caps=(0.02, 0.03), power=3.5), *(straps if level < 2 else []))
+    return finish(*(band(torso, level, low, high, (0.018, 0.026)) for low, high in ends))
 
 
-def strap(side: float, level: int) -> Mesh:
-    """The strap across the chest of a bag at the left (1) or right (−1) hip."""
-    return finish(band("jacket", level, (side * 0.172, -0.09), (-side * 0.09, 0.49), (0.018, 0.018)))
+def strap(torso: str, hip: float, level: int) -> Mesh:
+    """The strap across chest and back of a bag at the left (1) or right (−1) hip."""
+    ends = (hip * 0.165, -0.07), (-hip * 0.09, 0.49)
+    return finish(*(band(torso, level, *ends, (0.018, 0.018), side=side) for side in (1.0, -1.0)))
 
 
 def cloth(sections: list[Section], level: int) -> Mesh:
@@ -137,13 +138,17 @@ def box(sections: list[Section], power: float, level: int) -> Mesh:
 def garment_meshes() -> dict[str, Callable[[int], Mesh]]:
     """Name → what makes the mesh of a level."""
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(cloth, rows) for name, rows in SKIRTS.items()}
-    makers |= {"pouch": partial(box, POUCH, 3.5), "tote": partial(box, TOTE, 3.5), "backpack": backpack}
+    makers |= {"pouch": partial(box, POUCH, 3.5), "tote": partial(box, TOTE, 3.5)}
+    makers |= {"backpack": partial(box, BACKPACK, 3.5)}
     makers |= {"hood": partial(box, HOOD, 2.2), "collar": collar, "phone": partial(box, PHONE, 4.0)}
-    makers |= {"left strap": partial(strap, 1.0), "right strap": partial(strap, -1.0)}
+    for name in TORSOS:
+        makers[f"straps {name}"] = partial(straps, name)
+        makers[f"left strap {name}"] = partial(strap, name, 1.0)
+        makers[f"right strap {name}"] = partial(strap, name, -1.0)
     for name in ("jacket", "jacket woman"):
-        makers[f"open {name}"] = partial(_panel, name, (-0.09, 0.51), (0.030, 0.052))
-        makers[f"buttoned {name}"] = partial(_panel, name, (0.14, 0.51), (0.006, 0.062))
-        makers[f"tie {name}"] = partial(_panel, name, (0.16, 0.49), (0.004, 0.020), stands=0.008)
+        makers[f"open {name}"] = partial(_panel, name, (-0.09, 0.525), (0.030, 0.048))
+        makers[f"buttoned {name}"] = partial(_panel, name, (0.14, 0.525), (0.006, 0.056))
+        makers[f"tie {name}"] = partial(_panel, name, (0.16, 0.50), (0.004, 0.020), stands=0.008)
     return makers
 
 

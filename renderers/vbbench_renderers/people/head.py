@@ -149,6 +149,13 @@ WRAP: list[Section] = [  # what a head scarf covers below the chin
     (-0.010, 0.020, 0.066, 0.090, 0.066),
     (0.030, 0.016, 0.060, 0.090, 0.066),
 ]
+BEARD: list[Section] = [
+    (-0.017, 0.032, 0.040, 0.040, 0.034),
+    (0.004, 0.030, 0.062, 0.055, 0.047),
+    (0.024, 0.026, 0.071, 0.060, 0.057),
+    (0.042, 0.022, 0.066, 0.055, 0.064),
+    (0.075, 0.014, 0.040, 0.050, 0.072),
+]
 SHELLS: dict[str, Shell] = {
     "hair short": Shell(edge=(0.176, 0.172, 0.120, 0.070, 0.052), thick=(0.004, 0.011, 0.014)),
     "hair crew": Shell(edge=(0.182, 0.178, 0.125, 0.085, 0.065), thick=(0.002, 0.005, 0.006)),
@@ -163,7 +170,6 @@ SHELLS: dict[str, Shell] = {
     "scarf": Shell(edge=(0.172, 0.146, -0.030, -0.075, -0.080), thick=(0.012, 0.014, 0.012), flare=0.020),
     "crown": Shell(edge=(0.160, 0.156, 0.146, 0.140, 0.135), thick=(0.016, 0.022, 0.040)),
 }
-BEARD = Shell(edge=(-0.012, -0.010, 0.0, 0.05, 0.06), thick=(0.006, 0.006, 0.006))
 
 
 def shell(name: str, level: int) -> Mesh:
@@ -201,6 +207,11 @@ def wrap(level: int) -> Mesh:
     return finish(loft(WRAP, ((14, 5), (8, 4), (5, 2))[level], caps=(0.01, 0.01)))
 
 
+def beard(level: int) -> Mesh:
+    """A full beard around the jaw, below the mouth."""
+    return finish(loft(BEARD, ((14, 6), (8, 4), (5, 3))[level], caps=(0.004, 0.004)), paint=_strands)
+
+
 def tail(hang: bool, level: int) -> Mesh:
     """A pony tail, or a bun."""
     if hang:
@@ -234,7 +245,8 @@ def head_meshes() -> dict[str, Callable[[int], Mesh]]:
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(shell, name) for name in SHELLS}
     makers |= {"head man": partial(head, 0.05), "head woman": partial(head, -0.06)}
     makers |= {
-        "wrap": lambda level: finish(loft(WRAP, ((14, 5), (8, 4), (5, 2))[level])),
+        "wrap": wrap,
+        "beard": beard,
         "eyes": eyes,
         "pony tail": partial(tail, True),
         "bun": partial(tail, False),

@@ -30,7 +30,7 @@ REACH = 0.998
 
 
 def pose_bones(moment: Moment, feet: Feet, style: Style) -> FloatArray:
-    """Transforms [N, 16, 3, 4] from the bones' frames, in m for 1.75 m, to the world; `style` has the same rows."""
+    """Transforms [N, 18, 3, 4] from the bones' frames, in m for 1.75 m, to the world; `style` has the same rows."""
     bones = np.zeros((len(moment.person), BONES, 3, 4))
     size = style.size
     swing = np.sin(2.0 * np.pi * moment.phase) * walking(moment.speed) * vigour(moment.speed)
@@ -133,19 +133,21 @@ def _legs(bones: FloatArray, hip: FloatArray, feet: Feet, facing: FloatArray, si
 
 
 def _skirt(bones: FloatArray, centre: FloatArray, facing: FloatArray, size: FloatArray) -> None:
-    """Two skirts, sheared so that one follows the knee in front and the other the one behind."""
+    """Four skirts, sheared so that the first follows the knee behind, the last the one in front; they overlap."""
     knee = bones[:, Bone.SHIN : Bone.SHIN + 2, :, 3]
     ankle = bones[:, Bone.FOOT : Bone.FOOT + 2, :, 3]
     waist = (0.06 * size)[:, None] * facing[:, :, 2] + centre
     slopes = []
-    for joint, share in ((knee, 1.0), (ankle, 0.9)):
+    for joint, share in ((knee, 1.0), (ankle, 0.72)):
         offset = joint - waist[:, None]
         slopes.append(share * np.einsum("nsi,ni->ns", offset, facing[:, :, 0]) / offset[..., 2])
     slope = np.concatenate(slopes, axis=1)
-    for bone, lean in ((Bone.SKIRT, slope.min(axis=1)), (Bone.SKIRT + 1, slope.max(axis=1))):
-        bones[:, bone, :, :3] = facing
-        bones[:, bone, :, 2] += 0.8 * lean[:, None] * facing[:, :, 0]
-        bones[:, bone, :, 3] = waist
+    low, high = slope.min(axis=1), slope.max(axis=1)
+    for number in range(4):
+        lean = low + number / 3.0 * (high - low)
+        bones[:, Bone.SKIRT + number, :, :3] = facing
+        bones[:, Bone.SKIRT + number, :, 2] += 0.8 * lean[:, None] * facing[:, :, 0]
+        bones[:, Bone.SKIRT + number, :, 3] = waist
 
 
 def _spine(bones: FloatArray, moment: Moment, centre: FloatArray, swing: FloatArray, style: Style) -> None:

@@ -51,7 +51,7 @@ class Walkers:
         return self._feet(moment_at(self._paths, frame))
 
     def bones(self, frame: float) -> tuple[IntArray, FloatArray]:
-        """Columns [N] of the people who are there, and the transforms [N, 16, 3, 4] of their bones."""
+        """Columns [N] of the people who are there, and the transforms [N, 18, 3, 4] of their bones."""
         moment = moment_at(self._paths, frame)
         return moment.person, pose_bones(moment, self._feet(moment), self._style.of(moment.person))
 
@@ -99,7 +99,7 @@ class _PartTable:
         self.row = np.full(len(looks), -1, dtype=np.int64)
 
     def placed(self, people: IntArray, bones: FloatArray, level: int) -> Limbs:
-        """The limbs of some people [N], whose bones [N, 16, 3, 4] are given, at a level of detail."""
+        """The limbs of some people [N], whose bones [N, 18, 3, 4] are given, at a level of detail."""
         self.row[:] = -1
         self.row[people] = np.arange(len(people))
         chosen = np.flatnonzero((self.row[self.person] >= 0) & (self.coarsest >= level))

@@ -6,6 +6,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_renderers.drawing import Pattern
+from vbbench_renderers.people.bones import Bone
 from vbbench_renderers.people.looks import Part, Triple
 from vbbench_renderers.people.palette import linear
 
@@ -22,6 +23,9 @@ class Outfit:
     girth: float
     skin: FloatArray
     hair: FloatArray
+    torso: str = ""
+    outer: str = ""
+    cloth: FloatArray | None = None
     kind: list[str] = field(default_factory=list)
     parts: list[Part] = field(default_factory=list)
 
@@ -64,6 +68,11 @@ class Outfit:
                 coarsest=coarsest,
             )
         )
+
+    def drape(self, mesh: str, colour: FloatArray, scale: Triple) -> None:
+        """A skirt: four of the same, which overlap; from afar two will do."""
+        for number in range(4):
+            self.add(mesh, Bone.SKIRT + number, colour, scale=scale, coarsest=2 if number in (0, 3) else 1)
 
     def pair(self, mesh: str, bone: int, colour: FloatArray, **more: object) -> None:
         """The same on the left and on the right."""
