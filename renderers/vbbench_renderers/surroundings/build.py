@@ -6,12 +6,13 @@ import numpy as np
 
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Surroundings
-from vbbench_renderers.mesh import Mesh, join_meshes
-from vbbench_renderers.surroundings.ground import ground_mesh
+from vbbench_renderers.mesh import join_meshes
+from vbbench_renderers.surroundings.ground import ground_mesh, ground_tone
 from vbbench_renderers.surroundings.houses import house_meshes
 from vbbench_renderers.surroundings.layers import textures
 from vbbench_renderers.surroundings.layout import Area, Site, plan
 from vbbench_renderers.surroundings.light import late_morning
+from vbbench_renderers.surroundings.outfit import outfit
 from vbbench_renderers.surroundings.shapes import place, turned
 
 LEAST_SIDE = 4.0
@@ -46,12 +47,11 @@ def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
     turn = (0.5 * np.pi if sides[1] > sides[0] else 0.0) + np.pi * float(streams[0].integers(2))
     site = plan(long, wide, streams[0])
     if bare:
-        site = Site(long=long, wide=wide, sun=site.sun)
-    parts = [ground_mesh(site, streams[1]), *_things(site, streams[2])]
+        site = Site(long=long, wide=wide, sun=site.sun, gap=site.gap)
+    tone = ground_tone(site, streams[1])
+    parts = [ground_mesh(site, tone)]
+    if not bare:
+        parts += [*house_meshes(site.plots, streams[2]), *outfit(site, tone, streams[3])]
     middle = (0.5 * (area[0] + area[2]), 0.5 * (area[1] + area[3]))
     sun = turned(site.sun, turn)
     return Surroundings(mesh=place(join_meshes(parts), *middle, turn), textures=textures(), sky=late_morning(sun))
-
-
-def _things(site: Site, rng: np.random.Generator) -> list[Mesh]:
-    return house_meshes(site.plots, rng)

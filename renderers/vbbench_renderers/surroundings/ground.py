@@ -1,5 +1,7 @@
 """The ground: paving where people walk, roadways with kerbs, a park; finest where people walk."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
@@ -8,32 +10,49 @@ from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Site
 from vbbench_renderers.surroundings.light import wall_shade
 from vbbench_renderers.surroundings.quads import quads
-from vbbench_renderers.surroundings.shapes import smooth_mesh
+from vbbench_renderers.surroundings.shapes import smooth_mesh, turned
 
 FAR = 250.0
 """How far the ground reaches beyond the walking area, m."""
-WIDEN = 0.5
+WIDEN = 0.6
 """Width of a cell over its distance from the walking area."""
-CELLS = 900
+CELLS = 750
 """About how many cells the walking area is given, unless they would be smaller than half a metre."""
 SHOULDER = 2.0
 """Cells are finest up to here from the walking area, m."""
+SPOT_HEIGHT = 0.02
+"""Height of dark spots over the ground, m."""
+Tone = Callable[[FloatArray], FloatArray]
+"""From ground points [N, 2] to the colours [N, 3] that their texture is multiplied with."""
 
 
-def ground_mesh(site: Site, rng: np.random.Generator) -> Mesh:
+def ground_mesh(site: Site, tone: Tone) -> Mesh:
     """The ground around and under the walking area."""
     us, vs = ground_lines(site)
     corner_u, corner_v = np.meshgrid(us, vs, indexing="ij")
     middle = np.stack(np.meshgrid(0.5 * (us[1:] + us[:-1]), 0.5 * (vs[1:] + vs[:-1]), indexing="ij"), axis=2)
-    layers, depths = _surface(site, middle[..., 0], middle[..., 1])
+    layers, depths = surface(site, middle[..., 0], middle[..., 1])
     points = np.stack([corner_u, corner_v], axis=2)
-    tint = _tint(site, points.reshape(-1, 2), rng).reshape(*points.shape[:2], 3)
+    tint = tone(points.reshape(-1, 2)).reshape(*points.shape[:2], 3)
+    open_air = ~_built_over(site, us, vs)
     parts = [
-        _part(points, tint, (layers == layer) & (depths == depth), Layer(layer), depth)
+        _part(points, tint, open_air & (layers == layer) & (depths == depth), Layer(layer), depth)
         for layer in np.unique(layers)
         for depth in np.unique(depths[layers == layer])
     ]
     return join_meshes([*parts, _kerbs(points, depths)])
+
+
+def _built_over(site: Site, us: FloatArray, vs: FloatArray) -> BoolArray:
+    """[U - 1, V - 1] whether a cell lies under a house, well inside."""
+    hidden = np.zeros((len(us) - 1, len(vs) - 1), dtype=bool)
+    for plot in site.plots:
+        u0, v0, u1, v1 = plot.footprint
+        inside = [
+            (lines[:-1] > low + 0.5) & (lines[1:] < high - 0.5) for lines, low, high in ((us, u0, u1), (vs, v0, v1))
+        ]
+        hidden |= inside[0][:, None] & inside[1]
+    return hidden
 
 
 def ground_lines(site: Site) -> tuple[FloatArray, FloatArray]:
@@ -62,7 +81,7 @@ def _lines(half: float, cell: float, breaks: list[float]) -> FloatArray:
     return np.unique(lines)
 
 
-def _surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray]:
+def surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray]:
     """Layer and height of the ground at cell centres."""
     street, end = site.long + PAVEMENT, site.long + PAVEMENT + ROADWAY
     low, high = site.gap[0] + 2.5, site.gap[1] - 2.5
@@ -80,13 +99,40 @@ def _surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatA
     return layers, np.where(road, -KERB, 0.0)
 
 
-def _tint(site: Site, points: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """[N, 3] tone of the ground: patches, so that repetition does not show, and shade."""
+def ground_tone(site: Site, rng: np.random.Generator) -> Tone:
+    """The tone of the ground: patches, so that repetition does not show, and the shade at the foot of houses."""
     waves = rng.uniform(0.1, 0.7, (6, 1)) * _unit(rng.uniform(0.0, 2.0 * np.pi, 6))
-    patches = np.sin(points @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6))
-    tone = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
-    hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
-    return np.asarray(tone * hue * wall_shade(points, site.plots)[:, None])
+    phases = rng.uniform(0.0, 2.0 * np.pi, 6)
+
+    def tone(points: FloatArray) -> FloatArray:
+        patches = np.sin(points @ waves.T + phases)
+        light = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
+        hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
+        return np.asarray(light * hue * wall_shade(points, site.plots)[:, None])
+
+    return tone
+
+
+def dark_spot(site: Site, tone: Tone, at: FloatArray, half: FloatArray, yaw: float) -> Mesh:
+    """A piece of ground, an ellipse with the given half axes, dark in the middle: the contact shadow of a thing."""
+    angle = np.linspace(0.0, 1.75 * np.pi, 8)
+    rings = np.concatenate([share * _unit(angle) for share in (0.55, 1.0)]) * half
+    points = at + turned(np.column_stack([rings, np.zeros(len(rings))]), yaw)[:, :2]
+    layers, depths = surface(site, at[:1], at[1:])
+    layer = Layer(int(layers[0]))
+    shade = np.repeat([0.45, 1.0], 8)[:, None]
+    around = np.arange(8)
+    after = (around + 1) % 8
+    lid = np.stack([np.zeros(6, int), np.arange(1, 7), np.arange(2, 8)], axis=1)
+    bands = [np.stack([around, 8 + around, 8 + after], axis=1), np.stack([around, 8 + after, after], axis=1)]
+    return smooth_mesh(
+        np.column_stack([points, np.full(len(points), depths[0] + SPOT_HEIGHT)]),
+        np.broadcast_to([0.0, 0.0, 1.0], (len(points), 3)),
+        tone(points) * shade,
+        np.concatenate([lid, *bands]),
+        uv=points / TILE[layer],
+        layer=layer,
+    )
 
 
 def _unit(angles: FloatArray) -> FloatArray:

@@ -17,11 +17,13 @@ from vbbench_renderers.surroundings.storeys import balconies, plain_floors, uppe
 
 SPREAD = 0.095
 """Widest part of a house over its distance, rad: so narrow that it may be projected on a cylinder by its corners."""
-FLAT = 32.0
+EYE = 2.0
+"""Things are out of the picture, which reaches some 45° up, if nearer than their height less this, m."""
+FLAT = 27.0
 """Houses farther from the walking area than this have painted windows, m."""
 RELIEF = 14.0
 """Houses nearer than this have windows set back into the wall, m …"""
-RELIEF_WIDTH = 120.0
+RELIEF_WIDTH = 64.0
 """… as long as they are not wider than this taken together, m."""
 WALLS = {
     Layer.PLASTER: [
@@ -59,8 +61,9 @@ def house_mesh(plot: Plot, rng: np.random.Generator, *, relief: bool) -> Mesh:
     else:
         parts += [ground_floor(front, rng, shop=rng.random() < 0.75), _gables(plot, front), _cornice(plot, front, rng)]
         parts += [upper_floors(front, rng), balconies(front, rng)] if relief else [plain_floors(front, rng)]
-    step = max(SPREAD * plot.distance, 0.3)
-    return place(join(parts).divide(step).mesh(), plot.u, plot.v, plot.yaw)
+    whole = join(parts)
+    seen_from = np.maximum(plot.distance, whole.corners[..., 2].min(axis=1) - EYE)
+    return place(whole.divide(SPREAD * seen_from).mesh(), plot.u, plot.v, plot.yaw)
 
 
 def _front(plot: Plot, rng: np.random.Generator) -> Front:
@@ -141,11 +144,13 @@ def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator
         [[wide, 0, top], [wide, deep, top], [wide, ridge, top + rise - 0.1], [wide, ridge, top + rise - 0.1]],
     ]
     parts = [tiles, quads(ends, front.colour * 0.9, layer=front.wall, tile=TILE[front.wall])]
+    if plot.distance > FLAT:
+        return tiles
     for x in rng.uniform(0.5, wide - 1.5, int(rng.integers(1, 3))):
         low = np.array([x, ridge - 0.6, top + 0.6 * rise])
         parts.append(boxes(low, [x + 0.9, ridge, top + rise + rng.uniform(0.8, 1.5)], [0.45, 0.26, 0.19],
                            layer=Layer.BRICK, tile=TILE[Layer.BRICK]))  # fmt: skip
-    if plot.distance < FLAT and rng.random() < 0.5:
+    if rng.random() < 0.5:
         middles = 0.5 * (front.bays[1:] + front.bays[:-1])[:: int(rng.integers(1, 3))]
         parts += [_dormer(x, eaves + 0.9, top + 0.9 * slope, slope, front) for x in middles]
     return join(parts)

@@ -4,7 +4,7 @@ The site has a frame of its own: the walking area is centred, u runs along its l
 Rows of houses line the long sides; a street crosses beyond the end at positive u and a park lies beyond the other.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,26 +46,24 @@ class Plot:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spot:
-    """Where a tree or a thing of some kind stands, in m and rad."""
-
-    kind: str
-    u: float
-    v: float
-    yaw: float = 0.0
-    size: float = 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
 class Site:
-    """The plan. `long`, `wide`: half the sides of the walking area, m; `sun` [3] towards the sun."""
+    """The plan of the houses, m.
+
+    Parameters
+    ----------
+    long, wide : half the sides of the walking area.
+    sun : [3] towards the sun.
+    gap : lowest and highest v of the street that goes on at positive u.
+    setbacks : from the walking area to the houses on its left, v > 0, and on its right.
+    plots : the houses.
+    """
 
     long: float
     wide: float
     sun: FloatArray
     gap: tuple[float, float] = (0.0, 0.0)
-    plots: tuple[Plot, ...] = field(default=())
-    spots: tuple[Spot, ...] = field(default=())
+    setbacks: tuple[float, float] = (0.0, 0.0)
+    plots: tuple[Plot, ...] = ()
 
     def distance(self, u: float, v: float) -> float:
         """From the walking area to a point, m."""
@@ -80,13 +78,13 @@ def plan(long: float, wide: float, rng: np.random.Generator) -> Site:
     sun = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
     open_at = rng.uniform(-0.5, 0.5) * wide
     site = Site(long=long, wide=wide, sun=sun, gap=(open_at - 7.0, open_at + 7.0))
-    plots = [*_sides(site, rng), *_opposite(site, rng), *_skyline(site, rng)]
-    return Site(long=long, wide=wide, sun=sun, gap=site.gap, plots=tuple(plots))
+    setbacks = rng.permutation([rng.uniform(4.6, 5.6), rng.uniform(8.0, 9.5)])
+    plots = [*_sides(site, setbacks, rng), *_opposite(site, rng), *_skyline(site, rng)]
+    return replace(site, setbacks=(float(setbacks[0]), float(setbacks[1])), plots=tuple(plots))
 
 
-def _sides(site: Site, rng: np.random.Generator) -> list[Plot]:
+def _sides(site: Site, setbacks: FloatArray, rng: np.random.Generator) -> list[Plot]:
     """Rows of houses along both long sides, one near and one behind trees."""
-    setbacks = rng.permutation([rng.uniform(4.5, 5.5), rng.uniform(7.5, 9.0)])
     left, right = -site.long - 28.0, site.long + PAVEMENT - 2.0
     north = _row(site, rng, (left, site.wide + setbacks[0]), 0.0, right - left)
     south = _row(site, rng, (right, -site.wide - setbacks[1]), np.pi, right - left)

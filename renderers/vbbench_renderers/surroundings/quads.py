@@ -55,13 +55,14 @@ class Quads:
             triangles=first.reshape(-1, 3).astype(np.int32),
         )
 
-    def divide(self, step: float) -> "Quads":
-        """The same surface in pieces no wider than `step`, m, in either horizontal direction."""
+    def divide(self, step: ArrayLike) -> "Quads":
+        """The same surface in pieces no wider than `step`, m, one or [N], in either horizontal direction."""
         values = np.concatenate([self.corners, self.colours, self.uv], axis=2)
         layers = self.layers
+        steps = np.broadcast_to(np.asarray(step, dtype=np.float64), layers.shape)
         for _ in range(2):
-            values, layers = _cut(values, layers, step)
-            values = np.roll(values, -1, axis=1)
+            values, owner = _cut(values, steps)
+            values, layers, steps = np.roll(values, -1, axis=1), layers[owner], steps[owner]
         values = np.roll(values, 2, axis=1)
         return Quads(corners=values[..., :3], colours=values[..., 3:6], uv=values[..., 6:], layers=layers)
 
@@ -120,15 +121,16 @@ def join(parts: Sequence[Quads]) -> Quads:
     return Quads(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def _cut(values: FloatArray, layers: IntArray, step: float) -> tuple[FloatArray, IntArray]:
+def _cut(values: FloatArray, steps: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Pieces along the first edge, and the quadrilateral that each is from."""
     edges = values[:, [1, 2], :2] - values[:, [0, 3], :2]
-    counts = np.maximum(np.ceil(np.linalg.norm(edges, axis=2).max(axis=1) / step - 1e-9).astype(int), 1)
+    counts = np.maximum(np.ceil(np.linalg.norm(edges, axis=2).max(axis=1) / steps - 1e-9).astype(int), 1)
     owner = np.repeat(np.arange(len(values)), counts)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
     near, far = (number / counts[owner])[:, None], ((number + 1) / counts[owner])[:, None]
     a, b, c, d = (values[owner, corner] for corner in range(4))
     pieces = [a + (b - a) * near, a + (b - a) * far, d + (c - d) * far, d + (c - d) * near]
-    return np.stack(pieces, axis=1), layers[owner]
+    return np.stack(pieces, axis=1), owner
 
 
 def _planar(corners: FloatArray) -> FloatArray:

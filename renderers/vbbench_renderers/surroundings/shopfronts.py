@@ -104,9 +104,14 @@ def _plinth(front: Front, entrance: int, *, shop: bool) -> Quads:
     edges = np.array(gaps)
     zero = np.zeros(len(edges))
     return boxes(
-        np.column_stack([edges[:, 0], zero - 0.05, zero]), np.column_stack([edges[:, 1], zero, zero + 0.42]),
-        [0.42, 0.40, 0.37], layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR], faces=("left", "right", "front", "top"), foot=0.55,
-    )  # fmt: skip
+        np.column_stack([edges[:, 0], zero - 0.05, zero]),
+        np.column_stack([edges[:, 1], zero, zero + 0.42]),
+        [0.42, 0.40, 0.37],
+        layer=Layer.ASHLAR,
+        tile=TILE[Layer.ASHLAR],
+        faces=("left", "right", "front", "top"),
+        foot=0.55,
+    )
 
 
 def _sign(front: Front, entrance: int, number: int, paint: object) -> Quads:

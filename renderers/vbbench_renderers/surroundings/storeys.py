@@ -123,15 +123,14 @@ def _mouldings(
         np.column_stack([x0 - 0.08, zero - out, low - 0.09]), np.column_stack([x1 + 0.08, zero + SET_BACK, low]),
         front.trim, faces=("front", "bottom"),
     )  # fmt: skip
-    parts = [sills, quads(upright(x0 - 0.05, x1 + 0.05, low - 0.35, low - 0.09, -0.012), graded(front.colour, 1.0, 0.6),
-                          layer=front.wall, tile=TILE[front.wall])]  # fmt: skip
+    parts = [sills]
     style = rng.random()
-    if style < 0.7:
+    if style < 0.65:
         parts.append(
             boxes(np.column_stack([x0 - 0.12, zero - 0.06, high]), np.column_stack([x1 + 0.12, zero, high + 0.16]),
                   front.trim, faces=("left", "right", "front"))
         )  # fmt: skip
-    if style < 0.35:
+    if style < 0.2:
         for start, end in ((x0 - 0.12, x0), (x1, x1 + 0.12)):
             parts.append(
                 boxes(np.column_stack([start, zero - 0.045, low]), np.column_stack([end, zero, high]), front.trim,

@@ -1,0 +1,141 @@
+"""Trees and hedges: dark cores inside a shell of small leaf cards, with trunks and boughs."""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.surroundings.layers import TILE, Layer
+from vbbench_renderers.surroundings.quads import boxes
+from vbbench_renderers.surroundings.shapes import icosphere, smooth_mesh, tube
+
+GREENS = [(0.20, 0.34, 0.07), (0.27, 0.40, 0.08), (0.17, 0.30, 0.09), (0.35, 0.40, 0.08), (0.22, 0.37, 0.12)]
+"""Colours of foliage, linear RGB, multiplied with the texture."""
+BARK = np.array([0.20, 0.155, 0.115])
+NEAR = 12.0
+"""Trees nearer than this are detailed, m."""
+LEAF = 0.30
+"""Length of a leaf card close by, m."""
+
+
+def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
+    """A broad-leaved tree about 6 m high times `size`, simpler the farther away, in its own frame.
+
+    Parameters
+    ----------
+    size : scale.
+    distance : from the walking area, m.
+    rng : form and colour.
+    """
+    near = distance < NEAR
+    fork = rng.uniform(2.0, 2.4) * size
+    centre = np.array([0.0, 0.0, fork + 1.6 * size])
+    count = 4 if near else 2
+    angle = rng.uniform(0.0, 2.0 * np.pi) + (np.arange(count) + rng.uniform(-0.2, 0.2, count)) * 2.0 * np.pi / count
+    spread = rng.uniform(0.75, 1.1, count) * size
+    offsets = np.column_stack([spread * np.cos(angle), spread * np.sin(angle), rng.uniform(-0.6, 0.25, count) * size])
+    centres = centre + np.vstack([offsets, [[*rng.uniform(-0.2, 0.2, 2), rng.uniform(0.7, 1.0) * size]]])
+    radii = rng.uniform(0.95, 1.3, count + 1) * size
+    cards = int(np.clip(1800.0 / distance, 60, 340))
+    parts = [_trunk(fork, size), *_crown(centres, radii, centre, cards, max(LEAF, 0.03 * distance), rng)]
+    if near:
+        parts += [_bough(np.array([0.0, 0.0, fork * 0.95]), end, size) for end in centres[:count]]
+    return join_meshes(parts)
+
+
+def hedge(length: float, distance: float, rng: np.random.Generator) -> Mesh:
+    """A clipped hedge along x, 0.9 m high, in its own frame."""
+    green = np.array(GREENS[rng.integers(len(GREENS))])
+    half, deep, tall = 0.5 * length, 0.32, 0.9
+    core = boxes(
+        [-half, -deep, 0.0], [half, deep, tall], green * 0.8, layer=Layer.LEAVES, tile=TILE[Layer.LEAVES], foot=0.4
+    )
+    count = int(length * np.clip(160.0 / distance, 6.0, 34.0))
+    spots = rng.uniform([-half, -deep, 0.05], [half, deep, tall], (count, 3))
+    side = rng.choice(3, count, p=[0.42, 0.42, 0.16])
+    spots[side == 0, 1], spots[side == 1, 1], spots[side == 2, 2] = -deep, deep, tall
+    out = np.array([[0.0, -1.0, 0.15], [0.0, 1.0, 0.15], [0.0, 0.0, 1.0]])[side]
+    shade = 0.45 + 0.65 * spots[:, 2] / tall
+    return join_meshes([core.divide(0.095 * distance).mesh(), _cards(spots, out, green, shade, 0.17, rng)])
+
+
+def bush(radius: float, rng: np.random.Generator) -> Mesh:
+    """A round bush that stands on z = 0."""
+    centre = np.array([[0.0, 0.0, radius * 0.8]])
+    return join_meshes(_crown(centre, np.array([radius]), centre[0], 50, 0.16, rng))
+
+
+def _crown(
+    centres: FloatArray, radii: FloatArray, centre: FloatArray, cards: int, leaf: float, rng: np.random.Generator
+) -> list[Mesh]:
+    """Blobs of foliage and the cards around them; the lower and inner parts are darker."""
+    green = np.array(GREENS[rng.integers(len(GREENS))]) * rng.uniform(0.85, 1.15)
+    parts = [_core(c, r, centre, green, 0 if leaf > 0.6 else 1, rng) for c, r in zip(centres, radii, strict=True)]
+    owner = rng.choice(len(radii), 3 * cards, p=radii**2 / np.sum(radii**2))
+    out = rng.standard_normal((3 * cards, 3))
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    spots = centres[owner] + radii[owner, None] * rng.uniform(0.86, 1.06, (3 * cards, 1)) * out
+    inside = np.linalg.norm(spots[:, None] - centres, axis=2) < 0.84 * radii
+    kept = np.flatnonzero(~inside.any(axis=1))[:cards]
+    shade = _depth_shade(spots[kept], centres, radii)
+    parts.append(_cards(spots[kept], out[kept], green, shade, leaf, rng))
+    return parts
+
+
+def _depth_shade(points: FloatArray, centres: FloatArray, radii: FloatArray) -> FloatArray:
+    """[N] tone by height in the crown: light from above reaches little of the underside."""
+    low, high = float((centres[:, 2] - radii).min()), float((centres[:, 2] + radii).max())
+    return np.asarray(0.42 + 0.70 * np.clip((points[:, 2] - low) / (high - low), 0.0, 1.0))
+
+
+def _core(
+    at: FloatArray, radius: float, middle: FloatArray, green: FloatArray, fineness: int, rng: np.random.Generator
+) -> Mesh:
+    ball, triangles = icosphere(fineness)
+    waves = rng.standard_normal((3, 3)) * 2.5
+    bumps = 1.0 + 0.07 * np.sin(ball @ waves + rng.uniform(0.0, 6.0, 3)).sum(axis=1, keepdims=True)
+    points = at + 0.93 * radius * ball * bumps
+    shade = 0.62 * (0.45 + 0.35 * (ball[:, 2:] + 1.0)) * (1.0 + 0.15 * rng.standard_normal((len(ball), 1)))
+    uv = np.stack([points[:, 0] + points[:, 1], points[:, 2] + 0.5 * points[:, 1]], axis=1) / TILE[Layer.LEAVES]
+    normals = ball + 0.4 * (points - middle)
+    return smooth_mesh(points, normals, green * shade, triangles, uv=uv, layer=Layer.LEAVES)
+
+
+def _cards(
+    spots: FloatArray, out: FloatArray, green: FloatArray, shade: FloatArray, leaf: float, rng: np.random.Generator
+) -> Mesh:
+    """Triangles of leaves, tilted at random but facing outwards."""
+    count = len(spots)
+    facing = out + 0.38 * rng.standard_normal((count, 3))
+    facing *= np.sign((facing * out).sum(axis=1, keepdims=True))
+    facing /= np.linalg.norm(facing, axis=1, keepdims=True)
+    along = np.cross(facing, rng.standard_normal((count, 3)))
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(facing, along)
+    half = 0.5 * leaf * rng.uniform(0.75, 1.25, (count, 1))
+    shape = np.array([[1.0, 0.0], [-0.8, 0.8], [-0.8, -0.8]])
+    corners = spots[:, None] + half[:, None] * (shape[:, :1] * along[:, None] + shape[:, 1:] * across[:, None])
+    tone = shade[:, None] * (1.0 + 0.22 * rng.standard_normal((count, 1)))
+    tints = green * tone * (1.0 + rng.uniform(-0.12, 0.2, (count, 1)) * np.array([1.0, 0.2, 0.0]))
+    start = rng.random((count, 1, 2))
+    uv = start + np.array([[0.5, 0.0], [-0.4, 0.4], [-0.4, -0.4]]) * leaf / TILE[Layer.LEAVES]
+    triangles = np.arange(3 * count).reshape(-1, 3)
+    normals = np.repeat(out + 0.6 * facing, 3, axis=0)
+    return smooth_mesh(corners, normals, np.repeat(tints, 3, axis=0), triangles, uv=uv, layer=Layer.LEAVES)
+
+
+def _trunk(fork: float, size: float) -> Mesh:
+    profile = np.array([[0.24, 0.0], [0.17, 0.18], [0.145, 0.7], [0.13, fork], [0.10, fork + 0.8]])
+    profile[:, 0] *= size
+    shades = np.array([0.5, 0.8, 1.0, 0.75, 0.5])
+    return tube(profile, BARK * shades[:, None], sides=7)
+
+
+def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
+    """A bough from the fork into the crown: an upright tube, sheared."""
+    rod = tube([[0.075 * size, 0.0], [0.035 * size, 1.0]], BARK * np.array([[0.7], [0.35]]), sides=5)
+    lean = (end - start)[:2]
+    points = rod.vertices.astype(np.float64)
+    moved = np.column_stack([points[:, :2] + points[:, 2:] * lean, points[:, 2] * (end - start)[2]]) + start
+    return smooth_mesh(
+        moved, rod.normals.astype(np.float64), rod.colours.astype(np.float64), rod.triangles.astype(np.int64)
+    )
