@@ -16,8 +16,7 @@ from vbbench_renderers.opengl.probing import find_device
 from vbbench_renderers.opengl.stage import Stage
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
-from vbbench_renderers.surroundings.build import walking_area
+from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
 
 if TYPE_CHECKING:
     import moderngl
