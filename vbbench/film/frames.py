@@ -12,7 +12,6 @@ from vbbench.film.ego import draw_ego
 from vbbench.film.paint import Canvas
 from vbbench.film.reel import Reel
 from vbbench.renderer import Renderer, picture_size
-from vbbench.rendering import pictures
 
 _CHART = 560  # px, least height of a map
 _LEAST_WIDTH = 960  # px, for the words
@@ -48,8 +47,10 @@ class Film:
 
     def frames(self, renderer: Renderer, wanted: Iterable[int]) -> Iterator[Canvas]:
         """Pictures [height, width, 3] of the wanted frames of the sequence, each made when it is asked for."""
-        order = list(wanted)
-        for frame, seen in zip(order, pictures(self.reel.dataset, self.reel.sequence, renderer, order), strict=True):
+        sequence, camera = self.reel.sequence, self.reel.dataset.info.camera
+        for frame in wanted:
+            pose = self.reel.truth.poses[frame]
+            seen = renderer.render(sequence.first_frame + frame, camera, pose, observer=sequence.observer)
             yield self._compose(seen.rgb, frame)
 
     def _compose(self, picture: Canvas, frame: int) -> Canvas:
