@@ -40,14 +40,13 @@ def load_pyrender() -> Any:
     VbbenchError
         If it is not installed or finds no OpenGL.
     """
-    with off_screen():
-        if "pyrender" not in sys.modules:
+    if "pyrender" not in sys.modules:
+        with off_screen():
             _import_without_viewer()
-        pyrender = sys.modules["pyrender"]
     mesh: Any = sys.modules["pyrender.mesh"]
     if not hasattr(mesh.np, "infty"):
         mesh.np = _OlderNumpy()
-    return pyrender
+    return sys.modules["pyrender"]
 
 
 def open_off_screen(width: int, height: int) -> Any:

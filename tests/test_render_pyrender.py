@@ -1,0 +1,118 @@
+"""The pyrender backend: its faults stay where they are mended, and it draws what it should."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.renderer import NOBODY
+from vbbench.scene import Scene
+from vbbench_renderers.pyrender_backend import PyrenderRenderer
+from vbbench_renderers.pyrender_backend.views import resample, views_of
+from vbbench_renderers.raster import RasterRenderer
+
+AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
+AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
+ORIGIN = np.zeros(3)
+
+
+def crowd() -> Scene:
+    places = np.array([(3.0, 0.0), (4.0, 1.0), (-3.0, 0.05), (1.0, -4.0)])
+    return Scene(name="t", dt=0.1, people=np.array([3, 10, 300, 70000]), positions=np.tile(places, (2, 1, 1)),
+                 heights=np.full(4, 1.7))  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[PyrenderRenderer]:
+    try:
+        made = PyrenderRenderer(crowd())
+    except VbbenchError as error:
+        pytest.skip(str(error))
+    yield made
+    made.close()
+
+
+def run_python(code: str, **environment: str) -> str:
+    result = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=False
+    )
+    return result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("camera", [AHEAD, AROUND], ids=["perspective", "panorama"])
+def test_it_shows_whom_the_raster_backend_shows(renderer: PyrenderRenderer, camera: Camera) -> None:
+    theirs = RasterRenderer(crowd()).render(0, camera, ORIGIN, observer=10)
+    ours = renderer.render(0, camera, ORIGIN, observer=10)
+    assert set(np.unique(ours.ids)) == set(np.unique(theirs.ids)) == {NOBODY, 3, *([300, 70000] * (camera is AROUND))}
+    assert (ours.ids == theirs.ids).mean() > 0.99
+    assert (np.isinf(ours.depth) == np.isinf(theirs.depth)).mean() > 0.99
+    apart = np.abs(ours.rgb.astype(float) - theirs.rgb.astype(float)).mean()
+    assert apart < 40.0
+
+
+def test_pictures_come_out_the_same_again(renderer: PyrenderRenderer) -> None:
+    first = renderer.render(0, AHEAD, ORIGIN)
+    renderer.render(1, AROUND, np.array([1.0, 0.5, 2.0]))
+    second = renderer.render(0, AHEAD, ORIGIN)
+    for name in ("rgb", "depth", "ids"):
+        assert np.array_equal(getattr(first, name), getattr(second, name))
+
+
+def test_unknown_observers_and_closed_renderers_are_refused(renderer: PyrenderRenderer) -> None:
+    with pytest.raises(VbbenchError, match="no person 4"):
+        renderer.render(0, AHEAD, ORIGIN, observer=4)
+    assert "pyrender" in renderer.device
+
+
+def test_the_viewer_is_never_imported_and_nothing_stays_patched(renderer: PyrenderRenderer) -> None:
+    output = run_python(
+        "import os, sys, numpy\n"
+        "from vbbench_renderers.pyrender_backend.loading import load_pyrender, open_off_screen\n"
+        "screen = open_off_screen(8, 8)\n"
+        "print('pyglet' in sys.modules, 'pyrender.viewer' in sys.modules, hasattr(numpy, 'infty'),\n"
+        "      os.environ.get('PYOPENGL_PLATFORM'), hasattr(load_pyrender(), 'Viewer'))\n"
+        "screen.delete()",
+        DISPLAY="",
+    )
+    assert "False False False None False" in output
+
+
+def test_a_platform_that_does_not_work_is_one_clear_message() -> None:
+    output = run_python(
+        "from vbbench.errors import VbbenchError\n"
+        "from vbbench_renderers.pyrender_backend.loading import open_off_screen\n"
+        "try:\n"
+        "    open_off_screen(8, 8)\n"
+        "except VbbenchError as error:\n"
+        "    print('told:', error)",
+        PYOPENGL_PLATFORM="egl",
+        EGL_DEVICE_ID="77",
+    )
+    assert "told: pyrender" in output
+    assert "mesa-utils-bin" in output
+
+
+def test_views_cover_the_panorama_once_and_hold_every_ray() -> None:
+    views = views_of(AROUND)
+    assert sorted(np.concatenate([view.columns for view in views]).tolist()) == list(range(AROUND.width))
+    for view in views:
+        assert view.x.min() >= 0
+        assert view.x.max() <= view.camera.width - 1
+        assert view.y.min() >= 0
+        assert view.y.max() <= view.camera.height - 1
+
+
+def test_depth_of_a_wall_becomes_its_range() -> None:
+    view = views_of(AROUND)[2]
+    assert view.turn == 0.0
+    shape = view.camera.height, view.camera.width
+    blank = np.zeros(shape, np.int32)
+    _, reach, ids = resample(view, np.zeros((*shape, 3), np.uint8), np.full(shape, 5.0, np.float32), blank)
+    azimuth = 2 * np.pi * (view.columns + 0.5) / AROUND.width - np.pi
+    assert np.allclose(reach, 5.0 / np.cos(azimuth), rtol=1e-5)
+    assert (ids == 0).all()
