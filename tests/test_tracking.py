@@ -341,7 +341,8 @@ def _tracked(
         ("top_std = 0.02", "top_std = -0.02", "top_std must be 0 or more"),
         ("lost_time = 1.0", "lost_time = 0.0", "lost_time must be above 0"),
         ("high = 0.6", "high = 0.05", "must not fall"),
-        ("pixel_std = 3.0", "pixel_std = '3'", "is not of the kind wanted"),
+        ("panorama_std = 2.4", "panorama_std = '3'", "is not of the kind wanted"),
+        ("panorama_std = 2.4", "panorama_std = 0.0", "panorama_std must be above 0"),
         ("[detector]", "[detector", "is no TOML"),
     ],
 )

@@ -49,6 +49,10 @@ class Corruption:
     hiding: Hiding | None = None
     tracking: TrackingSettings | None = None
 
+    def told_std(self, camera: Camera) -> float:
+        """What solvers are told of the noise on column, top and bottom, in px."""
+        return self.pixel_std if self.tracking is None else self.tracking.pixel_std(camera)
+
     @property
     def definition(self) -> dict[str, Any]:
         """What a dataset's definition says of it beside the tier and the noise."""
@@ -60,8 +64,7 @@ class Corruption:
 def corruption_of(tier: str, *, whole: bool = False) -> Corruption:
     """What the ``tier`` does to boxes; with ``whole`` hidden people have none in any tier, and others a whole one."""
     if tier == "tracked":
-        settings = get_tracking()
-        return Corruption(pixel_std=settings.pixel_std, hiding=Hiding(), tracking=settings)
+        return Corruption(hiding=Hiding(), tracking=get_tracking())
     cut = tier == "occluded"
     return Corruption(pixel_std=PIXEL_STD[tier], hiding=Hiding(cut=cut) if cut or whole else None)
 

@@ -34,17 +34,17 @@ def plan_reprojection(
         raise VbbenchError(
             f"--scenario, --sequences, --people and --engine are for the split 'sim'; {card.name} has its own people"
         )
-    corruption = corruption_of(options.tier)
+    corruption, camera = corruption_of(options.tier), options.camera or PanoramaCamera()
     info = DatasetInfo(
         split=card.name,
         title=card.title,
-        camera=options.camera or PanoramaCamera(),
+        camera=camera,
         tier=options.tier,
         seed=options.seed,
         dt=scenes[0].dt,
         height_mean=HEIGHT_MEAN,
         height_std=options.height_std,
-        pixel_std=corruption.pixel_std,
+        pixel_std=corruption.told_std(camera),
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",

@@ -115,17 +115,17 @@ def plan_simulation(
     _check(card.name, options)
     asked = options.simulation or Simulation()
     scenario = _as_asked(get_scenario(asked.scenario or default_scenario), asked)
-    corruption = corrupting(options.tier)
+    corruption, camera = corrupting(options.tier), options.camera or CAMERAS[scenario.camera]()
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",
-        camera=options.camera or CAMERAS[scenario.camera](),
+        camera=camera,
         tier=options.tier,
         seed=options.seed,
         dt=scenario.dt,
         height_mean=HEIGHT_MEAN,
         height_std=options.height_std,
-        pixel_std=corruption.pixel_std,
+        pixel_std=corruption.told_std(camera),
         scenes=(),
         definition={
             "generator": f"simulation/{REVISION}",

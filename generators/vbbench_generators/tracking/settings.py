@@ -6,6 +6,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
+from vbbench.camera import Camera, PanoramaCamera
 from vbbench.errors import FileError
 from vbbench_generators.strict import build
 
@@ -99,11 +100,19 @@ class TrackerSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackingSettings:
-    """Detector, tracker, and what solvers are told of their noise in px."""
+    """Detector, tracker, and what solvers are told of their noise in px, by kind of camera."""
 
-    pixel_std: float
+    perspective_std: float
+    panorama_std: float
     detector: DetectorModel
     tracker: TrackerSettings
+
+    def __post_init__(self) -> None:
+        _require_positive(self, "perspective_std", "panorama_std")
+
+    def pixel_std(self, camera: Camera) -> float:
+        """Standard deviation in px of column, top and bottom of tracked boxes."""
+        return self.panorama_std if isinstance(camera, PanoramaCamera) else self.perspective_std
 
 
 def get_tracking(name: str = "model") -> TrackingSettings:
