@@ -1,0 +1,177 @@
+"""Frames a second of the backends, RGB + depth + ids, 50 people, beside a plain pyrender loop over the same meshes.
+
+Run from the repository: ``python -m benchmarks.bench_rendering``; with ``--moderngl`` that backend alone, at 50 and 800
+people in three sizes, which is what to run on a machine with a GPU. Runs take turns and the quickest of each counts, so
+that other work on the machine disturbs less.
+"""
+
+import argparse
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.registry import load
+from vbbench.scene import Scene
+from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.people import Walkers
+from vbbench_renderers.surroundings import plain_surroundings, walking_area
+
+SMALL = PerspectiveCamera(width=640, height=480, focal=320.0, cx=320.0, cy=240.0)
+CAMERAS: dict[str, Camera] = {
+    "640x480": SMALL,
+    "1280x720": PerspectiveCamera(),
+    "panorama 1440x480": PanoramaCamera(),
+}
+FRAMES, REPEATS = 4, 5
+Draw = Callable[[int], Any]
+
+
+def crowd(people: int, seed: int = 0) -> Scene:
+    """People as dense as in Sim, 50 on 16 m x 16 m, who walk straight on."""
+    rng, half = np.random.default_rng(seed), 8.0 * np.sqrt(people / 50)
+    start, angle = rng.uniform(-half, half, (people, 2)), rng.uniform(-np.pi, np.pi, people)
+    velocity = np.column_stack((np.cos(angle), np.sin(angle))) * rng.uniform(0.8, 1.6, (people, 1))
+    positions = start + 0.1 * np.arange(40)[:, None, None] * velocity
+    heights = rng.normal(1.7, 0.07, people)
+    return Scene(name="crowd", dt=0.1, people=np.arange(people), positions=positions, heights=heights)
+
+
+def pose_of(scene: Scene, camera: Camera) -> Any:
+    """At the crowd's border, looking in; in its middle for a panorama."""
+    edge = 0.0 if isinstance(camera, PanoramaCamera) else np.nanmin(scene.positions[..., 0])
+    return np.array((edge, 0.0, 0.0))
+
+
+def person_mesh(walkers: Walkers, person: int, eye: Any) -> Mesh:
+    """All limbs of somebody in frame 0, dyed, around his or her own place."""
+    parts = []
+    for level, limbs in walkers.limbs(0, eye):
+        library = walkers.library(level)
+        for n in np.nonzero(limbs.person == person)[0]:
+            mesh, (turn, shift) = library[limbs.mesh[n]], np.split(limbs.transform[n], (3,), axis=1)
+            normals = mesh.normals @ np.linalg.inv(turn)
+            parts.append(
+                Mesh(
+                    vertices=mesh.vertices @ turn.T + shift.T,
+                    normals=normals / np.linalg.norm(normals, axis=1, keepdims=True),
+                    colours=mesh.colours * limbs.colour[n],
+                    uv=mesh.uv,
+                    layers=mesh.layers,
+                    triangles=mesh.triangles,
+                )
+            )
+    return join_meshes(parts)
+
+
+class NaivePyrender:
+    """What a newcomer writes: a node a person whose pose is set every frame, one call for colour, one for ids."""
+
+    def __init__(self, scene: Scene, camera: PerspectiveCamera) -> None:
+        import trimesh
+
+        from vbbench_renderers.pyrender_backend.loading import load_pyrender, open_off_screen
+
+        self.pyrender, self.scene = load_pyrender(), scene
+        self.screen = open_off_screen(camera.width, camera.height)
+        self.world = self.pyrender.Scene(ambient_light=(0.3, 0.3, 0.3), bg_color=(0.5, 0.7, 1.0, 1.0))
+        pose, walkers = pose_of(scene, camera), Walkers(scene, 0)
+        around = plain_surroundings(walking_area(scene))
+
+        def node(mesh: Mesh) -> Any:
+            shape = trimesh.Trimesh(
+                mesh.vertices, mesh.triangles, vertex_normals=mesh.normals, vertex_colors=mesh.colours, process=False
+            )
+            return self.world.add(self.pyrender.Mesh.from_trimesh(shape))
+
+        node(around.mesh)
+        self.start = scene.positions[0]
+        self.nodes = [node(person_mesh(walkers, person, pose[:2])) for person in range(len(scene.people))]
+        looks = np.eye(4)
+        looks[:3, :3] = ((0, 0, -1), (-1, 0, 0), (0, 1, 0))  # along +x, z up
+        looks[:3, 3] = *pose[:2], camera.mount_height
+        f = camera.focal
+        self.world.add(self.pyrender.IntrinsicsCamera(f, f, camera.cx, camera.cy, znear=0.1, zfar=200.0), pose=looks)
+        self.world.add(self.pyrender.DirectionalLight(intensity=3.0), pose=looks)
+        self.colours = {one: (n + 1, 0, 0) for n, one in enumerate(self.nodes)}
+
+    def __call__(self, frame: int) -> Any:
+        """Colour, depth and ids of a frame."""
+        for node, shift in zip(self.nodes, self.scene.positions[frame] - self.start, strict=True):
+            moved = np.eye(4)
+            moved[:2, 3] = shift
+            self.world.set_pose(node, moved)
+        colour, depth = self.screen.render(self.world)
+        ids, _ = self.screen.render(self.world, flags=self.pyrender.RenderFlags.SEG, seg_node_map=self.colours)
+        return colour, depth, ids[..., 0]
+
+
+def backend(name: str, scene: Scene, camera: Camera, surroundings: bool) -> tuple[Draw, str]:
+    """Draws a frame with a backend; and its device."""
+    renderer, pose = load("renderer", name)(scene, surroundings=surroundings), pose_of(scene, camera)
+    return (lambda frame: renderer.render(frame, camera, pose)), renderer.device
+
+
+def frames_a_second(runs: dict[str, Draw]) -> dict[str, float]:
+    """The best rate of each, in turns of some frames."""
+    best = dict.fromkeys(runs, np.inf)
+    for turn in range(REPEATS + 1):
+        for name, run in runs.items():
+            started = perf_counter()
+            for frame in range(FRAMES):
+                run(FRAMES * turn + frame)
+            best[name] = min(best[name], (perf_counter() - started) / FRAMES) if turn else np.inf
+    return {name: 1.0 / seconds for name, seconds in best.items()}
+
+
+def compare() -> None:
+    """The figures that the project holds itself to, in one run."""
+    scene, panorama = crowd(50), CAMERAS["panorama 1440x480"]
+    runs: dict[str, Draw] = {}
+    for name in ("moderngl", "pyrender", "raster"):
+        try:
+            runs[f"{name}, bare ground"], device = backend(name, scene, SMALL, surroundings=False)
+            print(f"{name:<12}{device}")
+        except VbbenchError as error:
+            print(f"{name:<12}{error}")
+    if "pyrender, bare ground" in runs:
+        runs["naive pyrender, bare ground"] = NaivePyrender(scene, SMALL)
+    runs["moderngl, surroundings"] = backend("moderngl", scene, SMALL, surroundings=True)[0]
+    runs["moderngl, panorama, surroundings"] = backend("moderngl", scene, panorama, surroundings=True)[0]
+    runs["raster, surroundings"] = backend("raster", scene, SMALL, surroundings=True)[0]
+    rates = frames_a_second(runs)
+    print(f"\n{'50 people, 640x480 unless said':<40}{'frames/s':>10}")
+    for name, rate in rates.items():
+        print(f"{name:<40}{rate:>10.1f}")
+    fast, bar = rates["moderngl, bare ground"], rates.get
+    print(f"\n{'':<40}{'reached':>10}{'wanted':>10}")
+    rows = (
+        ("moderngl over a naive pyrender loop", fast / bar("naive pyrender, bare ground", np.nan), 5.0),
+        ("moderngl over backend pyrender", fast / bar("pyrender, bare ground", np.nan), 3.0),
+        ("moderngl with surroundings, frames/s", rates["moderngl, surroundings"], 20.0),
+        ("moderngl panorama, frames/s", rates["moderngl, panorama, surroundings"], 12.0),
+        ("raster, frames/s", rates["raster, bare ground"], 20.0),
+        ("raster with surroundings, frames/s", rates["raster, surroundings"], 20.0),
+    )
+    for label, reached, wanted in rows:
+        print(f"{label:<40}{reached:>10.1f}{wanted:>10.1f}")
+
+
+def time_moderngl() -> None:
+    """Frames a second of `moderngl` with surroundings at two crowds and three sizes."""
+    for people in (50, 800):
+        scene = crowd(people)
+        for size, camera in CAMERAS.items():
+            run, device = backend("moderngl", scene, camera, surroundings=True)
+            if (people, size) == (50, "640x480"):
+                print(device)
+            print(f"{people:>5} people  {size:<20}{frames_a_second({'': run})['']:>8.1f} frames/s", flush=True)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--moderngl", action="store_true", help="time that backend alone")
+    (time_moderngl if parser.parse_args().moderngl else compare)()
