@@ -15,7 +15,7 @@ from vbbench_renderers.surroundings.shapes import place
 from vbbench_renderers.surroundings.shopfronts import ground_floor
 from vbbench_renderers.surroundings.storeys import balconies, plain_floors, upper_floors
 
-SPREAD = 0.095
+SPREAD = 0.104
 """Widest part of a house over its distance, rad: so narrow that it may be projected on a cylinder by its corners."""
 EYE = 2.0
 """Things are out of the picture, which reaches some 45° up, if nearer than their height less this, m."""
@@ -55,7 +55,7 @@ def house_meshes(plots: tuple[Plot, ...], rng: np.random.Generator) -> list[Mesh
 def house_mesh(plot: Plot, rng: np.random.Generator, *, relief: bool) -> Mesh:
     """The house of a plot in the site's frame."""
     front = _front(plot, rng)
-    parts = [_roof(plot, np.array(TILES[rng.integers(len(TILES))]), front, rng)]
+    parts = [_roof(plot, np.array(TILES[rng.integers(len(TILES))]), front, rng, dormers=relief)]
     if plot.distance > FLAT:
         parts.append(_painted(plot, front))
     else:
@@ -100,7 +100,7 @@ def _painted(plot: Plot, front: Front) -> Quads:
 def _gables(plot: Plot, front: Front) -> Quads:
     """The side walls, darker at the foot, and what carries the roof."""
     return boxes(
-        [0.0, 0.12, 0.0],
+        [0.0, 0.0, 0.0],
         [plot.width, plot.depth, plot.height],
         front.colour * 0.94,
         layer=front.wall,
@@ -118,8 +118,8 @@ def _cornice(plot: Plot, front: Front, rng: np.random.Generator) -> Quads:
         boxes([-0.05, -0.5 * reach, top - 0.45], [plot.width + 0.05, 0.1, top - 0.2], front.trim * 0.8, faces=faces),
         boxes([-0.1, -reach, top - 0.2], [plot.width + 0.1, 0.1, top], front.trim, faces=(*faces, "top")),
     ]
-    if rng.random() < 0.5:
-        blocks = np.arange(0.3, plot.width - 0.3, 0.8)
+    if plot.distance < RELIEF and rng.random() < 0.5:
+        blocks = np.arange(0.3, plot.width - 0.3, 1.1)
         low = np.column_stack([blocks, np.full_like(blocks, -reach * 0.9), np.full_like(blocks, top - 0.36)])
         parts.append(
             boxes(low, low + np.array([0.16, reach * 0.9, 0.16]), front.trim * 0.85, faces=("left", "right", "front"))
@@ -127,11 +127,11 @@ def _cornice(plot: Plot, front: Front, rng: np.random.Generator) -> Quads:
     return join(parts)
 
 
-def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator) -> Quads:
-    """A pitched roof with gables and chimneys, sometimes with dormers."""
+def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator, *, dormers: bool) -> Quads:
+    """A pitched roof with gables and a chimney, sometimes with dormers."""
     top, wide, deep = plot.height, plot.width, plot.depth
     rise = rng.uniform(0.3, 0.5) * deep
-    eaves, ridge = -0.35, 0.5 * deep
+    eaves, ridge = -0.48, 0.5 * deep
     slope = rise / (ridge - eaves)
     tiles = quads(
         [[[-0.12, eaves, top + 0.02], [wide + 0.12, eaves, top + 0.02],
@@ -143,14 +143,16 @@ def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator
         [[0, deep, top], [0, 0, top], [0, ridge, top + rise - 0.1], [0, ridge, top + rise - 0.1]],
         [[wide, 0, top], [wide, deep, top], [wide, ridge, top + rise - 0.1], [wide, ridge, top + rise - 0.1]],
     ]
-    parts = [tiles, quads(ends, front.colour * 0.9, layer=front.wall, tile=TILE[front.wall])]
+    gutter = boxes([-0.12, eaves - 0.07, top - 0.07], [wide + 0.12, eaves + 0.05, top + 0.05], colour * 0.5,
+                   faces=("front", "bottom"))  # fmt: skip
+    parts = [tiles, gutter, quads(ends, front.colour * 0.9, layer=front.wall, tile=TILE[front.wall])]
     if plot.distance > FLAT:
         return tiles
-    for x in rng.uniform(0.5, wide - 1.5, int(rng.integers(1, 3))):
+    for x in rng.uniform(0.5, wide - 1.5, 1):
         low = np.array([x, ridge - 0.6, top + 0.6 * rise])
         parts.append(boxes(low, [x + 0.9, ridge, top + rise + rng.uniform(0.8, 1.5)], [0.45, 0.26, 0.19],
                            layer=Layer.BRICK, tile=TILE[Layer.BRICK]))  # fmt: skip
-    if rng.random() < 0.5:
+    if dormers and rng.random() < 0.6:
         middles = 0.5 * (front.bays[1:] + front.bays[:-1])[:: int(rng.integers(1, 3))]
         parts += [_dormer(x, eaves + 0.9, top + 0.9 * slope, slope, front) for x in middles]
     return join(parts)

@@ -13,7 +13,7 @@ from vbbench_renderers.surroundings.quads import Quads
 from vbbench_renderers.surroundings.shapes import place
 from vbbench_renderers.surroundings.trees import hedge, tree
 
-SPREAD = 0.095
+SPREAD = 0.104
 """Widest part of a thing over its distance, rad."""
 MOST = 16
 """Trees or things of one kind along one side, at most."""
@@ -136,7 +136,7 @@ def _park(site: Site, rng: np.random.Generator) -> list[Spot]:
         spots.append(Spot(kind="hedge", u=edge - 0.9, v=v, yaw=0.5 * np.pi, size=5.2))
         if rng.random() < 0.5:
             spots.append(Spot(kind="lamp", u=edge + 0.5, v=v + 2.6))
-    count = int(np.clip(site.wide, 8, MOST))
+    count = int(np.clip(0.8 * site.wide, 7, MOST))
     for n in range(count):
         v = (n + rng.uniform(0.2, 0.8)) / count * 2.0 - 1.0
         away = rng.uniform(4.0, 12.0) if n % 2 else rng.uniform(14.0, 42.0)

@@ -64,10 +64,8 @@ def _opening(
     middle, top = 0.5 * (x0 + x1), float(front.floors[0])
     a, b = middle - 0.5 * wide, middle + 0.5 * wide
     tile = TILE[front.wall]
-    colour = front.colour
     parts = [
-        quads(upright([x0, b], [a, x1], 0.0, 1.0), graded(colour, 0.6, 1.0), layer=front.wall, tile=tile),
-        wall(front, upright([x0, b], [a, x1], 1.0, top), tile),
+        wall(front, upright([x0, b], [a, x1], 0.0, top), tile, 0.8, 1.0),
         wall(front, upright(a, b, head, top), tile, 1.0, 0.85),
         quads(
             upright(a, b, sill, head, DEEP), graded(np.asarray(tint), 0.85, 0.6), layer=layer, uv=quarter(number)[None]
@@ -150,5 +148,4 @@ def _awning(x0: float, x1: float, cloth: FloatArray) -> Quads:
     upper = quads(strip(out, low, -0.15, high), stripes)
     front = quads(strip(out, hem, out, low), stripes * 0.95)
     under = quads(strip(out, low - 0.01, -0.15, high - 0.01)[:, ::-1], stripes * 0.45)
-    inner = quads(strip(out + 0.01, hem, out + 0.01, low)[:, ::-1], stripes * 0.5)
-    return join([upper, front, under, inner])
+    return join([upper, front, under])

@@ -13,7 +13,7 @@ GREENS = [(0.20, 0.34, 0.07), (0.27, 0.40, 0.08), (0.17, 0.30, 0.09), (0.35, 0.4
 BARK = np.array([0.20, 0.155, 0.115])
 NEAR = 12.0
 """Trees nearer than this are detailed, m."""
-LEAF = 0.30
+LEAF = 0.40
 """Length of a leaf card close by, m."""
 
 
@@ -35,8 +35,8 @@ def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
     offsets = np.column_stack([spread * np.cos(angle), spread * np.sin(angle), rng.uniform(-0.6, 0.25, count) * size])
     centres = centre + np.vstack([offsets, [[*rng.uniform(-0.2, 0.2, 2), rng.uniform(0.7, 1.0) * size]]])
     radii = rng.uniform(0.95, 1.3, count + 1) * size
-    cards = int(np.clip(1800.0 / distance, 60, 340))
-    parts = [_trunk(fork, size), *_crown(centres, radii, centre, cards, max(LEAF, 0.03 * distance), rng)]
+    cards = int(np.clip(1900.0 / distance, 60, 360))
+    parts = [_trunk(fork, size, near=near), *_crown(centres, radii, centre, cards, max(LEAF, 0.03 * distance), rng)]
     if near:
         parts += [_bough(np.array([0.0, 0.0, fork * 0.95]), end, size) for end in centres[:count]]
     return join_meshes(parts)
@@ -73,7 +73,7 @@ def _crown(
     owner = rng.choice(len(radii), 3 * cards, p=radii**2 / np.sum(radii**2))
     out = rng.standard_normal((3 * cards, 3))
     out /= np.linalg.norm(out, axis=1, keepdims=True)
-    spots = centres[owner] + radii[owner, None] * rng.uniform(0.86, 1.06, (3 * cards, 1)) * out
+    spots = centres[owner] + radii[owner, None] * rng.uniform(0.88, 1.12, (3 * cards, 1)) * out
     inside = np.linalg.norm(spots[:, None] - centres, axis=2) < 0.84 * radii
     kept = np.flatnonzero(~inside.any(axis=1))[:cards]
     shade = _depth_shade(spots[kept], centres, radii)
@@ -84,7 +84,7 @@ def _crown(
 def _depth_shade(points: FloatArray, centres: FloatArray, radii: FloatArray) -> FloatArray:
     """[N] tone by height in the crown: light from above reaches little of the underside."""
     low, high = float((centres[:, 2] - radii).min()), float((centres[:, 2] + radii).max())
-    return np.asarray(0.42 + 0.70 * np.clip((points[:, 2] - low) / (high - low), 0.0, 1.0))
+    return np.asarray(0.50 + 0.80 * np.clip((points[:, 2] - low) / (high - low), 0.0, 1.0))
 
 
 def _core(
@@ -94,7 +94,7 @@ def _core(
     waves = rng.standard_normal((3, 3)) * 2.5
     bumps = 1.0 + 0.07 * np.sin(ball @ waves + rng.uniform(0.0, 6.0, 3)).sum(axis=1, keepdims=True)
     points = at + 0.93 * radius * ball * bumps
-    shade = 0.62 * (0.45 + 0.35 * (ball[:, 2:] + 1.0)) * (1.0 + 0.15 * rng.standard_normal((len(ball), 1)))
+    shade = 0.42 * (0.45 + 0.35 * (ball[:, 2:] + 1.0)) * (1.0 + 0.15 * rng.standard_normal((len(ball), 1)))
     uv = np.stack([points[:, 0] + points[:, 1], points[:, 2] + 0.5 * points[:, 1]], axis=1) / TILE[Layer.LEAVES]
     normals = ball + 0.4 * (points - middle)
     return smooth_mesh(points, normals, green * shade, triangles, uv=uv, layer=Layer.LEAVES)
@@ -123,11 +123,11 @@ def _cards(
     return smooth_mesh(corners, normals, np.repeat(tints, 3, axis=0), triangles, uv=uv, layer=Layer.LEAVES)
 
 
-def _trunk(fork: float, size: float) -> Mesh:
+def _trunk(fork: float, size: float, *, near: bool) -> Mesh:
     profile = np.array([[0.24, 0.0], [0.17, 0.18], [0.145, 0.7], [0.13, fork], [0.10, fork + 0.8]])
     profile[:, 0] *= size
     shades = np.array([0.5, 0.8, 1.0, 0.75, 0.5])
-    return tube(profile, BARK * shades[:, None], sides=7)
+    return tube(profile, BARK * shades[:, None], sides=7 if near else 4)
 
 
 def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
