@@ -15,7 +15,7 @@ from vbbench_renderers.people.gait import ROLL
 from vbbench_renderers.people.library import NAMES
 from vbbench_renderers.people.paths import step_length
 
-MOST_TRIANGLES = (4400, 1250, 450)
+MOST_TRIANGLES = (4400, 1300, 450)
 
 
 def scene_of(positions: FloatArray, dt: float = 0.1, heights: FloatArray | None = None, first_id: int = 0) -> Scene:

@@ -37,7 +37,7 @@ def _manner(who: Outfit, bag: str, size: float) -> dict[str, FloatArray]:
     rng, old = who.rng, who.age == "old"
     swing = np.full(2, rng.uniform(0.25, 0.5) * (0.7 if old else 1.0))
     forward, elbow = np.full(2, rng.uniform(-0.05, 0.05)), np.full(2, rng.uniform(0.15, 0.45))
-    aside = np.full(2, rng.uniform(0.10, 0.16) + 0.5 * max(who.girth - 1.0, 0.0))
+    aside = np.full(2, rng.uniform(0.06, 0.11) + 0.45 * max(who.girth - 1.0, 0.0))
     inward = np.full(2, rng.uniform(0.1, 0.4))
     if "tote" in bag:
         side = int(bag == "right tote")
@@ -47,7 +47,7 @@ def _manner(who: Outfit, bag: str, size: float) -> dict[str, FloatArray]:
         who.add("phone", Bone.FOREARM + 1, linear(palette.BLACK), offset=(0.02, 0.025, -0.27), gloss=0.5, coarsest=1)
         swing[1], forward[1], elbow[1], inward[1] = 0.03, 0.35, 1.75, 0.35  # looks at a phone
     elif rng.random() < 0.08:
-        swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.25, 0.75, 0.75, 0.22
+        swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.28, 0.62, 0.5, 0.24
         who.parts = [part for part in who.parts if "hand" not in part.mesh]  # they are in the pockets
     return {
         "size": np.array(size),

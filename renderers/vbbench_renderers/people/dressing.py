@@ -142,7 +142,8 @@ def add_bottom(who: Outfit) -> None:
     if kind == "shorts":
         who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
     if "skirt" in kind:
-        wide = who.girth * {"coat": 0.84, "jacket": 0.92, "hoodie": 0.92, "suit": 0.92}.get(who.outer, 1.0)
+        loose = {"coat": 0.84, "jacket": 0.92, "hoodie": 0.92, "suit": 0.92, "": 1.08}[who.outer]
+        wide = who.girth * (0.97 if who.torso == "torso heavy" else loose)
         who.drape(kind, colour, (wide, wide, 1.0))
     _add_shoes(who, kind)
 
