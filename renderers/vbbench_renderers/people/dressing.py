@@ -142,8 +142,8 @@ def add_bottom(who: Outfit) -> None:
     if kind == "shorts":
         who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
     if "skirt" in kind:
-        loose = {"coat": 0.84, "jacket": 0.92, "hoodie": 0.92, "suit": 0.92, "": 1.08}[who.outer]
-        wide = who.girth * (0.97 if who.torso == "torso heavy" else loose)
+        ease = {"coat": 0.84, "jacket": 0.92, "hoodie": 0.92, "suit": 0.92, "": 1.08}[who.outer]
+        wide = who.girth * (0.97 if who.torso == "torso heavy" else ease)
         who.drape(kind, colour, (wide, wide, 1.0))
     _add_shoes(who, kind)
 

@@ -36,10 +36,10 @@ SKIRTS: dict[str, list[Section]] = {  # z = 0 is the waist
         (0.03, 0.0, 0.104, 0.098, 0.142),
     ],
     "coat hem": [
-        (-0.52, 0.0, 0.152, 0.160, 0.212),
-        (-0.30, 0.0, 0.145, 0.154, 0.204),
-        (-0.15, 0.0, 0.138, 0.148, 0.197),
-        (0.00, 0.0, 0.100, 0.100, 0.150),
+        (-0.52, 0.0, 0.164, 0.172, 0.222),
+        (-0.30, 0.0, 0.157, 0.166, 0.214),
+        (-0.15, 0.0, 0.152, 0.160, 0.208),
+        (0.00, 0.0, 0.104, 0.104, 0.154),
     ],
 }
 BACKPACK: list[Section] = [
@@ -117,9 +117,9 @@ def strap(torso: str, hip: float, level: int) -> Mesh:
     return finish(*(band(torso, level, *ends, (0.018, 0.018), side=side) for side in (1.0, -1.0)))
 
 
-def cloth(sections: list[Section], level: int) -> Mesh:
-    """A skirt with pleats, darker at the hem."""
-    return finish(loft(sections, CLOTH[level], caps=(0.003, 0.01), power=2.1, ripple=0.05 if level == 0 else 0.0))
+def cloth(sections: list[Section], pleats: float, level: int) -> Mesh:
+    """A skirt with pleats of a relative depth."""
+    return finish(loft(sections, CLOTH[level], caps=(0.003, 0.01), power=2.1, ripple=pleats if level == 0 else 0.0))
 
 
 def collar(level: int) -> Mesh:
@@ -137,7 +137,9 @@ def box(sections: list[Section], power: float, level: int) -> Mesh:
 
 def garment_meshes() -> dict[str, Callable[[int], Mesh]]:
     """Name → what makes the mesh of a level."""
-    makers: dict[str, Callable[[int], Mesh]] = {name: partial(cloth, rows) for name, rows in SKIRTS.items()}
+    makers: dict[str, Callable[[int], Mesh]] = {
+        name: partial(cloth, rows, 0.01 if name == "coat hem" else 0.05) for name, rows in SKIRTS.items()
+    }
     makers |= {"pouch": partial(box, POUCH, 3.5), "tote": partial(box, TOTE, 3.5)}
     makers |= {"backpack": partial(box, BACKPACK, 3.5)}
     makers |= {"hood": partial(box, HOOD, 2.2), "collar": collar, "phone": partial(box, PHONE, 4.0)}
