@@ -1,4 +1,4 @@
-"""Runs a detector on the rendered pictures of a sequence, and says how many people it finds."""
+"""Runs a detector, and a tracker if wanted, on rendered pictures of a sequence, and says how many people it finds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vbbench.arrays import IntArray
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.dataset import Dataset
-from vbbench.detector import Detections, Detector
+from vbbench.detector import Detections, Detector, TrackerFactory
 from vbbench.errors import VbbenchError
 from vbbench.matching import match_boxes
 from vbbench.mot.file import UNLINKED, MotRows, write_mot
@@ -49,11 +50,12 @@ def detect_to_file(
     out: Path | str,
     *,
     detector: str = "hog",
+    tracker: str | None = None,
     every: int = 1,
     backend: Backend | None = None,
     announce: Callable[[str], object] = silent,
 ) -> Tally:
-    """Detect people in the rendered pictures of a sequence and write them as MOTChallenge detections.
+    """Detect people in the rendered pictures of a sequence and write them as MOTChallenge text.
 
     Parameters
     ----------
@@ -61,6 +63,8 @@ def detect_to_file(
     number : its number.
     out : text file to write.
     detector : a registered name, or ``module:attribute`` of a `Detector`.
+    tracker : what links the detections, a registered name or ``module:attribute`` of a `TrackerFactory`; ``None`` to
+        write them unlinked.
     every : only every so many frames.
     backend : who draws; by default the best that works.
     announce : is told once what draws.
@@ -72,7 +76,7 @@ def detect_to_file(
     Raises
     ------
     VbbenchError
-        If there is no such sequence, detector or backend, or the truth is withheld.
+        If there is no such sequence, detector, tracker or backend, or the truth is withheld.
     """
     if every < 1:
         raise VbbenchError(f"--every is a number of frames, 1 or more, not {every}")
@@ -87,7 +91,8 @@ def detect_to_file(
         for picture in pictures(dataset, sequence, renderer, frames):
             found.append(finder.detect(picture.rgb, period))
             bar.update()
-    write_mot(Path(out), _rows(frames, found))
+    linked = None if tracker is None else _link(found, tracker, every * dataset.info.dt, period)
+    write_mot(Path(out), _rows(frames, linked or [(np.full(len(one.scores), UNLINKED), one) for one in found]))
     tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
     return sum(tallies, start=Tally())
 
@@ -101,13 +106,20 @@ def _make_detector(name: str) -> Detector:
     return made
 
 
-def _rows(frames: range, found: list[Detections]) -> MotRows:
-    count = [len(one.scores) for one in found]
-    scores = np.concatenate([one.scores for one in found])
+def _link(found: list[Detections], name: str, dt: float, period: float | None) -> list[tuple[IntArray, Detections]]:
+    """Ids and boxes of the tracks in each frame."""
+    factory: TrackerFactory = load("tracker", name)
+    tracker = factory(dt=dt, period=period)
+    return [tracker.step(one) for one in found]
+
+
+def _rows(frames: range, found: list[tuple[IntArray, Detections]]) -> MotRows:
+    count = [len(ids) for ids, _ in found]
+    scores = np.concatenate([one.scores for _, one in found])
     return MotRows(
         frame=np.repeat(np.array(frames), count),
-        track=np.full(len(scores), UNLINKED),
-        boxes=np.concatenate([one.boxes for one in found]),
+        track=np.concatenate([ids for ids, _ in found]),
+        boxes=np.concatenate([one.boxes for _, one in found]),
         confidence=scores,
         visible=np.ones(len(scores)),
         line=np.arange(1, len(scores) + 1),

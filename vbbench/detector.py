@@ -1,4 +1,4 @@
-"""What a detector of people must offer. It registers under ``vbbench.detectors``."""
+"""What detectors and trackers must offer. They register under ``vbbench.detectors`` and ``vbbench.trackers``."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray, frozen_array
+from vbbench.arrays import FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,7 +16,7 @@ class Detections:
     Parameters
     ----------
     boxes : [N, 4] (left, top, width, height) in px, 0 the picture's left and top edge.
-    scores : [N] in the detector's own measure, greater is surer.
+    scores : [N] from 0 to 1: about how likely it is that somebody is there.
     """
 
     boxes: FloatArray
@@ -39,3 +39,17 @@ class Detector(Protocol):
         period : width in px of a picture that closes on itself, a panorama's; ``None`` for one with borders. Boxes on
             the seam may reach beyond it on either side.
         """
+
+
+class Tracker(Protocol):
+    """Links the detections of a sequence, frame after frame."""
+
+    def step(self, detections: Detections) -> tuple[IntArray, Detections]:
+        """Take in the next frame's detections; tell of the tracks that are seen in it: ids [N] and their boxes."""
+
+
+class TrackerFactory(Protocol):
+    """What an entry point of ``vbbench.trackers`` names."""
+
+    def __call__(self, *, dt: float, period: float | None = None) -> Tracker:
+        """A tracker of one sequence of ``dt`` seconds a frame; ``period`` as in `Detector.detect`."""

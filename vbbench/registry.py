@@ -1,4 +1,4 @@
-"""Finds generators, renderers, detectors and solvers by entry point, without importing one until it is asked for."""
+"""Finds generators, renderers, detectors, trackers and solvers by entry point; imports none until it is asked for."""
 
 import warnings
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
 
-Kind = Literal["generator", "renderer", "detector", "solver"]
+Kind = Literal["generator", "renderer", "detector", "tracker", "solver"]
 _SPOKEN = {"generator": "split"}
 
 

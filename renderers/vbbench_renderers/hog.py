@@ -10,8 +10,10 @@ from vbbench.errors import VbbenchError
 
 ENLARGE = 2.0
 """The detector's window is 128 px high with somebody of 96 px in it; pictures are enlarged to find smaller people."""
-LEAST_SCORE = 0.5
+LEAST_MARGIN = 0.5
 """Distance from the support vector machine's plane under which nothing is reported."""
+EVEN_MARGIN, MARGIN_STEEPNESS = 0.65, 3.5
+"""Where half of the windows are right, and how steeply their share grows in log-odds, on rendered streets."""
 SAME = 0.4
 """Of two windows that overlap more (intersection over union), only the better is kept."""
 _STEP, _MARGIN, _SCALES = (8, 8), (16, 16), 1.05
@@ -46,10 +48,11 @@ class HogDetector:
             picture = np.concatenate([picture, picture[:, : picture.shape[1] // 6]], axis=1)
         enlarged = cv2.resize(picture, None, fx=ENLARGE, fy=ENLARGE, interpolation=cv2.INTER_LINEAR)
         windows, weights = self._hog.detectMultiScale(
-            enlarged, hitThreshold=LEAST_SCORE, winStride=_STEP, padding=_MARGIN, scale=_SCALES, groupThreshold=0
+            enlarged, hitThreshold=LEAST_MARGIN, winStride=_STEP, padding=_MARGIN, scale=_SCALES, groupThreshold=0
         )
         boxes = _inside(np.asarray(windows, dtype=np.float64).reshape(-1, 4) / ENLARGE)
-        scores = np.asarray(weights, dtype=np.float64).reshape(-1)
+        margins = np.asarray(weights, dtype=np.float64).reshape(-1)
+        scores = 1.0 / (1.0 + np.exp(-MARGIN_STEEPNESS * (margins - EVEN_MARGIN)))
         kept = _best(boxes, scores, period)
         return Detections(boxes=boxes[kept], scores=scores[kept])
 

@@ -106,19 +106,21 @@ def detect(
     sequence: int,
     out: Path,
     detector: str = "hog",
+    tracker: str | None = None,
     every: int = 1,
     backend: str = "auto",
     plain: bool = False,
     seed: int = 0,
     truth: Path | None = None,
 ) -> None:
-    """Run a real detector of people on the rendered pictures of a sequence; write MOTChallenge detections.
+    """Run a real detector of people on the rendered pictures of a sequence; write MOTChallenge text.
 
     Args:
         folder: The dataset.
         sequence: Number of the sequence.
         out: Text file to write.
         detector: hog, or module:attribute of your own.
+        tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
         every: Only every so many frames.
         backend: What draws; see 'vbbench render'.
         plain: Ground and sky only.
@@ -131,5 +133,7 @@ def detect(
 
     drawn_by = Backend(name=backend, surroundings=not plain, seed=seed)
     dataset = Dataset(folder, truth)
-    tally = detect_to_file(dataset, sequence, out, detector=detector, every=every, backend=drawn_by, announce=announce)
+    tally = detect_to_file(
+        dataset, sequence, out, detector=detector, tracker=tracker, every=every, backend=drawn_by, announce=announce
+    )
     print(f"{out}: {tally}")
