@@ -7,7 +7,9 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench_renderers.drawing import Limbs, Surroundings
+from vbbench_renderers.mesh import Int32
 from vbbench_renderers.opengl import light, packing
+from vbbench_renderers.opengl.chunks import split_mesh
 from vbbench_renderers.opengl.context import is_software, make_program, uniform
 from vbbench_renderers.opengl.refining import COLUMNS, refine
 from vbbench_renderers.opengl.targets import Targets
@@ -45,7 +47,7 @@ class Stage:
         self._library = packing.pack_library([walkers.library(level) for level in range(walkers.levels)])
         self._shadow_level = walkers.levels - 1
         self._place = packing.pack_vertices(around.mesh)
-        self._triangles = np.ascontiguousarray(around.mesh.triangles, dtype=np.int32)
+        self._chunks = split_mesh(around.mesh)
         self._refined = np.empty((MOST_REFINED, COLUMNS + 1), np.float32)
         self._make_buffers()
         self._make_programs()
@@ -60,10 +62,12 @@ class Stage:
         self._frame = buffer(reserve=FRAME.itemsize)
         self._limb_vertices = buffer(self._library.vertices)
         self._limb_triangles = buffer(self._library.triangles)
-        self._place_vertices, self._place_triangles = buffer(self._place), buffer(self._triangles)
+        self._place_vertices, self._place_triangles = buffer(self._place), buffer(self._chunks.triangles)
         self._refined_vertices = buffer(reserve=self._refined.nbytes, dynamic=True)
         self._instances = buffer(reserve=packing.INSTANCE.itemsize, dynamic=True)
         self._commands = buffer(reserve=packing.COMMAND.itemsize * self._library.commands.size, dynamic=True)
+        self._chunk_bases = buffer(reserve=4, dynamic=True)
+        self._chunk_commands = buffer(reserve=packing.COMMAND.itemsize, dynamic=True)
         self._spots = buffer(reserve=light.SPOT_BYTES, dynamic=True)
 
     def _make_programs(self) -> None:
@@ -85,6 +89,9 @@ class Stage:
                         uniform(program, name).value = unit
         self._programs = programs
         self._arrays = {name: self._vertex_array(name) for name in programs}
+        self._refined_array = self._array(
+            ("place", True), [(self._refined_vertices, f"{_PLACE[0]} 1f", *_PLACE[1:], "base")]
+        )
         self.compose = self._arrays["compose"]
 
     def _vertex_array(self, name: Key) -> "moderngl.VertexArray":
@@ -92,11 +99,11 @@ class Stage:
         limb = [(self._limb_vertices, *_PLACE), (self._instances, *_LIMB)]
         if kind in ("limb", "limb_shadow"):
             return self._array(name, limb, self._limb_triangles)
+        place = [(self._place_vertices, *_PLACE)]
         if kind == "place" and panorama:
-            layout = (f"{_PLACE[0]} 1f", *_PLACE[1:], "base")
-            return self._array(name, [(self._refined_vertices, *layout)])
+            return self._array(name, [*place, (self._chunk_bases, "1f/i", "base")], self._place_triangles)
         if kind in ("place", "place_shadow"):
-            return self._array(name, [(self._place_vertices, *_PLACE)], self._place_triangles)
+            return self._array(name, place, self._place_triangles)
         return self._array(name, [(self._spots, "2f 3f 3f/i", "centre", "axes", "effect")] if kind == "blob" else [])
 
     def _array(self, name: Key, content: list[Any], index: "moderngl.Buffer | None" = None) -> "moderngl.VertexArray":
@@ -143,12 +150,15 @@ class Stage:
         context.clear(depth=1.0)
         self._shift("limb", panorama, targets.shift(fine=True))
         self._arrays["limb", panorama].render_indirect(self._commands, count=shown)
-        corners = self._upload_refined(camera, frame) if isinstance(camera, PanoramaCamera) else -1
+        chunks, corners = self._upload_place(camera, pose)
         targets.place.use()
         context.clear(depth=1.0)
-        for kind, vertices in (("place", corners), ("sky", 3)):
+        for kind in ("place", "sky"):
             self._shift(kind, panorama, targets.shift(self.fine_place))
-            self._arrays[kind, panorama].render(vertices=vertices)
+        self._arrays["place", panorama].render_indirect(self._chunk_commands, count=chunks)
+        if corners:
+            self._refined_array.render(vertices=corners)
+        self._arrays["sky", panorama].render(vertices=3)
 
     def _shift(self, kind: str, panorama: bool, shift: tuple[float, float]) -> None:
         uniform(self._programs[kind, panorama], "shift").value = shift
@@ -180,16 +190,27 @@ class Stage:
         self._fill(self._spots, light.spots(spheres[near, :3], lengths, bodies.astype(np.float32), self._sun))
         return len(shown), len(shadowed)
 
-    def _upload_refined(self, camera: PanoramaCamera, frame: dict[str, Any]) -> int:
-        eye, (cos, sin) = np.array(frame["eye"][:3], dtype=np.float64), frame["heading"][:2]
-        slope = (camera.cy + 2.0) / camera.focal
-        corners = -1
-        while corners < 0 or corners > len(self._refined):
-            if corners > 0:
-                self._refined = np.empty((corners, COLUMNS + 1), np.float32)
-            corners = refine(
-                self._place, self._triangles, eye, float(np.arctan2(sin, cos)), -slope, slope, self._refined
-            )
+    def _upload_place(self, camera: Camera, pose: FloatArray) -> tuple[int, int]:
+        """Upload what stands in view: how many chunks are drawn as they are, and how many corners were refined."""
+        chunks, corners = self._chunks, 0
+        whole = np.arange(len(chunks.spheres))
+        if isinstance(camera, PanoramaCamera):
+            narrow = chunks.narrow(pose)
+            whole = np.nonzero(narrow)[0]
+            corners = self._upload_refined(camera, pose, chunks.triangles_of(~narrow))
+        chosen, base = packing.in_view(chunks.spheres[whole], camera, pose)
+        order, commands = chunks.drawn(whole[chosen], pose)
+        self._fill(self._chunk_bases, base[order])
+        self._fill(self._chunk_commands, commands)
+        return len(commands), corners
+
+    def _upload_refined(self, camera: PanoramaCamera, pose: FloatArray, triangles: Int32) -> int:
+        eye, slope = np.array((*pose[:2], camera.mount_height)), (camera.cy + 2.0) / camera.focal
+        corners = len(self._refined) + 1
+        while corners > len(self._refined):
+            corners = refine(self._place, triangles, eye, float(pose[2]), -slope, slope, self._refined)
+            if corners > len(self._refined):
+                self._refined, corners = np.empty((corners, COLUMNS + 1), np.float32), corners + 1
         self._fill(self._refined_vertices, self._refined[:corners])
         return corners
 

@@ -21,9 +21,7 @@ bool shows_second() {
 void main() {
     float range = 1.0 / gl_FragCoord.w;
     vec3 albedo = tint * (shows_second() ? second : first.rgb);
-    float spread = 0.4 * window.z * window.w;
-    float lit = texture(people_shadow, map - vec3(spread, 0.4 * spread, 0.0));
-    lit = 0.5 * (lit + texture(people_shadow, map + vec3(spread, 0.4 * spread, 0.0)));
+    float lit = texture(people_shadow, map);
     vec3 light = albedo * (around + sun_colour.rgb * (lit * max(local.w, 0.0)));
     light += mirrored.rgb + sun_colour.rgb * (mirrored.w * lit);
     picture = vec4(encode(through_air(light, range)), 1.0);

@@ -1,0 +1,82 @@
+"""What stands still in chunks: compact groups of triangles, so that what is out of view is not drawn."""
+
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench_renderers.mesh import Float32, Int32, Mesh
+from vbbench_renderers.opengl.packing import COMMAND, Records
+from vbbench_renderers.opengl.refining import WIDEST
+
+FULL = 300
+"""Triangles in a chunk at most."""
+LARGE = 1.0
+"""Triangles with a horizontal edge longer than this (m) form chunks of their own."""
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """Triangles sorted by chunk.
+
+    Parameters
+    ----------
+    triangles : [F, 3] vertex indices.
+    commands : [C] `COMMAND`, one instance each.
+    spheres : [C, 4] centre and radius in m.
+    longest : [C] longest horizontal edge in m.
+    """
+
+    triangles: Int32
+    commands: Records
+    spheres: Float32
+    longest: Float32
+
+    def drawn(self, chosen: NDArray[np.int64], eye: NDArray[np.floating[Any]]) -> tuple[NDArray[np.int64], Records]:
+        """The order in which to draw the ``chosen``, near ones first, and their commands."""
+        order = np.argsort(np.hypot(*(self.spheres[chosen, :2] - eye[:2]).T), kind="stable")
+        commands = self.commands[chosen[order]]
+        commands["instance"] = np.arange(len(order))
+        return order, commands
+
+    def narrow(self, eye: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
+        """Whether no edge of a chunk spans more azimuth than a panorama bears, so that it needs no refining."""
+        near = np.hypot(*(self.spheres[:, :2] - eye[:2]).T) - self.spheres[:, 3]
+        return cast(NDArray[np.bool_], self.longest < np.tan(WIDEST) * near)
+
+    def triangles_of(self, chosen: NDArray[np.bool_]) -> Int32:
+        """[F, 3] the triangles of some chunks."""
+        return self.triangles[np.repeat(chosen, self.commands["count"] // 3)]
+
+
+def split_mesh(mesh: Mesh) -> Chunks:
+    """The triangles of a mesh in chunks, by halving boxes across their longer sides."""
+    corners = mesh.vertices[mesh.triangles]
+    edges = np.hypot(*np.moveaxis((corners - np.roll(corners, 1, axis=1))[..., :2], -1, 0)).max(axis=1)
+    middle, large = corners.mean(axis=1), edges > LARGE
+    groups = [*_halved(np.nonzero(large)[0], middle), *_halved(np.nonzero(~large)[0], middle)]
+    commands = np.zeros(len(groups), dtype=COMMAND)
+    commands["count"] = [3 * len(group) for group in groups]
+    commands["first"] = np.cumsum([0, *commands["count"][:-1]])
+    commands["instances"] = 1
+    return Chunks(
+        triangles=np.ascontiguousarray(mesh.triangles[np.concatenate(groups)], dtype=np.int32),
+        commands=commands,
+        spheres=np.array([_sphere(corners[group].reshape(-1, 3)) for group in groups], dtype=np.float32),
+        longest=np.array([edges[group].max() for group in groups], dtype=np.float32),
+    )
+
+
+def _halved(rows: NDArray[np.int64], middle: Float32) -> list[NDArray[np.int64]]:
+    if len(rows) <= FULL:
+        return [rows] if len(rows) else []
+    axis = int(np.argmax(np.ptp(middle[rows], axis=0)))
+    rows = rows[np.argsort(middle[rows, axis], kind="stable")]
+    half = len(rows) // 2
+    return [*_halved(rows[:half], middle), *_halved(rows[half:], middle)]
+
+
+def _sphere(points: Float32) -> Float32:
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return np.append(centre, np.linalg.norm(points - centre, axis=1).max()).astype(np.float32)
