@@ -124,8 +124,8 @@ def cafe(rng: np.random.Generator) -> Parts:
     leg = tube([[0.22, 0.0], [0.03, 0.06], [0.03, 0.70]], IRON, sides=6)
     pole = tube([[0.025, 0.73], [0.025, 2.55]], [0.5, 0.48, 0.44], sides=5)
     cloth = np.array(CLOTHS[rng.integers(len(CLOTHS))])
-    shade = tube([[1.25, 2.08], [1.25, 2.14], [0.0, 2.58]], cloth, sides=10)
-    under = tube([[0.0, 2.55], [1.24, 2.11]][::-1], cloth * 0.4, sides=10)
+    shade = tube([[1.05, 2.08], [1.05, 2.14], [0.0, 2.58]], cloth, sides=14)
+    under = tube([[1.04, 2.11], [0.0, 2.55]], cloth * 0.4, sides=14)
     angles = rng.uniform(0.0, np.pi) + np.array([0.0, rng.uniform(2.4, 3.8)])
     chairs: Parts = [place(_chair(), 0.75 * np.sin(a), -0.75 * np.cos(a), float(a)) for a in angles]
     return [top, leg, pole, shade, _inside_out(under), *chairs]

@@ -14,9 +14,9 @@ from vbbench_renderers.surroundings.shapes import smooth_mesh, turned
 
 FAR = 250.0
 """How far the ground reaches beyond the walking area, m."""
-WIDEN = 0.6
+WIDEN = 0.8
 """Width of a cell over its distance from the walking area."""
-CELLS = 750
+CELLS = 650
 """About how many cells the walking area is given, unless they would be smaller than half a metre."""
 SHOULDER = 2.0
 """Cells are finest up to here from the walking area, m."""

@@ -19,12 +19,13 @@ SPREAD = 0.104
 """Widest part of a house over its distance, rad: so narrow that it may be projected on a cylinder by its corners."""
 EYE = 2.0
 """Things are out of the picture, which reaches some 45° up, if nearer than their height less this, m."""
-FLAT = 27.0
+FLAT = 19.5
 """Houses farther from the walking area than this have painted windows, m."""
 RELIEF = 14.0
 """Houses nearer than this have windows set back into the wall, m …"""
-RELIEF_WIDTH = 64.0
-"""… as long as they are not wider than this taken together, m."""
+RELIEF_WIDTH, PLAIN_WIDTH = 36.0, 100.0
+"""… as long as they are not wider than this taken together, m; up to the second width windows are laid on, beyond it
+they are painted."""
 WALLS = {
     Layer.PLASTER: [
         (0.80, 0.70, 0.50),
@@ -48,15 +49,17 @@ def house_meshes(plots: tuple[Plot, ...], rng: np.random.Generator) -> list[Mesh
     """All houses in the site's frame, the nearest in relief."""
     order = np.argsort([plot.distance for plot in plots], kind="stable")
     widths = np.cumsum([plots[n].width for n in order])
-    deep = {int(n) for n, width in zip(order, widths, strict=True) if width < RELIEF_WIDTH}
-    return [house_mesh(plot, rng, relief=n in deep and plot.distance < RELIEF) for n, plot in enumerate(plots)]
+    before = {int(n): float(width) for n, width in zip(order, widths, strict=True)}
+    return [house_mesh(plot, rng, before[n]) for n, plot in enumerate(plots)]
 
 
-def house_mesh(plot: Plot, rng: np.random.Generator, *, relief: bool) -> Mesh:
-    """The house of a plot in the site's frame."""
+def house_mesh(plot: Plot, rng: np.random.Generator, before: float) -> Mesh:
+    """The house of a plot in the site's frame; `before` is the width of the houses up to this one, m."""
+    relief = plot.distance < RELIEF and before < RELIEF_WIDTH
+    flat = plot.distance > FLAT or before > PLAIN_WIDTH
     front = _front(plot, rng)
     parts = [_roof(plot, np.array(TILES[rng.integers(len(TILES))]), front, rng, dormers=relief)]
-    if plot.distance > FLAT:
+    if flat:
         parts.append(_painted(plot, front))
     else:
         parts += [ground_floor(front, rng, shop=rng.random() < 0.75), _gables(plot, front), _cornice(plot, front, rng)]

@@ -15,7 +15,7 @@ from vbbench_renderers.surroundings.trees import hedge, tree
 
 SPREAD = 0.104
 """Widest part of a thing over its distance, rad."""
-MOST = 16
+MOST = 7
 """Trees or things of one kind along one side, at most."""
 
 
@@ -87,7 +87,7 @@ def _side(site: Site, side: int, rng: np.random.Generator) -> list[Spot]:
             offsets = [0.0, 2.7, -1.9]
             line = 2.6
         spots += [
-            Spot(kind=thing, u=u + offset, v=sign * (site.wide + line), yaw=yaw)
+            Spot(kind=thing, u=u + offset, v=sign * (site.wide + line + 0.5 * (thing == "cafe")), yaw=yaw)
             for thing, offset in zip(things, offsets, strict=False)
         ]
     return spots

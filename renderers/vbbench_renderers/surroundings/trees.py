@@ -29,13 +29,13 @@ def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
     near = distance < NEAR
     fork = rng.uniform(2.0, 2.4) * size
     centre = np.array([0.0, 0.0, fork + 1.6 * size])
-    count = 4 if near else 2
+    count = 3 if near else 2
     angle = rng.uniform(0.0, 2.0 * np.pi) + (np.arange(count) + rng.uniform(-0.2, 0.2, count)) * 2.0 * np.pi / count
     spread = rng.uniform(0.75, 1.1, count) * size
     offsets = np.column_stack([spread * np.cos(angle), spread * np.sin(angle), rng.uniform(-0.6, 0.25, count) * size])
     centres = centre + np.vstack([offsets, [[*rng.uniform(-0.2, 0.2, 2), rng.uniform(0.7, 1.0) * size]]])
     radii = rng.uniform(0.95, 1.3, count + 1) * size
-    cards = int(np.clip(1900.0 / distance, 60, 360))
+    cards = int(np.clip(1700.0 / distance, 50, 330))
     parts = [_trunk(fork, size, near=near), *_crown(centres, radii, centre, cards, max(LEAF, 0.03 * distance), rng)]
     if near:
         parts += [_bough(np.array([0.0, 0.0, fork * 0.95]), end, size) for end in centres[:count]]
@@ -69,7 +69,7 @@ def _crown(
 ) -> list[Mesh]:
     """Blobs of foliage and the cards around them; the lower and inner parts are darker."""
     green = np.array(GREENS[rng.integers(len(GREENS))]) * rng.uniform(0.85, 1.15)
-    parts = [_core(c, r, centre, green, 0 if leaf > 0.6 else 1, rng) for c, r in zip(centres, radii, strict=True)]
+    parts = [_core(c, r, centre, green, 0 if leaf > 0.44 else 1, rng) for c, r in zip(centres, radii, strict=True)]
     owner = rng.choice(len(radii), 3 * cards, p=radii**2 / np.sum(radii**2))
     out = rng.standard_normal((3 * cards, 3))
     out /= np.linalg.norm(out, axis=1, keepdims=True)

@@ -1,0 +1,130 @@
+"""What the surroundings must be: the same by seed, out of people's way, sound as a mesh, and fit for a panorama."""
+
+import numpy as np
+import pytest
+
+from vbbench.scene import Scene
+from vbbench_renderers.drawing import Surroundings
+from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
+from vbbench_renderers.surroundings.layers import TILE, Layer, textures
+
+STREET = (-11.0, -21.0, 11.0, 21.0)
+AREAS = [STREET, (2.0, -3.0, 18.0, 6.0), (-1.0, 0.0, 3.0, 4.0), (-60.0, -40.0, 60.0, 40.0)]
+MOST_TRIANGLES, MOST_AROUND_A_FIELD = 40_000, 60_000
+EYE = 1.6
+
+
+def built(area: tuple[float, float, float, float], seed: int) -> Surroundings:
+    return build_surroundings(area, seed)
+
+
+def same(one: Mesh, other: Mesh) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in vars(one))
+
+
+def test_the_same_seed_gives_the_same_place_and_another_seed_another() -> None:
+    first = built(STREET, 0)
+    build_surroundings.cache_clear()
+    again = built(STREET, 0)
+    assert first is not again
+    assert same(first.mesh, again.mesh)
+    assert np.array_equal(first.sky.sun_direction, again.sky.sun_direction)
+    other = built(STREET, 1)
+    assert first.mesh.vertices.shape != other.mesh.vertices.shape or not same(first.mesh, other.mesh)
+
+
+@pytest.mark.parametrize("area", AREAS)
+@pytest.mark.parametrize("seed", [0, 3])
+def test_nothing_stands_or_hangs_where_people_walk(area: tuple[float, float, float, float], seed: int) -> None:
+    mesh = built(area, seed).mesh
+    corners = mesh.vertices[mesh.triangles].astype(float)
+    high = corners[corners[..., 2].max(axis=1) > 0.05]
+    low, top = high[..., :2].min(axis=1), high[..., :2].max(axis=1)
+    inside = (low < area[2:]).all(axis=1) & (top > area[:2]).all(axis=1)
+    assert not inside.any()
+
+
+@pytest.mark.parametrize("area", AREAS)
+def test_the_ground_lies_under_everybody(area: tuple[float, float, float, float]) -> None:
+    mesh = plain_surroundings(area).mesh
+    points = np.random.default_rng(0).uniform(area[:2], area[2:], (50, 2))
+    a, b, c = (mesh.vertices[mesh.triangles[:, n], :2].astype(float) for n in range(3))
+    for point in points:
+        sides = [np.cross(np.pad(q - p, ((0, 0), (0, 1))), np.pad(point - p, ((0, 0), (0, 1))))[:, 2]
+                 for p, q in ((a, b), (b, c), (c, a))]  # fmt: skip
+        under = (np.array(sides) >= -1e-6).all(axis=0)
+        assert under.any()
+        assert np.allclose(mesh.vertices[mesh.triangles[under], 2], 0.0)
+
+
+@pytest.mark.parametrize("area", AREAS)
+@pytest.mark.parametrize("seed", [0, 3])
+def test_the_mesh_is_sound(area: tuple[float, float, float, float], seed: int) -> None:
+    place = built(area, seed)
+    mesh = place.mesh
+    assert mesh.triangles.min() >= 0
+    assert mesh.triangles.max() < len(mesh.vertices)
+    layers = mesh.layers[mesh.triangles]
+    assert (layers == layers[:, :1]).all()
+    assert layers.max() < len(place.textures)
+    assert all(np.isfinite(getattr(mesh, name)).all() for name in ("vertices", "normals", "colours", "uv"))
+    assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-4)
+    assert mesh.colours.min() >= 0.0
+    assert mesh.colours.max() <= 1.0
+    assert np.isclose(np.linalg.norm(place.sky.sun_direction), 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_normals_and_windings_agree(seed: int) -> None:
+    mesh = built(STREET, seed).mesh
+    a, b, c = (mesh.vertices[mesh.triangles[:, n]].astype(float) for n in range(3))
+    facing = np.cross(b - a, c - a)
+    real = np.linalg.norm(facing, axis=1) > 1e-7
+    along = np.einsum("fc,fc->f", facing, mesh.normals[mesh.triangles].astype(float).mean(axis=1))
+    assert (along[real] > 0.0).mean() > 0.997  # a few leaves are bent away from the light that they are given
+
+
+@pytest.mark.parametrize("area", AREAS)
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_few_enough_triangles_for_a_software_renderer(area: tuple[float, float, float, float], seed: int) -> None:
+    count = len(built(area, seed).mesh.triangles)
+    assert count <= (MOST_AROUND_A_FIELD if area == AREAS[-1] else MOST_TRIANGLES)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_triangles_are_narrow_enough_to_be_bent_around_a_panorama(seed: int) -> None:
+    mesh = built(STREET, seed).mesh
+    corners = mesh.vertices[mesh.triangles].astype(float)
+    things = corners[corners[..., 2].max(axis=1) > 0.05]
+    for x, y in ((0.0, 0.0), (-11.0, -21.0), (11.0, 21.0), (11.0, 0.0), (-11.0, 10.0), (0.0, -21.0)):
+        offset = things - np.array([x, y, EYE])
+        reach = np.linalg.norm(offset[..., :2], axis=2)
+        seen = (np.abs(offset[..., 2]) < 1.05 * reach).any(axis=1) & (reach.min(axis=1) < 60.0)
+        angle = np.arctan2(offset[seen, :, 1], offset[seen, :, 0])
+        turn = np.degrees(np.abs(np.angle(np.exp(1j * (angle - np.roll(angle, 1, axis=1)))))).max(axis=1)
+        assert np.percentile(turn, 99) < 6.5
+        assert turn.max() < 20.0  # dark cores of the nearest crowns, and parasols
+
+
+@pytest.mark.parametrize("layer", sorted(TILE))
+def test_textures_continue_over_their_borders(layer: Layer) -> None:
+    picture = textures()[layer].astype(float)
+    for axis in (0, 1):
+        inner = np.abs(np.diff(picture, axis=axis)).mean(axis=tuple({0, 1, 2} - {axis}))
+        border = np.abs(np.take(picture, 0, axis=axis) - np.take(picture, -1, axis=axis)).mean()
+        assert border <= 1.05 * inner.max()
+
+
+def test_plain_surroundings_are_ground_only() -> None:
+    place = plain_surroundings(STREET)
+    assert place.mesh.vertices[:, 2].max() <= 0.0
+    assert place.textures.shape[1:] == (512, 512, 3)
+
+
+def test_the_walking_area_holds_everybody_with_a_margin() -> None:
+    positions = np.array([[[0.0, 1.0], [np.nan, np.nan]], [[8.0, 1.0], [3.0, -6.0]]])
+    scene = Scene(name="s", dt=0.1, people=np.arange(2), positions=positions, heights=np.full(2, 1.7))
+    assert walking_area(scene, 1.0) == (-1.0, -7.0, 9.0, 2.0)
+    alone = Scene(name="s", dt=0.1, people=np.arange(1), positions=np.zeros((1, 1, 2)), heights=np.full(1, 1.7))
+    assert walking_area(alone, 1.0) == (-2.0, -2.0, 2.0, 2.0)
