@@ -47,8 +47,7 @@ def _manner(who: Outfit, bag: str, size: float) -> dict[str, FloatArray]:
         who.add("phone", Bone.FOREARM + 1, linear(palette.BLACK), offset=(0.02, 0.025, -0.27), gloss=0.5, coarsest=1)
         swing[1], forward[1], elbow[1], inward[1] = 0.03, 0.35, 1.75, 0.35  # looks at a phone
     elif rng.random() < 0.08:
-        swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.28, 0.62, 0.5, 0.24
-        who.parts = [part for part in who.parts if "hand" not in part.mesh]  # they are in the pockets
+        swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.26, 0.60, 0.55, 0.20  # hands in pockets
     return {
         "size": np.array(size),
         "shoulders": np.array((0.88 if who.woman else 1.0) * (0.6 + 0.4 * who.girth)),

@@ -158,7 +158,7 @@ def _spine(bones: FloatArray, moment: Moment, centre: FloatArray, swing: FloatAr
     lean = style.stoop + 0.012 * walking(moment.speed)
     base = centre.copy()
     base += (size * lean)[:, None] * ahead[:, :, 0]
-    base[:, 2] = size * (PELVIS + SPINE - 0.8 * np.maximum(style.stoop, 0.0))
+    base[:, 2] = size * (PELVIS + SPINE - 0.4 * np.maximum(style.stoop, 0.0))
     spine = (base - centre) / (SPINE * size)[:, None]
     stretch = _length(spine)
     chest = _upright(spine / stretch[:, None], chest[:, :, 0])
