@@ -58,8 +58,9 @@ def generate(
         out: Folder to make.
         source: File or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
         camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720; default: the split's own
-            (perspective for sim, panorama elsewhere).
-        tier: How boxes are corrupted: ideal (exact) or noisy (1 px on column, top and bottom).
+            (perspective for sim and street, panorama elsewhere).
+        tier: How boxes are corrupted: ideal (exact), noisy (1 px on column, top and bottom), occluded (cut to what
+            shows) or tracked (of a detector and a tracker).
         sigma_h: Standard deviation of people's heights in m, about 1.70 m.
         look: Where the camera looks: along its bearer's past motion, or wandering about that.
         seed: Seed of everything random; 0 is one like any other.
@@ -67,9 +68,9 @@ def generate(
         dt: Seconds a frame of your own file (split custom).
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom).
         scenario: What a simulated crowd does: a name such as open or plaza, or a TOML file of yours (split sim).
-        sequences: Number of sequences (split sim).
-        people: Numbers of people, taken in turn: 30, or 10:50, or 10:50:10 for steps of ten (split sim).
-        engine: Who walks the crowd: numba, or pysocialforce, the library (split sim).
+        sequences: Number of sequences (splits sim and street).
+        people: Numbers of people, taken in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
+        engine: Who walks the crowd: numba, or pysocialforce, the library (splits sim, street).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         withhold_truth: Put the truth tables into OUT.truth beside the dataset.
