@@ -14,6 +14,7 @@ from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs, Pattern
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.opengl import renderer as module
+from vbbench_renderers.opengl import stage
 from vbbench_renderers.opengl.probing import OpenGLError, find_device
 from vbbench_renderers.opengl.refining import WIDEST, refine
 
@@ -263,3 +264,18 @@ def test_refined_triangles_cover_the_same_ground_without_cracks() -> None:
     area = 0.5 * (side_a[:, 0] * side_b[:, 1] - side_a[:, 1] * side_b[:, 0])
     assert np.all(area > 0)
     assert 1600 - np.pi * 1.6**2 - 1e-3 <= area.sum() <= 1600 + 1e-3
+
+
+def test_a_gpu_samples_surroundings_finely_and_shows_the_same_surfaces(
+    draw: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = people_at((0.5, 4.0), (-1.0, 6.0))
+    for camera in (SMALL, ROUND):
+        monkeypatch.setattr(stage, "is_software", lambda device: True)
+        coarse = draw(scene, camera)
+        monkeypatch.setattr(stage, "is_software", lambda device: False)
+        fine = draw(scene, camera)
+        np.testing.assert_array_equal(fine.ids, coarse.ids)
+        near = coarse.depth < 8.0
+        np.testing.assert_allclose(fine.depth[near], coarse.depth[near], rtol=2e-3)
+        assert np.mean(np.abs(fine.rgb.astype(int) - coarse.rgb)) < 4.0

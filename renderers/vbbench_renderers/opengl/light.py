@@ -87,7 +87,7 @@ def spots(centres: Float32, axes: Float32, bodies: Float32, sun: Float32) -> Flo
     full, none = np.ones_like(l00), np.zeros_like(l00)
     rows = [np.column_stack((centres[:, :2] - stick * centres[:, 2:], l00, l10, l11, full, none, inner))]
     feet = centres[centres[:, 2] < FOOT_HEIGHT]
-    rows.append(_round(feet[:, :2], 0.22, np.maximum(0.6 - 2.0 * feet[:, 2], 0.0)))
+    rows.append(_round(feet[:, :2], 0.2, np.maximum(0.75 - 2.0 * feet[:, 2], 0.0)))
     rows.append(_round(bodies, 0.6, np.full(len(bodies), 0.35)))
     return np.concatenate(rows).astype(np.float32)
 

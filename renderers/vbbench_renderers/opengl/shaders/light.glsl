@@ -23,7 +23,7 @@ vec3 sky(vec3 direction) {
     near *= near;
     near *= near;
     float halo = near * near * near * near;
-    float glow = 0.04 * near + 0.12 * halo + 2.0 * smoothstep(0.99955, 0.9998, along);
+    float glow = 0.04 * near + 0.12 * halo + 2.0 * smoothstep(0.99986, 0.99993, along);
     return mix(horizon.rgb, zenith.rgb, sqrt(up)) + sun_colour.rgb * glow;
 }
 
