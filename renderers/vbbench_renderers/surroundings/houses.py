@@ -23,7 +23,7 @@ FLAT = 19.5
 """Houses farther from the walking area than this have painted windows, m."""
 RELIEF = 14.0
 """Houses nearer than this have windows set back into the wall, m …"""
-RELIEF_WIDTH, PLAIN_WIDTH = 36.0, 100.0
+RELIEF_WIDTH, PLAIN_WIDTH = 30.0, 84.0
 """… as long as they are not wider than this taken together, m; up to the second width windows are laid on, beyond it
 they are painted."""
 WALLS = {
@@ -150,7 +150,7 @@ def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator
                    faces=("front", "bottom"))  # fmt: skip
     parts = [tiles, gutter, quads(ends, front.colour * 0.9, layer=front.wall, tile=TILE[front.wall])]
     if plot.distance > FLAT:
-        return tiles
+        return join([tiles, parts[-1]])
     for x in rng.uniform(0.5, wide - 1.5, 1):
         low = np.array([x, ridge - 0.6, top + 0.6 * rise])
         parts.append(boxes(low, [x + 0.9, ridge, top + rise + rng.uniform(0.8, 1.5)], [0.45, 0.26, 0.19],

@@ -162,5 +162,7 @@ def _distant(rng: np.random.Generator) -> FloatArray:
         picture[top + 36 : top + 98, left + 38 : left + 90] *= 1.12
         tone = 0.10 + 0.10 * rng.random() ** 2
         picture[top + 41 : top + 98, left + 42 : left + 86] = np.array([0.8, 0.95, 1.1]) * tone
+        picture[top + 41 : top + 98, left + 62 : left + 66] = 0.72
+        picture[top + 74 : top + 77, left + 42 : left + 86] = 0.72
         picture[top + 34 : top + 38, left + 34 : left + 94] *= 0.75
     return picture

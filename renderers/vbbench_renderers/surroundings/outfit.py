@@ -101,7 +101,7 @@ def _street(site: Site, rng: np.random.Generator) -> list[Spot]:
         Spot(kind="bollard", u=kerb - 0.7, v=v)
         for v in np.arange(-site.wide, site.wide + 0.1, max(2.6, site.wide / 5.0))
     ]
-    for lane, share in ((1.15, 0.45), (ROADWAY - 1.15, 0.6)):
+    for lane, share in ((1.15, 0.4), (ROADWAY - 1.15, 0.5)):
         yaw = 0.5 * np.pi * (1.0 if lane < 2.0 else -1.0)
         lots = np.arange(-reach, reach, 5.6)[:MOST] + rng.uniform(-0.4, 0.4)
         clear = (lots > site.gap[0]) & (lots < site.gap[1]) & (lane > 2.0)

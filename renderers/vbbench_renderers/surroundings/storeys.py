@@ -154,13 +154,13 @@ def _balcony(front: Front, x: float, z: float, iron: FloatArray) -> Quads:
     slab = boxes(
         [x - half, -out, z - 0.14], [x + half, 0, z], front.trim * 0.9, faces=("left", "right", "front", "bottom")
     )
-    bars = np.linspace(x - half + 0.03, x + half - 0.03, 9)
-    low = np.column_stack([bars - 0.012, np.full(9, -out + 0.02), np.full(9, z)])
+    bars = np.linspace(x - half + 0.03, x + half - 0.03, 7)
+    low = np.column_stack([bars - 0.012, np.full(7, -out + 0.02), np.full(7, z)])
     posts = boxes(low, low + np.array([0.024, 0.024, 0.95]), iron, faces=("front",))
     rails = [
         boxes([x - half, -out, z + 0.92], [x + half, -out + 0.05, z + 0.98], iron, faces=("front", "bottom")),
-        boxes([x - half, -out, z + 0.92], [x - half + 0.04, 0.0, z + 0.98], iron, faces=("left", "right", "bottom")),
-        boxes([x + half - 0.04, -out, z + 0.92], [x + half, 0.0, z + 0.98], iron, faces=("left", "right", "bottom")),
+        boxes([x - half, -out, z + 0.92], [x - half + 0.04, 0.0, z + 0.98], iron, faces=("left", "right")),
+        boxes([x + half - 0.04, -out, z + 0.92], [x + half, 0.0, z + 0.98], iron, faces=("left", "right")),
     ]
     return join([slab, posts, *rails])
 

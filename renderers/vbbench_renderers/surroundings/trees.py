@@ -35,7 +35,7 @@ def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
     offsets = np.column_stack([spread * np.cos(angle), spread * np.sin(angle), rng.uniform(-0.6, 0.25, count) * size])
     centres = centre + np.vstack([offsets, [[*rng.uniform(-0.2, 0.2, 2), rng.uniform(0.7, 1.0) * size]]])
     radii = rng.uniform(0.95, 1.3, count + 1) * size
-    cards = int(np.clip(1700.0 / distance, 50, 330))
+    cards = int(np.clip(1600.0 / distance, 50, 300))
     parts = [_trunk(fork, size, near=near), *_crown(centres, radii, centre, cards, max(LEAF, 0.03 * distance), rng)]
     if near:
         parts += [_bough(np.array([0.0, 0.0, fork * 0.95]), end, size) for end in centres[:count]]
@@ -61,7 +61,7 @@ def hedge(length: float, distance: float, rng: np.random.Generator) -> Mesh:
 def bush(radius: float, rng: np.random.Generator) -> Mesh:
     """A round bush that stands on z = 0."""
     centre = np.array([[0.0, 0.0, radius * 0.8]])
-    return join_meshes(_crown(centre, np.array([radius]), centre[0], 50, 0.16, rng))
+    return join_meshes(_crown(centre, np.array([radius]), centre[0], 40, 0.18, rng))
 
 
 def _crown(
