@@ -119,41 +119,85 @@ def place_feet(paths: Paths, moment: Moment, size: FloatArray, track: FloatArray
     track : [N] half the step width in m for 1.75 m.
     stance : [N, 2] how far in m the feet of each stand in front, when still.
     """
-    size, gait, swing = size[:, None], walking(moment.speed)[:, None], vigour(moment.speed)[:, None]
-    duty = np.clip(0.62 - 0.06 * (moment.speed - 1.3), 0.35, 0.66)[:, None]
+    size, gait = size[:, None], walking(moment.speed)[:, None, None]
+    steps = _steps(paths, moment, size * track[:, None])
+    planted = steps.planted[..., None]
+    here, contact, rolling = _roll(steps, size)
+    arc, ahead, swung = _swing(steps, size)
+    still, facing = _still(moment, size, track, stance)
+    ahead = gait * np.where(planted, steps.old[..., 2:], ahead) + (1.0 - gait) * facing
+    return Feet(
+        person=moment.person,
+        ankle=gait * np.where(planted, here, arc) + (1.0 - gait) * still,
+        contact=contact,
+        pitch=np.where(steps.planted, rolling, swung) * gait[..., 0],
+        yaw=np.arctan2(ahead[..., 1], ahead[..., 0]),
+        planted=(steps.planted & (gait[..., 0] == 1.0)) | (gait[..., 0] == 0.0),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Steps:
+    """Where in its step each foot [N, 2] is.
+
+    Parameters
+    ----------
+    planted : whether in stance.
+    rolled, share : how much of the stance, or of the swing, is over, 0 … 1.
+    old, new : [N, 2, 4] the foothold that it stands on or comes from, and the next one; see `_foothold`.
+    strike, push : pitch at heel strike and at toe-off.
+    swing : `vigour`, [N, 1].
+    """
+
+    planted: BoolArray
+    rolled: FloatArray
+    share: FloatArray
+    old: FloatArray
+    new: FloatArray
+    strike: FloatArray
+    push: FloatArray
+    swing: FloatArray
+
+
+def _steps(paths: Paths, moment: Moment, aside: FloatArray) -> _Steps:
+    """Each foot's step; footholds are `aside` [N, 1] m from the path."""
+    half = 0.5 * np.clip(0.62 - 0.06 * (moment.speed - 1.3), 0.35, 0.66)[:, None]
     from_left = moment.phase[:, None] - (0.0, 0.5)
     cycle = np.round(from_left)
     since = from_left - cycle
-    planted = np.abs(since) <= 0.5 * duty
-    number = np.array([0, 1]) + (2.0 * cycle).astype(np.int64) - 2 * (since < -0.5 * duty)
+    number = np.array([0, 1]) + (2.0 * cycle).astype(np.int64) - 2 * (since < -half)
     plants = paths.plants[(paths.first_plant[moment.run][:, None] + number)[..., None] + (0, 2)]
-    old, new = (_foothold(plants[:, :, i], size * track[:, None]) for i in (0, 1))
-    strike, push = -STRIKE * swing + 0.0 * since, PUSH * swing + 0.0 * since
-
-    rolled = np.clip(since / duty + 0.5, 0.0, 1.0)
-    rolling = strike * (1.0 - smooth_step(rolled / 0.16)) + push * smooth_step((rolled - 0.5) / 0.5) ** 1.5
-    here, contact = _stand(old, rolling, size)
-
-    share = np.clip(np.where(since > 0, since, since + 1.0) / (1.0 - duty) - 0.5 * duty / (1.0 - duty), 0.0, 1.0)
-    eased = smooth_step(share)[..., None]
-    tuck = TUCK * swing * np.sin(np.pi * np.clip(2.0 * share, 0.0, 1.0)) ** 2
-    swung = push * (1.0 - smooth_step(share / 0.6)) + strike * smooth_step((share - 0.45) / 0.55) + tuck
-    arc = (1.0 - eased) * _stand(old, push, size)[0] + eased * _stand(new, strike, size)[0]
-    arc[..., 2] += 0.02 * size * swing * np.sin(np.pi * share)
-    arc[..., 2] = np.maximum(arc[..., 2], size * (_clearance(swung) + 0.012 * np.sin(np.pi * share)))
-
-    ahead = np.where(planted[..., None], old[..., 2:], (1.0 - eased) * old[..., 2:] + eased * new[..., 2:])
-    gait3 = gait[..., None]
-    still, facing = _still(moment, size, track, stance)
-    ahead = gait3 * ahead + (1.0 - gait3) * facing
-    return Feet(
-        person=moment.person,
-        ankle=gait3 * np.where(planted[..., None], here, arc) + (1.0 - gait3) * still,
-        contact=contact,
-        pitch=np.where(planted, rolling, swung) * gait,
-        yaw=np.arctan2(ahead[..., 1], ahead[..., 0]),
-        planted=(planted & (gait == 1.0)) | (gait == 0.0),
+    old, new = (_foothold(plants[:, :, i], aside) for i in (0, 1))
+    swing = vigour(moment.speed)[:, None]
+    return _Steps(
+        planted=np.abs(since) <= half,
+        rolled=np.clip(0.5 * since / half + 0.5, 0.0, 1.0),
+        share=np.clip((np.where(since > 0, since, since + 1.0) - half) / (1.0 - 2.0 * half), 0.0, 1.0),
+        old=old,
+        new=new,
+        strike=-STRIKE * swing + 0.0 * since,
+        push=PUSH * swing + 0.0 * since,
+        swing=swing,
     )
+
+
+def _roll(steps: _Steps, size: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Ankles and contacts [N, 2, 3] and pitch [N, 2] of feet in stance: heel strike, flat, off over the toes."""
+    landing = steps.strike * (1.0 - smooth_step(steps.rolled / 0.16))
+    pitch = landing + steps.push * smooth_step((steps.rolled - 0.5) / 0.5) ** 1.5
+    return *_stand(steps.old, pitch, size), pitch
+
+
+def _swing(steps: _Steps, size: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Ankles [N, 2, 3], directions [N, 2, 2] and pitch [N, 2] of feet in the air, clear of the ground."""
+    share, eased = steps.share, smooth_step(steps.share)[..., None]
+    tuck = TUCK * steps.swing * np.sin(np.pi * np.clip(2.0 * share, 0.0, 1.0)) ** 2
+    pitch = steps.push * (1.0 - smooth_step(share / 0.6)) + steps.strike * smooth_step((share - 0.45) / 0.55) + tuck
+    lifted, landed = _stand(steps.old, steps.push, size)[0], _stand(steps.new, steps.strike, size)[0]
+    arc = (1.0 - eased) * lifted + eased * landed
+    bow = np.sin(np.pi * share)
+    arc[..., 2] = np.maximum(arc[..., 2] + 0.02 * size * steps.swing * bow, size * (_clearance(pitch) + 0.012 * bow))
+    return arc, (1.0 - eased) * steps.old[..., 2:] + eased * steps.new[..., 2:], pitch
 
 
 def _foothold(plant: FloatArray, aside: FloatArray) -> FloatArray:

@@ -9,8 +9,9 @@ from scipy.interpolate import PchipInterpolator
 
 from vbbench.arrays import FloatArray
 from vbbench_renderers.mesh import Mesh
-from vbbench_renderers.people.body import NECKLINE, TORSOS
+from vbbench_renderers.people.body import NECKLINE
 from vbbench_renderers.people.loft import Detail, Section, finish, loft
+from vbbench_renderers.people.measures import TORSOS
 
 CLOTH: Detail = ((14, 5), (8, 3), (6, 2))
 BOX: Detail = ((12, 5), (8, 3), (4, 2))
