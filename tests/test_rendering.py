@@ -2,7 +2,7 @@
 
 import itertools
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -23,6 +23,7 @@ from vbbench.film.reel import load_reel
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.matching import true_rectangles
+from vbbench.mot import import_mot
 from vbbench.renderer import picture_size
 from vbbench.rendering import Backend, render_to_file, scene_of
 from vbbench.solving import solve
@@ -238,31 +239,56 @@ def test_false_alarms_are_marked(tmp_path):
 
 
 class Oracle:
-    """Finds everybody, and somebody who is not there."""
+    """Finds everybody, and in the sky somebody who is not there, always elsewhere."""
+
+    boxes: ClassVar[Any] = None
+
+    def __init__(self) -> None:
+        self.frames = iter(self.boxes)
 
     def detect(self, rgb: Any, period: float | None = None) -> Detections:
-        boxes = np.vstack([Oracle.boxes[Oracle.frame], [[0.0, 0.0, 30.0, 40.0]]])
-        Oracle.frame += 1
-        return Detections(boxes=boxes, scores=np.ones(len(boxes)))
-
-    frame = 0
-    boxes: Any = None
+        people = next(self.frames)
+        boxes = np.vstack([people, [[0.0, 40.0 * (len(people) % 2), 30.0, 40.0]]])
+        return Detections(boxes=boxes, scores=np.where(np.arange(len(boxes)) < len(people), 0.9, 0.2))
 
 
-def test_detections_are_written_and_counted(panorama, tmp_path):
+@pytest.fixture
+def oracle(panorama: Dataset, monkeypatch: pytest.MonkeyPatch) -> str:
     sequence = panorama.sequence(0)
     truth = panorama.truth(sequence)
     whole = true_rectangles(truth.positions, truth.heights, truth.poses, panorama.info.camera)
-    Oracle.boxes = [boxes[seen] for boxes, seen in zip(whole, sequence.observed, strict=True)]
-    name = "tests.test_rendering:Oracle"
-    tally = detect_to_file(panorama, 0, tmp_path / "det.txt", detector=name, backend=BY_FLAT)
+    monkeypatch.setattr(Oracle, "boxes", [boxes[seen] for boxes, seen in zip(whole, sequence.observed, strict=True)])
+    return "tests.test_rendering:Oracle"
+
+
+def test_detections_are_written_and_counted(panorama, oracle, tmp_path):
+    sequence = panorama.sequence(0)
+    tally = detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, backend=BY_FLAT)
     people = int(sequence.observed.sum())
     assert (tally.frames, tally.people, tally.found) == (sequence.frames, people, people)
     assert tally.boxes == people + sequence.frames
     assert "found 100%" in str(tally)
     lines = (tmp_path / "det.txt").read_text().splitlines()
     assert len(lines) == tally.boxes
-    assert lines[-1].split(",")[:6] == [str(sequence.frames), "-1", "1.0", "1.0", "30.0", "40.0"]
+    assert lines[-1].split(",")[0:2] == [str(sequence.frames), "-1"]
+
+
+def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_path):
+    tracks = tmp_path / "files" / "sequence-000000.txt"
+    detect_to_file(
+        panorama, 0, tracks, detector=oracle, tracker="vbbench_generators.tracking.linking:ByteTracker", backend=BY_FLAT
+    )
+    made = import_mot(tracks.parent, panorama, tmp_path / "made")
+    source, sequence = panorama.sequence(0), made.sequence(0)
+    persons = made.track_persons(sequence)
+    assert sequence.observed.sum() > 0.8 * source.observed.sum()
+    assert (persons[sequence.observed] >= 0).mean() > 0.95
+
+
+@pytest.mark.parametrize("every", [0, -1])
+def test_a_stride_that_cannot_be_is_refused(panorama, oracle, tmp_path, every):
+    with pytest.raises(VbbenchError, match="--every is a number of frames"):
+        detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, every=every, backend=BY_FLAT)
 
 
 def test_hog_finds_nobody_where_nobody_is_and_keeps_the_best_window(panorama):

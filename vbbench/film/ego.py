@@ -54,6 +54,8 @@ def _draw_labels(canvas: Canvas, boxes: FloatArray, moment: Moment, order: IntAr
     """Ids over the heads, the nearest person's first; one that finds no free place within five lines is left out."""
     height, width = canvas.shape[:2]
     taken: list[tuple[float, float, float]] = []
+    texts: list[str] = []
+    leaders: list[FloatArray] = []
     for track in order:
         text = str(moment.sequence.tracks[track])
         half = 0.5 * paint.text_width(text, _LABEL, bold=True) + 1.0
@@ -64,10 +66,12 @@ def _draw_labels(canvas: Canvas, boxes: FloatArray, moment: Moment, order: IntAr
         if not free:
             continue
         taken.append((column, free[0], half))
+        texts.append(text)
         if free[0] != rows[0]:
-            leader = np.array([[(column, free[0] + 0.5 * _ROW), (column, head)]])
-            paint.draw_lines(canvas, leader, hues.WHITE)
-        paint.draw_text(canvas, text, (column, free[0]), _LABEL, hues.WHITE, halo=hues.INK, bold=True, align="centre")
+            leaders.append(np.array([(column, free[0] + 0.5 * _ROW), (column, head)]))
+    paint.draw_lines(canvas, np.array(leaders).reshape(-1, 2, 2), hues.WHITE)
+    for text, (column, row, _) in zip(texts, taken, strict=True):
+        paint.draw_text(canvas, text, (column, row), _LABEL, hues.WHITE, halo=hues.INK, bold=True, align="centre")
 
 
 def _is_free(column: float, row: float, half: float, taken: list[tuple[float, float, float]]) -> bool:
