@@ -146,7 +146,7 @@ def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator
         [[0, deep, top], [0, 0, top], [0, ridge, top + rise - 0.1], [0, ridge, top + rise - 0.1]],
         [[wide, 0, top], [wide, deep, top], [wide, ridge, top + rise - 0.1], [wide, ridge, top + rise - 0.1]],
     ]
-    gutter = boxes([-0.12, eaves - 0.07, top - 0.07], [wide + 0.12, eaves + 0.05, top + 0.05], colour * 0.5,
+    gutter = boxes([-0.12, eaves - 0.07, top - 0.07], [wide + 0.12, 0.0, top + 0.05], colour * 0.5,
                    faces=("front", "bottom"))  # fmt: skip
     parts = [tiles, gutter, quads(ends, front.colour * 0.9, layer=front.wall, tile=TILE[front.wall])]
     if plot.distance > FLAT:
