@@ -42,3 +42,15 @@ def wandering_look(frames: int, dt: float, rng: np.random.Generator) -> FloatArr
     for t in range(1, frames):
         turn[t] = keep * turn[t - 1] + np.sqrt(1.0 - keep**2) * turn[t]
     return turn
+
+
+def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:
+    """Heading [T] in rad of somebody who follows ``heading`` [T] turning by at most ``rate`` rad/s.
+
+    A walker who stops and comes back reverses the motion from one frame to the next; nobody's eyes do.
+    """
+    followed = heading.copy()
+    for t in range(1, len(heading)):
+        wanted = np.arctan2(np.sin(heading[t] - followed[t - 1]), np.cos(heading[t] - followed[t - 1]))
+        followed[t] = followed[t - 1] + np.clip(wanted, -rate * dt, rate * dt)
+    return followed

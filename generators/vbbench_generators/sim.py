@@ -13,6 +13,7 @@ from vbbench.scene import Scene
 from vbbench.simulation import Engine, Simulation
 from vbbench_generators.corruption import Corruption, corruption_of
 from vbbench_generators.eligibility import Span
+from vbbench_generators.heading import limit_turns
 from vbbench_generators.option_checks import check_options
 from vbbench_generators.planning import HEIGHT_MEAN
 from vbbench_generators.scenario import Scenario, get_scenario
@@ -34,6 +35,7 @@ class SimulationPlan:
     engine: Engine
     look: Look
     corruption: Corruption
+    turn_rate: float | None = None
     limit: int | None = None
 
     @property
@@ -59,11 +61,12 @@ class SimulationPlan:
         )
         scene = drawn.scene.with_heights(heights)
         span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+        heading = drawn.heading if self.turn_rate is None else limit_turns(drawn.heading, scene.dt, self.turn_rate)
         data = view(
             scene,
             span,
             scene.present,
-            drawn.heading,
+            heading,
             info=self.info,
             look=self.look,
             corruption=self.corruption,
@@ -96,7 +99,9 @@ def plan_simulation(
     options: Options,
     default_scenario: str,
     corrupting: Callable[[str], Corruption],
-    **definition: str,
+    *,
+    turn_rate: float | None = None,
+    **definition: str | float,
 ) -> SimulationPlan:
     """The plan of a split whose crowds are simulated.
 
@@ -105,6 +110,7 @@ def plan_simulation(
     card : of the split.
     default_scenario : unless the options name one.
     corrupting : what a tier does to boxes.
+    turn_rate : how fast the camera turns at most, in rad/s; ``None`` = as fast as its bearer's motion changes.
     definition : what else the dataset's definition is to say.
 
     Raises
@@ -134,6 +140,7 @@ def plan_simulation(
             "engine": asked.engine,
             "scenario": asdict(scenario),
             **corruption.definition,
+            **({} if turn_rate is None else {"turn_rate": turn_rate}),
             **definition,
         },
     )
@@ -143,6 +150,7 @@ def plan_simulation(
         engine=asked.engine,
         look=options.look,
         corruption=corruption,
+        turn_rate=turn_rate,
         limit=options.limit,
     )
 

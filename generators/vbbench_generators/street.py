@@ -8,6 +8,8 @@ from vbbench_generators.corruption import corruption_of
 from vbbench_generators.sim import SimulationPlan, plan_simulation
 
 SCENARIO = "street"
+TURN_RATE = 3.0
+"""How fast the camera turns at most, in rad/s: people take about a second to turn round."""
 
 
 class StreetSplit:
@@ -33,4 +35,5 @@ class StreetSplit:
         if asked is not None and asked.scenario is not None:
             raise VbbenchError(f"street is the scenario '{SCENARIO}'; --scenario is for the split 'sim'")
         source = {"ideal": "cline", "noisy": "cline"}.get(options.tier, options.tier)
-        return plan_simulation(self.card, options, SCENARIO, partial(corruption_of, whole=True), input=source)
+        corrupting = partial(corruption_of, whole=True)
+        return plan_simulation(self.card, options, SCENARIO, corrupting, turn_rate=TURN_RATE, input=source)
