@@ -10,10 +10,10 @@ from vbbench_renderers.mesh import Float32, Int32, Mesh
 from vbbench_renderers.opengl.packing import COMMAND, Records
 from vbbench_renderers.opengl.refining import WIDEST
 
-FULL = 300
+FULL = 80
 """Triangles in a chunk at most."""
-LARGE = 1.0
-"""Triangles with a horizontal edge longer than this (m) form chunks of their own."""
+SIZES = (0.3, 0.6, 1.2, 2.4, 5.0)
+"""Triangles are parted by their longest horizontal edge (m), so that a few large ones do not get many small refined."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ def split_mesh(mesh: Mesh) -> Chunks:
     """The triangles of a mesh in chunks, by halving boxes across their longer sides."""
     corners = mesh.vertices[mesh.triangles]
     edges = np.hypot(*np.moveaxis((corners - np.roll(corners, 1, axis=1))[..., :2], -1, 0)).max(axis=1)
-    middle, large = corners.mean(axis=1), edges > LARGE
-    groups = [*_halved(np.nonzero(large)[0], middle), *_halved(np.nonzero(~large)[0], middle)]
+    middle, size = corners.mean(axis=1), np.searchsorted(SIZES, edges)
+    groups = [group for n in range(len(SIZES) + 1) for group in _halved(np.nonzero(size == n)[0], middle)]
     commands = np.zeros(len(groups), dtype=COMMAND)
     commands["count"] = [3 * len(group) for group in groups]
     commands["first"] = np.cumsum([0, *commands["count"][:-1]])

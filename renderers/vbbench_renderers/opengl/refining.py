@@ -35,7 +35,8 @@ def refine(
     """
     stack = np.empty((_STACK, 3, COLUMNS), np.float32)
     depth = np.empty(_STACK, np.int64)
-    azimuth = np.empty(3)
+    azimuth, right, forward = np.empty(3), np.empty(3), np.empty(3)
+    cos, sin, steepest = np.cos(yaw), np.sin(yaw), np.tan(WIDEST)
     filled = 0
     for f in range(len(triangles)):
         for c in range(3):
@@ -48,22 +49,20 @@ def refine(
                 continue
             for c in range(3):
                 dx, dy = stack[top, c, 0] - eye[0], stack[top, c, 1] - eye[1]
-                azimuth[c] = np.arctan2(dx * np.sin(yaw) - dy * np.cos(yaw), dx * np.cos(yaw) + dy * np.sin(yaw))
+                right[c], forward[c] = dx * sin - dy * cos, dx * cos + dy * sin
             wide = 0
             for c in range(3):
-                if _turn(azimuth[c], azimuth[(c + 1) % 3]) > WIDEST:
+                d = (c + 1) % 3
+                across = abs(right[c] * forward[d] - right[d] * forward[c])
+                if across > steepest * (right[c] * right[d] + forward[c] * forward[d]):
                     wide |= 1 << c
             if wide and depth[top] < DEEPEST:
                 top = _cut(stack, depth, top, wide)
                 continue
+            for c in range(3):
+                azimuth[c] = np.arctan2(right[c], forward[c])
             filled = _write(stack[top], azimuth, out, filled)
     return filled
-
-
-@kernel
-def _turn(a: float, b: float) -> float:
-    turn = abs(a - b)
-    return min(turn, 2.0 * np.pi - turn)
 
 
 @kernel
