@@ -1,4 +1,4 @@
-"""Smooth edges, where the z-buffer knows of one and nowhere else, so that textures stay sharp."""
+"""Smooth edges: on people, and where the z-buffer knows of one; elsewhere textures stay sharp."""
 
 import numpy as np
 from numba import prange
@@ -63,7 +63,8 @@ def _finish_column(
         depth[row, column], ids[row, column] = np.float32(1.0) / near, max(owner, NOBODY)
         above, below = max(row - 1, 0), min(row + 1, height - 1)
         if (
-            _differ(nearness[left, row], near, owners[limbs[left, row]], owner)
+            owner >= 0
+            or _differ(nearness[left, row], near, owners[limbs[left, row]], owner)
             or _differ(nearness[right, row], near, owners[limbs[right, row]], owner)
             or _differ(nearness[column, above], near, owners[limbs[column, above]], owner)
             or _differ(nearness[column, below], near, owners[limbs[column, below]], owner)
