@@ -32,6 +32,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "detect": exchange.detect,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
+    "reproduce table4": reproduce.table4,
     "export mot": exchange.export_mot,
     "import mot": exchange.import_mot,
     "export tum": exchange.export_tum,

@@ -79,7 +79,7 @@ def import_mot(
     /,
     dataset: Path,
     out: Path,
-    pixel_std: float = 3.0,
+    pixel_std: float | None = None,
     truth: Path | None = None,
     overwrite: bool = False,
 ) -> None:
@@ -89,7 +89,8 @@ def import_mot(
         files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
         dataset: The dataset whose pictures were tracked.
         out: Dataset folder to make.
-        pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, as solvers are told it.
+        pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, as solvers are told it;
+            default: 9, panorama 2.4.
         truth: Folder with the truth tables, where they are kept elsewhere.
         overwrite: Replace the dataset that is there.
     """

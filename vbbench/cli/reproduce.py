@@ -44,3 +44,27 @@ def figure_sigma(
         seed=seed,
     )
     print(reproduce_sigma(study, out, jobs=jobs, overwrite=overwrite))
+
+
+def table4(
+    out: Path = Path("table4"),
+    solver: tuple[str, ...] = ("vb-sf", "vb-cv"),
+    sequences: int | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+    overwrite: bool = False,
+) -> None:
+    """The errors on split street with centre lines and with tracked boxes, beside the paper's.
+
+    Args:
+        out: Folder for table4.md, datasets and submissions; what it holds is reused.
+        solver: Registered names or module:attribute.
+        sequences: Number of sequences; default: the scenario's ten.
+        seed: Seed of everything random.
+        jobs: Processes; the numbers do not depend on it.
+        overwrite: Make and solve everything again.
+    """
+    from vbbench.reproduction.table4 import reproduce_table4
+
+    text = reproduce_table4(out, solvers=solver, sequences=sequences, seed=seed, jobs=jobs, overwrite=overwrite)
+    print(text)

@@ -26,8 +26,8 @@ from vbbench.tables import check_free, file_sha256
 
 REVISION = 1
 """Raised whenever the same files give another dataset, so that ids differ too."""
-PIXEL_STD = 3.0
-"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px, where nothing better is known."""
+PIXEL_STD = {"perspective": 9.0, "panorama": 2.4}
+"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px, by camera: as in docs/tiers.md."""
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -36,7 +36,7 @@ def import_mot(
     dataset: Dataset,
     out: Path | str,
     *,
-    pixel_std: float = PIXEL_STD,
+    pixel_std: float | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Dataset:
@@ -51,7 +51,8 @@ def import_mot(
     folder : ``sequence-000012.txt`` for sequence 12; if there is no such file, ``sequence-000012/gt/gt.txt``.
     dataset : whose pictures they are, with its truth.
     out : folder of the new dataset.
-    pixel_std : standard deviation in px of a box's column, top and bottom that solvers are told.
+    pixel_std : standard deviation in px of a box's column, top and bottom that solvers are told; ``None`` for that of
+        the tracker that comes with vbbench.
     overwrite : replace the dataset that is there.
     announce : is told how many boxes were kept.
 
@@ -63,6 +64,8 @@ def import_mot(
     """
     out = Path(out)
     check_free(out, INFO_FILE, "dataset", overwrite)
+    if pixel_std is None:
+        pixel_std = PIXEL_STD[dataset.info.camera.kind]
     if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
         raise VbbenchError(f"--pixel-std is a number of pixels, 0 or more, not {pixel_std:g}")
     plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
