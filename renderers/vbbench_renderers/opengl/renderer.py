@@ -71,7 +71,7 @@ class OpenGLRenderer:
                 targets, self._frame(camera, size, pose), drawn, camera, pose, self._scene.positions[frame][here]
             )
             colours, truth = targets.read(self._stage.compose)
-        columns = truth[..., 0].astype(np.int64)
+        columns = truth[..., 0].astype(np.int32)
         return Picture(rgb=colours[..., :3].copy(), depth=truth[..., 1].copy(), ids=self._ids[columns])
 
     def close(self) -> None:
