@@ -139,11 +139,15 @@ def _shade_column(
             total = w0 + w1 + w2
             w0, w1, w2 = w0 / total, w1 / total, w2 / total
             depth = 1.0 / nearness[column, row]
-            normal = _turned(looks.normal, limb, _blend(parts.normals, a, b, c, w0, w1, w2))
+            normal = _blend(parts.normals, a, b, c, w0, w1, w2)  # surroundings bend too little to need more
+            if looks.pattern[limb] >= 0:
+                normal = _turned(looks.normal, limb, normal)
             facing = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2]
             if facing < 0.0 and looks.pattern[limb] < 0:
                 normal = (-normal[0], -normal[1], -normal[2])
-            dye = dye_of(looks, limb, parts.vertices, a, b, c, w0, w1, w2)
+            dye = looks.colour[limb, 0], looks.colour[limb, 1], looks.colour[limb, 2]
+            if looks.pattern[limb] > 0:
+                dye = dye_of(looks, limb, parts.vertices, a, b, c, w0, w1, w2)
             albedo = _blend(parts.colours, a, b, c, w0, w1, w2)
             albedo = (albedo[0] * dye[0], albedo[1] * dye[1], albedo[2] * dye[2])
             if parts.layers[face] >= 0:
@@ -158,11 +162,7 @@ def _shade_column(
                 sun = _sun_at(people, world, normal, 0.03, 0.03)
                 if sun > 0.0:
                     sun *= _sun_at(static, world, normal, 2.0 / static.scale, 0.06)
-            sky = 1.0
-            if world[2] < OVER_GROUND:
-                scale = 0.25 * people.scale
-                sky = smooth_value(people.open, (world[0] - people.x) * scale, (world[1] - people.y) * scale)
-                sky += (1.0 - sky) * min(max(world[2] / OVER_GROUND, 0.0), 1.0)
+            sky = _sky_at(people.open, world, people.x, people.y, 0.25 * people.scale)
             colour = lit(light, albedo, normal, towards, looks.gloss[limb], sun, sky)
             colour = through_air(light, colour, depth * stretch)
         colours[column, row, 0] = encode(colour[0], table)
@@ -177,6 +177,15 @@ def _sun_at(shadows: ShadowMap, point: Colour, normal: Colour, lift: float, slac
     u = (point[0] + lift * normal[0] + shadows.slope_x * height - shadows.x) * shadows.scale
     v = (point[1] + lift * normal[1] + shadows.slope_y * height - shadows.y) * shadows.scale
     return sun_share(shadows.heights, u, v, height + slack)
+
+
+@kernel
+def _sky_at(openness: Float32, point: Colour, x: float, y: float, scale: float) -> float:
+    """Share of the sky that a point sees past the feet next to it."""
+    if point[2] >= OVER_GROUND:
+        return 1.0
+    share = smooth_value(openness, (point[0] - x) * scale, (point[1] - y) * scale)
+    return share + (1.0 - share) * min(max(point[2] / OVER_GROUND, 0.0), 1.0)
 
 
 @kernel
