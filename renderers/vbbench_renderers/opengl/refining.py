@@ -12,8 +12,8 @@ from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.compiled import kernel
 
 COLUMNS = 12
-WIDEST = np.deg2rad(4.0)
-"""Edges span no more azimuth than this: 0.15 px at the border of a picture 480 px high."""
+WIDEST = np.deg2rad(5.0)
+"""Edges span no more azimuth than this: 0.23 px at the border of a picture 480 px high."""
 DEEPEST = 14
 _STACK = 3 * DEEPEST + 4
 

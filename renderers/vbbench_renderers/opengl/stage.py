@@ -150,9 +150,9 @@ class Stage:
         context.clear(depth=1.0)
         self._shift("limb", panorama, targets.shift(fine=True))
         self._arrays["limb", panorama].render_indirect(self._commands, count=shown)
-        chunks, corners = self._upload_place(camera, pose)
         targets.place.use()
-        context.clear(depth=1.0)
+        context.clear(depth=1.0)  # sets people going in the background
+        chunks, corners = self._upload_place(camera, pose)
         for kind in ("place", "sky"):
             self._shift(kind, panorama, targets.shift(self.fine_place))
         self._arrays["place", panorama].render_indirect(self._chunk_commands, count=chunks)
