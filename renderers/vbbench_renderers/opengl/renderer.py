@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 
 from vbbench.arrays import FloatArray
@@ -72,7 +73,8 @@ class OpenGLRenderer:
             )
             colours, truth = targets.read(self._stage.compose)
         columns = truth[..., 0].astype(np.int32)
-        return Picture(rgb=colours[..., :3].copy(), depth=truth[..., 1].copy(), ids=self._ids[columns])
+        rgb = cv2.cvtColor(colours, cv2.COLOR_RGBA2RGB).astype(np.uint8, copy=False)
+        return Picture(rgb=rgb, depth=truth[..., 1].copy(), ids=self._ids[columns])
 
     def close(self) -> None:
         """Give back the context and all it holds."""
