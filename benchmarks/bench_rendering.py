@@ -48,10 +48,10 @@ def pose_of(scene: Scene, camera: Camera) -> Any:
     return np.array((edge, 0.0, 0.0))
 
 
-def person_mesh(walkers: Walkers, person: int, eye: Any) -> Mesh:
+def person_mesh(walkers: Walkers, person: int, eye: Any, focal: float) -> Mesh:
     """All limbs of somebody in frame 0, dyed, around his or her own place."""
     parts = []
-    for level, limbs in walkers.limbs(0, eye):
+    for level, limbs in walkers.limbs(0, eye, focal):
         library = walkers.library(level)
         for n in np.nonzero(limbs.person == person)[0]:
             mesh, (turn, shift) = library[limbs.mesh[n]], np.split(limbs.transform[n], (3,), axis=1)
@@ -87,14 +87,16 @@ class NaivePyrender:
         self.pyrender, self.scene, self.walking = load_pyrender(), scene, walking
         self.screen = open_off_screen(camera.width, camera.height)
         self.world = self.pyrender.Scene(ambient_light=(0.3, 0.3, 0.3), bg_color=(0.5, 0.7, 1.0, 1.0))
-        self.pose, self.walkers = pose_of(scene, camera), Walkers(scene, 0)
+        self.pose, self.focal, self.walkers = pose_of(scene, camera), camera.focal, Walkers(scene, 0)
         self._node(plain_surroundings(walking_area(scene)).mesh)
         if walking:
             self.nodes = {
                 key: self._node(limb_mesh(self.walkers, level, limbs, n)) for key, level, limbs, n in self._limbs(0)
             }
         else:
-            meshes = [person_mesh(self.walkers, person, self.pose[:2]) for person in range(len(scene.people))]
+            meshes = [
+                person_mesh(self.walkers, person, self.pose[:2], camera.focal) for person in range(len(scene.people))
+            ]
             self.nodes = {(person, 0, 0): self._node(mesh) for person, mesh in enumerate(meshes)}
         looks = np.eye(4)
         looks[:3, :3] = ((0, 0, -1), (-1, 0, 0), (0, 1, 0))  # along +x, z up
@@ -115,7 +117,7 @@ class NaivePyrender:
     def _limbs(self, frame: int) -> Iterator[tuple[tuple[int, int, int], int, Any, int]]:
         """Every limb of a frame by person, mesh and how many of the kind came before."""
         seen: Counter[tuple[int, int]] = Counter()
-        for level, limbs in self.walkers.limbs(frame, self.pose[:2]):
+        for level, limbs in self.walkers.limbs(frame, self.pose[:2], self.focal):
             for n, kind in enumerate(zip(limbs.person.tolist(), limbs.mesh.tolist(), strict=True)):
                 yield (*kind, seen[kind]), level, limbs, n
                 seen[kind] += 1

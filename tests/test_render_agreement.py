@@ -33,10 +33,10 @@ def scene() -> Scene:
     return Scene(name="t", dt=0.1, people=np.arange(len(places)) * 2 + 5, positions=paths, heights=heights)
 
 
-def world_triangles(scene: Scene, frame: int, eye: Any) -> tuple[Any, Any]:
+def world_triangles(scene: Scene, frame: int, eye: Any, focal: float) -> tuple[Any, Any]:
     """Corners [F, 3, 3] in the world, and the person of each triangle."""
     walkers, corners, owners = Walkers(scene, 0), [], []
-    for level, limbs in walkers.limbs(frame, eye):
+    for level, limbs in walkers.limbs(frame, eye, focal):
         library = walkers.library(level)
         for mesh, transform, person in zip(limbs.mesh, limbs.transform.astype(np.float64), limbs.person, strict=True):
             placed = library[mesh].vertices @ transform[:, :3].T + transform[:, 3]
@@ -102,7 +102,7 @@ def rays(scene: Scene) -> Callable[[str, str], tuple[Any, Any]]:
 
     def cast(camera: str, pose: str) -> tuple[Any, Any]:
         if (camera, pose) not in done:
-            triangles = world_triangles(scene, 2, POSES[pose][:2])
+            triangles = world_triangles(scene, 2, POSES[pose][:2], CAMERAS[camera].focal)
             done[camera, pose] = cast_rays(*triangles, CAMERAS[camera], POSES[pose])
         return done[camera, pose]
 

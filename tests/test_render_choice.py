@@ -89,7 +89,7 @@ def test_auto_draws_and_says_with_what_and_why(tmp_path: Path, monkeypatch: pyte
     broken_module(tmp_path, monkeypatch, "raise OSError('no EGL')")
     scene = Scene(name="one", dt=0.1, people=[3], positions=np.array([[[0.0, 3.0]]]), heights=[1.7])
     renderer = AutoRenderer(scene, surroundings=False)
-    assert "by backend raster: OpenGL does not work here: no EGL" in renderer.device
+    assert "raster: OpenGL does not work here: no EGL" in renderer.device
     camera = PerspectiveCamera(width=64, height=48, focal=32.0, cx=32.0, cy=24.0)
     assert 3 in renderer.render(0, camera, np.array((0.0, 0.0, np.pi / 2))).ids
     renderer.close()

@@ -67,7 +67,7 @@ class Boxes:
     def library(self, level: int) -> tuple[Mesh, ...]:
         return (box(),)
 
-    def limbs(self, frame: int, eye: Any, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+    def limbs(self, frame: int, eye: Any, focal: float, *, without: int | None = None) -> list[tuple[int, Limbs]]:
         people = np.array([k for k in np.nonzero(self.scene.present[frame])[0] if k != without], np.int32)
         transform = np.zeros((len(people), 3, 4), np.float32)
         transform[:, 0, 0] = transform[:, 1, 1] = SIDE / 2

@@ -203,6 +203,8 @@ def test_the_level_of_detail_follows_the_distance() -> None:
     walkers = Walkers(scene_of(np.array([[[3.0, 0.0], [12.0, 0.0], [40.0, 0.0]]] * 3)), 0)
     batches = walkers.limbs(1, np.zeros(2))
     assert [(level, set(limbs.person)) for level, limbs in batches] == [(0, {0}), (1, {1}), (2, {2})]
+    far = walkers.limbs(1, np.zeros(2), 229.0)  # the same people look smaller
+    assert [(level, set(limbs.person)) for level, limbs in far] == [(1, {0}), (2, {1, 2})]
 
 
 def test_the_absent_and_the_one_with_the_camera_are_not_drawn() -> None:

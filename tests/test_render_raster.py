@@ -52,7 +52,7 @@ class Solids:
     def library(self, level: int) -> tuple[Mesh, ...]:
         return (self._mesh,)
 
-    def limbs(self, frame: int, eye: object, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+    def limbs(self, frame: int, eye: object, focal: float, *, without: int | None = None) -> list[tuple[int, Limbs]]:
         colour, number = np.ones((1, 3), np.float32), np.zeros(1, np.int32)
         transform = np.eye(3, 4, dtype=np.float32)[None]
         return [
@@ -205,8 +205,10 @@ def test_smaller_textures_keep_the_light() -> None:
 
 def test_nobody_has_no_limbs() -> None:
     class Nobody(Solids):
-        def limbs(self, frame: int, eye: object, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+        def limbs(
+            self, frame: int, eye: object, focal: float, *, without: int | None = None
+        ) -> list[tuple[int, Limbs]]:
             return []
 
-    found = joined_limbs(Nobody(triangle_mesh(np.zeros((3, 3)))), 0, np.zeros(2))
+    found = joined_limbs(Nobody(triangle_mesh(np.zeros((3, 3)))), 0, np.zeros(2), 640.0)
     assert len(found.mesh) == len(no_limbs().mesh) == 0

@@ -38,10 +38,10 @@ def look(
     return picture, Onlooker(scene, Walkers(scene, 0)).look(picture, frame, camera, pose, observer=observer)
 
 
-def vertices_of(scene: Scene, frame: int) -> dict[int, Any]:
+def vertices_of(scene: Scene, frame: int, focal: float) -> dict[int, Any]:
     """All vertices of everybody's body in the world, by id."""
     walkers, found = Walkers(scene, 0), {}
-    for level, limbs in walkers.limbs(frame, ORIGIN[:2]):
+    for level, limbs in walkers.limbs(frame, ORIGIN[:2], focal):
         library = walkers.library(level)
         for mesh, transform, person in zip(limbs.mesh, limbs.transform.astype(np.float64), limbs.person, strict=True):
             placed = library[mesh].vertices @ transform[:, :3].T + transform[:, 3]
@@ -63,7 +63,7 @@ def test_boxes_are_where_bodies_project_to(camera: Camera) -> None:
     assert seen.person.tolist() == scene.people.tolist()
     assert (seen.visible > 0.999).all()
     assert (seen.truncated == 0).all()
-    bodies = vertices_of(scene, 2)
+    bodies = vertices_of(scene, 2, camera.focal)
     for box, person in zip(seen.box, seen.person, strict=True):
         points = project_points(bodies[int(person)], camera)
         assert np.abs(np.concatenate([points.min(axis=0), points.max(axis=0)]) - box).max() <= 1.0

@@ -20,12 +20,13 @@ def choose_backend(name: str | None = None) -> tuple[str, str]:
     VbbenchError
         If ``moderngl`` is asked for by name and OpenGL does not work; the message says what to install.
     """
-    if name == "moderngl":
-        return name, f"as asked, on {find_device()}"
     if name is not None:
+        if name == "moderngl":
+            find_device()
         return name, "as asked"
     try:
-        return "moderngl", f"the best that works, on {find_device()}"
+        find_device()
+        return "moderngl", "the best that works here"
     except OpenGLError as error:
         return "raster", f"OpenGL does not work here: {error.problem}; 'apt-get install {PACKAGE}' would mend that"
 
@@ -41,7 +42,7 @@ class AutoRenderer:
     @property
     def device(self) -> str:
         """The backend, what it draws with, and why it was chosen."""
-        return f"{self._renderer.device}, by backend {self._name}: {self._reason}"
+        return f"{self._renderer.device}; {self._name}: {self._reason}"
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
         """See `vbbench.renderer.Renderer.render`."""

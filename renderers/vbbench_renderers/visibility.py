@@ -76,7 +76,7 @@ class Onlooker:
         """Who is seen in a picture; frame, camera, pose and observer as it was rendered."""
         rays, eye = camera_rays(camera), eye_transform(camera, pose)
         without = None if observer is None else int(np.searchsorted(self._scene.people, observer))
-        limbs = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), without)
+        limbs = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), camera.focal, without)
         columns, person = np.unique(limbs.person, return_inverse=True)
         alone = self._count(limbs, person, len(columns), eye, rays, _window(rays, 0, 0))
         there = alone[:, ALL] > 0

@@ -60,7 +60,7 @@ class OpenGLRenderer:
             raise VbbenchError("this renderer was closed")
         size, pose = picture_size(camera), np.asarray(pose, dtype=np.float64)
         without = self._column(observer)
-        drawn = self._walkers.limbs(frame, pose[:2], without=without)
+        drawn = self._walkers.limbs(frame, pose[:2], camera.focal, without=without)
         here = self._scene.present[frame].copy()
         if without is not None:
             here[without] = False

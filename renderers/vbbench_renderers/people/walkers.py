@@ -16,8 +16,8 @@ from vbbench_renderers.people.looks import Look, Style
 from vbbench_renderers.people.paths import trace_paths
 from vbbench_renderers.people.skeleton import pose_bones
 
-NEAR = (8.0, 20.0)
-"""Distances in m beyond which the next level of detail is drawn: people of 136 and 54 px at f = 640 px."""
+NEAR, NEAR_FOCAL = (8.0, 20.0), 640.0
+"""Distances in m beyond which the next level of detail is drawn at this focal length in px: people of 136 and 54 px."""
 USUAL_HEIGHT = 1.7
 
 
@@ -55,20 +55,23 @@ class Walkers:
         moment = moment_at(self._paths, frame)
         return moment.person, pose_bones(moment, self._feet(moment), self._style.of(moment.person))
 
-    def limbs(self, frame: float, eye: FloatArray, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+    def limbs(
+        self, frame: float, eye: FloatArray, focal: float = 640.0, *, without: int | None = None
+    ) -> list[tuple[int, Limbs]]:
         """The limbs to draw, by level of detail.
 
         Parameters
         ----------
         frame : frame of the scene; fractions lie in between.
         eye : [2] where the camera is, in m.
+        focal : its focal length in px, which with the distance says how large a person shows.
         without : column of somebody who is not drawn.
         """
         people, bones = self.bones(frame)
         if without is not None:
             people, bones = people[people != without], bones[people != without]
         distance = np.hypot(*(bones[:, 0, :2, 3] - eye).T)
-        level = np.searchsorted(NEAR, distance)
+        level = np.searchsorted(NEAR, distance * (NEAR_FOCAL / focal))
         return [
             (at, self._parts.placed(people[level == at], bones[level == at], at))
             for at in range(self.levels)

@@ -50,7 +50,7 @@ class PyrenderRenderer:
             raise VbbenchError("this renderer was closed")
         width, height = picture_size(camera)
         pose = np.asarray(pose, np.float64)
-        self._stage.set_people(frame, pose, column_of(self._scene, observer))
+        self._stage.set_people(frame, pose, camera.focal, column_of(self._scene, observer))
         if isinstance(camera, PerspectiveCamera):
             rgb, depth, ids = self._shoot(camera, pose)
             return Picture(rgb=rgb, depth=depth, ids=ids)

@@ -44,13 +44,16 @@ class Stage:
         self._add_sun()
         self._add_surroundings(around)
 
-    def set_people(self, frame: int, pose: FloatArray, without: int | None) -> None:
-        """Put the people of a frame in place of those who were there, but for the one in column ``without``."""
+    def set_people(self, frame: int, pose: FloatArray, focal: float, without: int | None) -> None:
+        """Put the people of a frame in place of those who were there, but for the one in column ``without``.
+
+        A focal length of ``focal`` px decides their level of detail.
+        """
         for node in self._drawn:
             self.scene.remove_node(node)
             del self.codes[node]
         self._drawn = []
-        limbs = joined_limbs(self._people, frame, pose[:2], without)
+        limbs = joined_limbs(self._people, frame, pose[:2], focal, without)
         baked = bake(self._parts, limbs)
         starts = np.flatnonzero(np.diff(limbs.person, prepend=-1))
         for first, last in zip(starts, [*starts[1:], len(limbs.person)], strict=True):

@@ -21,8 +21,10 @@ class People(Protocol):
     def library(self, level: int) -> tuple[Mesh, ...]:
         """Limb meshes of a level; an index means the same limb at every level."""
 
-    def limbs(self, frame: int, eye: FloatArray, *, without: int | None = None) -> Sequence[tuple[int, Limbs]]:
-        """Limbs of a frame by level, as seen from ``eye`` [2], but for the person in column ``without``."""
+    def limbs(
+        self, frame: int, eye: FloatArray, focal: float, *, without: int | None = None
+    ) -> Sequence[tuple[int, Limbs]]:
+        """Limbs of a frame by level, as a camera at ``eye`` [2] sees them, but for the person in column ``without``."""
 
 
 def joined_library(people: People) -> list[Mesh]:
@@ -30,11 +32,12 @@ def joined_library(people: People) -> list[Mesh]:
     return [mesh for level in range(people.levels) for mesh in people.library(level)]
 
 
-def joined_limbs(people: People, frame: int, eye: FloatArray, without: int | None = None) -> Limbs:
+def joined_limbs(people: People, frame: int, eye: FloatArray, focal: float, without: int | None = None) -> Limbs:
     """Limbs of a frame in one table, ordered by person, with meshes counted in `joined_library`."""
     count = len(people.library(0))
     found = [
-        replace(limbs, mesh=limbs.mesh + level * count) for level, limbs in people.limbs(frame, eye, without=without)
+        replace(limbs, mesh=limbs.mesh + level * count)
+        for level, limbs in people.limbs(frame, eye, focal, without=without)
     ]
     if not found:
         return no_limbs()

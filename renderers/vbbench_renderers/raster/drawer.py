@@ -45,7 +45,7 @@ class Drawer:
     def draw(self, frame: int, camera: Camera, pose: FloatArray, scene: Scene, without: int | None) -> Picture:
         """The picture of a frame, without the person in column ``without``."""
         rays, eye = camera_rays(camera), eye_transform(camera, pose)
-        people = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), without)
+        people = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), camera.focal, without)
         limbs = Limbs(**{k: np.concatenate([getattr(people, k), v]) for k, v in vars(self._static).items()})
         placed = place(self._parts, limbs.mesh, limbs.transform, limbs.pattern < 0, eye, rays)
         shape = len(rays.side), rays.height
