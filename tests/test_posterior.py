@@ -22,6 +22,9 @@ from vbbench.solver import LocationPosterior
 from vbbench_baselines.location import location_energies
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
+SEQUENCE = 3
+"""One of some twenty frames."""
+
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
@@ -30,7 +33,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 def posterior(dataset: Dataset, protocol: str = "one-step", frame: int = 5, solver: str = "vb-cv") -> Posterior:
-    return find_posterior(dataset, 2, frame, solver=solver, protocol=protocol)
+    return find_posterior(dataset, SEQUENCE, frame, solver=solver, protocol=protocol)
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
@@ -80,7 +83,7 @@ def test_the_answers_are_those_of_the_runner(dataset: Dataset) -> None:
     found = posterior(dataset, "sequential", 4)
     assert np.isfinite(found.estimate.poses[:5]).all()
     assert np.isnan(found.estimate.poses[5:]).all()
-    assert len(found.estimate.poses) == dataset.sequence(2).frames
+    assert len(found.estimate.poses) == dataset.sequence(SEQUENCE).frames
 
 
 @pytest.mark.parametrize(
@@ -94,7 +97,7 @@ def test_the_answers_are_those_of_the_runner(dataset: Dataset) -> None:
 )
 def test_what_has_no_posterior_says_so(dataset: Dataset, frame: int, solver: str, message: str) -> None:
     with pytest.raises(VbbenchError, match=message):
-        find_posterior(dataset, 2, frame, solver=solver, protocol="one-step")
+        find_posterior(dataset, SEQUENCE, frame, solver=solver, protocol="one-step")
 
 
 def test_vb_cv_has_the_protocol() -> None:
@@ -110,12 +113,12 @@ def test_contours_and_spread_of_a_normal_density() -> None:
 
 
 def test_the_picture_shows_the_landscape_and_the_close_up(dataset: Dataset) -> None:
-    figure = plot_posterior(dataset, 2, frame=5)
+    figure = plot_posterior(dataset, SEQUENCE, frame=5)
     parts: dict[Any, Any] = {axes.get_label(): axes for axes in figure.axes}
     images = {image.get_gid() for axes in figure.axes for image in axes.images}
     assert {"landscape", "density"} <= images
     places = {line.get_gid(): line.get_xydata()[0] for line in parts["close"].lines}
-    truth = dataset.truth(dataset.sequence(2)).poses[5, :2]
+    truth = dataset.truth(dataset.sequence(SEQUENCE)).poses[5, :2]
     np.testing.assert_allclose(places["place-truth"], truth)
     assert parts["close"].viewLim.contains(*places["place-truth"])
     assert parts["close"].viewLim.contains(*places["place-estimate"])
@@ -125,7 +128,15 @@ def test_the_picture_shows_the_landscape_and_the_close_up(dataset: Dataset) -> N
 
 
 def test_the_command_line_draws_it(dataset: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["plot", str(dataset.folder), "--sequence", "2", "--posterior", "--out", str(tmp_path / "p.png")]
+    command = [
+        "plot",
+        str(dataset.folder),
+        "--sequence",
+        str(SEQUENCE),
+        "--posterior",
+        "--out",
+        str(tmp_path / "p.png"),
+    ]
     assert main([*command, "--protocol", "sequential", "--frame", "4"]) == 0
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     assert main([*command, "--estimate", "nowhere"]) == 2
