@@ -56,6 +56,8 @@ def to_arrow(name: str, columns: Columns) -> pa.Table:
 
 def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:
     """The row group with the columns of ``schema``; those that it lacks are False or NaN."""
+    if group.column_names == schema.names:
+        return group
     for field in schema:
         if field.name not in group.column_names:
             absent = pa.scalar(False if pa.types.is_boolean(field.type) else np.nan, field.type)
