@@ -20,7 +20,6 @@ from vbbench.verification import verify
 from vbbench_generators.heading import limit_turns
 from vbbench_generators.sim import SimulationPlan
 from vbbench_generators.splits import demo, sim, street
-from vbbench_generators.street import TURN_RATE
 
 SMALL = Simulation(sequences=2, people=(16,))
 
@@ -51,7 +50,7 @@ def test_street_is_the_scenario_with_people_hidden() -> None:
 def test_the_camera_turns_no_faster_than_people() -> None:
     made = plan()
     turns = [np.abs(wrap_angle(np.diff(made.build(index).truth.poses[:, 2]))).max() for index in range(4)]
-    assert max(turns) <= 0.1 * TURN_RATE + 1e-9
+    assert max(turns) <= 0.1 * made.scenario.turn_rate + 1e-9
     np.testing.assert_allclose(limit_turns(np.array([0.0, 0.1, 3.0]), 1.0, 5.0), [0.0, 0.1, 3.0])
     slow = limit_turns(np.array([3.0, 3.0, -3.0, -3.0]), 0.1, 2.0)  # the short way round
     np.testing.assert_allclose(slow, [3.0, 3.0, 3.2, 2 * np.pi - 3.0])

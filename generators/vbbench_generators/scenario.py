@@ -53,6 +53,7 @@ class Scenario:
     camera : what the observer carries unless the user says otherwise.
     min_seen : the observer is one who sees at least so many people in every frame, and anybody at all in some.
     forces : how people keep apart: Moussaïd et al. 2009, or Helbing & Molnár 1995.
+    turn_rate : how fast the camera turns at most, in rad/s: people take about a second to turn round.
     speed_mean, speed_std : desired speeds in m/s, normal, cut off at three standard deviations.
     spacing : least distance of two people at the start, in m.
     least_way : least distance from the start, or the last goal, to the next goal, in m.
@@ -72,6 +73,7 @@ class Scenario:
     camera: Literal["panorama", "perspective"] = "perspective"
     min_seen: int = 0
     forces: Literal["moussaid", "helbing-molnar"] = "moussaid"
+    turn_rate: float = 3.0
     speed_mean: float = 1.34
     speed_std: float = 0.26
     spacing: float = 0.5
@@ -79,7 +81,7 @@ class Scenario:
     walls: tuple[Rectangle, ...] = ()
 
     def __post_init__(self) -> None:
-        positive = ("sequences", "frames", "dt", "step", "speed_mean", "least_way")
+        positive = ("sequences", "frames", "dt", "step", "turn_rate", "speed_mean", "least_way")
         if bad := [name for name in positive if not getattr(self, name) > 0]:
             raise ValueError(f"{bad[0]} must be above 0, not {getattr(self, bad[0])}")
         if not self.people or min(self.people) < 2:

@@ -13,7 +13,6 @@ from vbbench.scene import Scene
 from vbbench.simulation import Engine, Simulation
 from vbbench_generators.corruption import Corruption, corruption_of
 from vbbench_generators.eligibility import Span
-from vbbench_generators.heading import limit_turns
 from vbbench_generators.option_checks import check_options
 from vbbench_generators.planning import HEIGHT_MEAN
 from vbbench_generators.scenario import Scenario, get_scenario
@@ -35,7 +34,6 @@ class SimulationPlan:
     engine: Engine
     look: Look
     corruption: Corruption
-    turn_rate: float | None = None
     limit: int | None = None
 
     @property
@@ -61,12 +59,11 @@ class SimulationPlan:
         )
         scene = drawn.scene.with_heights(heights)
         span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
-        heading = drawn.heading if self.turn_rate is None else limit_turns(drawn.heading, scene.dt, self.turn_rate)
         data = view(
             scene,
             span,
             scene.present,
-            heading,
+            drawn.heading,
             info=self.info,
             look=self.look,
             corruption=self.corruption,
@@ -99,8 +96,6 @@ def plan_simulation(
     options: Options,
     default_scenario: str,
     corrupting: Callable[[str], Corruption],
-    *,
-    turn_rate: float | None = None,
     **definition: str | float,
 ) -> SimulationPlan:
     """The plan of a split whose crowds are simulated.
@@ -110,7 +105,6 @@ def plan_simulation(
     card : of the split.
     default_scenario : unless the options name one.
     corrupting : what a tier does to boxes.
-    turn_rate : how fast the camera turns at most, in rad/s; ``None`` = as fast as its bearer's motion changes.
     definition : what else the dataset's definition is to say.
 
     Raises
@@ -140,7 +134,6 @@ def plan_simulation(
             "engine": asked.engine,
             "scenario": asdict(scenario),
             **corruption.definition,
-            **({} if turn_rate is None else {"turn_rate": turn_rate}),
             **definition,
         },
     )
@@ -150,7 +143,6 @@ def plan_simulation(
         engine=asked.engine,
         look=options.look,
         corruption=corruption,
-        turn_rate=turn_rate,
         limit=options.limit,
     )
 

@@ -10,7 +10,7 @@ from vbbench.errors import VbbenchError
 from vbbench.geometry import world_to_relative
 from vbbench.scene import Scene
 from vbbench.simulation import Engine
-from vbbench_generators.heading import causal_headings
+from vbbench_generators.heading import causal_headings, limit_turns
 from vbbench_generators.scenario import Scenario
 from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
 from vbbench_generators.spawning import draw_crowd
@@ -24,7 +24,7 @@ STUCK_TIME, STUCK_SPEED = 2.0, 0.1
 
 @dataclass(frozen=True)
 class ObservedScene:
-    """A scene and who observes it: a column of the scene, and where that person walks, [T] in rad."""
+    """A scene and who observes it: a column of the scene, and where that person looks, [T] in rad."""
 
     scene: Scene
     observer: int
@@ -63,9 +63,10 @@ def draw_scene(
             continue
         headings = causal_headings(positions, scenario.dt)
         for observer in candidates:
-            seen = _count_seen(positions, headings[:, observer], height, observer, camera)
+            ahead = limit_turns(headings[:, observer], scenario.dt, scenario.turn_rate)
+            seen = _count_seen(positions, ahead, height, observer, camera)
             if seen.min() >= scenario.min_seen and seen.max() > 0:
-                return ObservedScene(_as_scene(scenario, positions), int(observer), headings[:, observer])
+                return ObservedScene(_as_scene(scenario, positions), int(observer), ahead)
     raise VbbenchError(
         f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds somebody was stuck, or nobody "
         f"saw {scenario.min_seen} others all the time; ask for another number of people, or another camera"

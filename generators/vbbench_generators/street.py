@@ -8,8 +8,6 @@ from vbbench_generators.corruption import corruption_of
 from vbbench_generators.sim import SimulationPlan, plan_simulation
 
 SCENARIO = "street"
-TURN_RATE = 3.0
-"""How fast the camera turns at most, in rad/s: people take about a second to turn round."""
 
 
 class StreetSplit:
@@ -36,4 +34,4 @@ class StreetSplit:
             raise VbbenchError(f"street is the scenario '{SCENARIO}'; --scenario is for the split 'sim'")
         source = {"ideal": "cline", "noisy": "cline"}.get(options.tier, options.tier)
         corrupting = partial(corruption_of, whole=True)
-        return plan_simulation(self.card, options, SCENARIO, corrupting, turn_rate=TURN_RATE, input=source)
+        return plan_simulation(self.card, options, SCENARIO, corrupting, input=source)
