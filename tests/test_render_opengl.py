@@ -185,6 +185,8 @@ def test_the_observer_is_not_drawn_and_neither_is_anybody_absent(draw: Any) -> N
     scene = people_at((0.0, 0.0), (0.0, 4.0), (np.nan, np.nan))
     assert set(np.unique(draw(scene, observer=100).ids)) == {NOBODY, 107}
     assert set(np.unique(draw(scene, ROUND, observer=107).ids)) >= {NOBODY}
+    with pytest.raises(VbbenchError, match="no person 101"):
+        draw(scene, observer=101)
 
 
 def test_people_close_to_the_lens_are_cut_and_not_torn(draw: Any) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
 from vbbench.renderer import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
@@ -140,6 +141,14 @@ def test_pictures_of_other_backends_are_read_the_same_way() -> None:
     assert again.visible[0] == 0.0
     assert again.visible[1] == seen.visible[1]
     assert np.array_equal(again.box[1], seen.box[1])
+
+
+def test_an_observer_who_is_not_in_the_scene_is_refused() -> None:
+    scene = crowd([(3.0, 0.0), (5.0, 0.0)])
+    picture, _ = look(scene, SMALL)
+    for nobody in (1, 3, 99):
+        with pytest.raises(VbbenchError, match=f"no person {nobody}; its people are 2, 5"):
+            Onlooker(scene, Walkers(scene, 0)).look(picture, 2, SMALL, ORIGIN, observer=nobody)
 
 
 def test_arrays_of_a_view_fit_together() -> None:

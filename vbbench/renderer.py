@@ -54,6 +54,11 @@ class Renderer(Protocol):
         camera : perspective or panorama; see `picture_size`.
         pose : [3] (x, y, yaw) in m and rad.
         observer : id of the person who carries the camera, who is not drawn.
+
+        Raises
+        ------
+        VbbenchError
+            If the scene has no such observer, or the camera cannot be rendered.
         """
 
     def close(self) -> None:

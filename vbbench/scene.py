@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.errors import VbbenchError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +48,26 @@ class Scene:
         """[T, K] whether a person is there."""
         return ~np.isnan(self.positions[..., 0])
 
+    def column_of(self, person: int) -> int:
+        """Where among the people [K] somebody stands.
+
+        Raises
+        ------
+        VbbenchError
+            If nobody has this id.
+        """
+        column = int(np.searchsorted(self.people, person))
+        if column == len(self.people) or self.people[column] != person:
+            raise VbbenchError(f"scene '{self.name}' has no person {person}; its people are {_listed(self.people)}")
+        return column
+
     def with_heights(self, heights: ArrayLike) -> "Scene":
         """The same scene with heights [K] in m."""
         return replace(self, heights=np.asarray(heights, dtype=np.float64))
+
+
+def _listed(people: IntArray) -> str:
+    """Ids in words: all of a few, else the ends."""
+    if len(people) > 8:
+        return f"{people[0]} … {people[-1]}"
+    return ", ".join(map(str, people)) or "none"

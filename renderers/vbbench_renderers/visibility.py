@@ -73,9 +73,15 @@ class Onlooker:
     def look(
         self, picture: Picture, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None
     ) -> Seen:
-        """Who is seen in a picture; frame, camera, pose and observer as it was rendered."""
+        """Who is seen in a picture; frame, camera, pose and observer as it was rendered.
+
+        Raises
+        ------
+        VbbenchError
+            If the scene has no such observer.
+        """
         rays, eye = camera_rays(camera), eye_transform(camera, pose)
-        without = None if observer is None else int(np.searchsorted(self._scene.people, observer))
+        without = None if observer is None else self._scene.column_of(observer)
         limbs = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), camera.focal, without)
         columns, person = np.unique(limbs.person, return_inverse=True)
         alone = self._count(limbs, person, len(columns), eye, rays, _window(rays, 0, 0))

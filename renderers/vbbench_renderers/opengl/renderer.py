@@ -59,7 +59,7 @@ class OpenGLRenderer:
         if self._context is None:
             raise VbbenchError("this renderer was closed")
         size, pose = picture_size(camera), np.asarray(pose, dtype=np.float64)
-        without = self._column(observer)
+        without = None if observer is None else self._scene.column_of(observer)
         drawn = self._walkers.limbs(frame, pose[:2], camera.focal, without=without)
         here = self._scene.present[frame].copy()
         if without is not None:
@@ -83,12 +83,6 @@ class OpenGLRenderer:
         self._context.release()  # and all that was made in it
         self._context = None
         del self._stage, self._targets
-
-    def _column(self, observer: int | None) -> int | None:
-        if observer is None:
-            return None
-        found = np.nonzero(self._scene.people == observer)[0]
-        return int(found[0]) if len(found) else None
 
     def _frame(self, camera: Camera, size: tuple[int, int], pose: FloatArray) -> dict[str, Any]:
         sky = self._sky

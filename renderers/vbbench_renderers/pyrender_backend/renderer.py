@@ -17,7 +17,6 @@ from vbbench_renderers.mesh import Float32
 from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
 from vbbench_renderers.pyrender_backend.stage import Stage
 from vbbench_renderers.pyrender_backend.views import View, resample, views_of
-from vbbench_renderers.raster.renderer import column_of
 
 Layers = tuple[NDArray[np.uint8], Float32, NDArray[Any]]
 
@@ -50,7 +49,8 @@ class PyrenderRenderer:
             raise VbbenchError("this renderer was closed")
         width, height = picture_size(camera)
         pose = np.asarray(pose, np.float64)
-        self._stage.set_people(frame, pose, camera.focal, column_of(self._scene, observer))
+        without = None if observer is None else self._scene.column_of(observer)
+        self._stage.set_people(frame, pose, camera.focal, without)
         if isinstance(camera, PerspectiveCamera):
             rgb, depth, ids = self._shoot(camera, pose)
             return Picture(rgb=rgb, depth=depth, ids=ids)

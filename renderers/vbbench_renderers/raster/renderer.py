@@ -1,11 +1,9 @@
 """Backend ``raster``: pictures on processors alone."""
 
-import numpy as np
 from numba import get_num_threads
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError
 from vbbench.renderer import Picture
 from vbbench.scene import Scene
 from vbbench_renderers.raster.drawer import Drawer
@@ -37,23 +35,8 @@ class RasterRenderer:
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
         """See `vbbench.renderer.Renderer`."""
-        return self._drawer.draw(frame, camera, pose, self._scene, column_of(self._scene, observer))
+        without = None if observer is None else self._scene.column_of(observer)
+        return self._drawer.draw(frame, camera, pose, self._scene, without)
 
     def close(self) -> None:
         """Nothing is held."""
-
-
-def column_of(scene: Scene, observer: int | None) -> int | None:
-    """The scene's column of a person.
-
-    Raises
-    ------
-    VbbenchError
-        If nobody has this id.
-    """
-    if observer is None:
-        return None
-    column = int(np.searchsorted(scene.people, observer))
-    if column == len(scene.people) or scene.people[column] != observer:
-        raise VbbenchError(f"scene '{scene.name}' has no person {observer}")
-    return column
