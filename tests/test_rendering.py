@@ -291,6 +291,15 @@ def test_a_stride_that_cannot_be_is_refused(panorama, oracle, tmp_path, every):
         detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, every=every, backend=BY_FLAT)
 
 
+def test_an_unknown_tracker_is_found_before_anything_is_drawn(panorama, oracle, tmp_path):
+    drawn = []
+    with pytest.raises(VbbenchError, match="no tracker is called 'bite'; did you mean 'byte'"):
+        detect_to_file(
+            panorama, 0, tmp_path / "out.txt", detector=oracle, tracker="bite", backend=BY_FLAT, announce=drawn.append
+        )
+    assert not drawn
+
+
 def test_hog_finds_nobody_where_nobody_is_and_keeps_the_best_window(panorama):
     from vbbench_renderers.hog import HogDetector, _best
 

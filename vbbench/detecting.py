@@ -10,7 +10,7 @@ from vbbench.arrays import IntArray
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.dataset import Dataset
-from vbbench.detector import Detections, Detector, TrackerFactory
+from vbbench.detector import Detections, Detector, Tracker, TrackerFactory
 from vbbench.errors import VbbenchError
 from vbbench.matching import match_boxes
 from vbbench.mot.file import UNLINKED, MotRows, write_mot
@@ -83,6 +83,7 @@ def detect_to_file(
     sequence, finder = dataset.sequence(number), _make_detector(detector)
     camera, frames = dataset.info.camera, range(0, sequence.frames, every)
     period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
+    linking = None if tracker is None else _make_tracker(tracker, every * dataset.info.dt, period)
     found: list[Detections] = []
     with (
         open_renderer(backend or Backend(), scene_of(dataset, sequence.scene), announce) as renderer,
@@ -91,8 +92,7 @@ def detect_to_file(
         for picture in pictures(dataset, sequence, renderer, frames):
             found.append(finder.detect(picture.rgb, period))
             bar.update()
-    linked = None if tracker is None else _link(found, tracker, every * dataset.info.dt, period)
-    write_mot(Path(out), _rows(frames, linked or [(np.full(len(one.scores), UNLINKED), one) for one in found]))
+    write_mot(Path(out), _rows(frames, [_linked(one, linking) for one in found]))
     tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
     return sum(tallies, start=Tally())
 
@@ -106,11 +106,14 @@ def _make_detector(name: str) -> Detector:
     return made
 
 
-def _link(found: list[Detections], name: str, dt: float, period: float | None) -> list[tuple[IntArray, Detections]]:
-    """Ids and boxes of the tracks in each frame."""
+def _make_tracker(name: str, dt: float, period: float | None) -> Tracker:
     factory: TrackerFactory = load("tracker", name)
-    tracker = factory(dt=dt, period=period)
-    return [tracker.step(one) for one in found]
+    return factory(dt=dt, period=period)
+
+
+def _linked(found: Detections, tracker: Tracker | None) -> tuple[IntArray, Detections]:
+    """Ids and boxes of the tracks in the next frame, or detections that nobody linked."""
+    return (np.full(len(found.scores), UNLINKED), found) if tracker is None else tracker.step(found)
 
 
 def _rows(frames: range, found: list[tuple[IntArray, Detections]]) -> MotRows:
