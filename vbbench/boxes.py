@@ -26,11 +26,16 @@ def observations_of(boxes: FloatArray, camera: Camera) -> FloatArray:
     return np.stack([camera.wrap_column(left + 0.5 * width), top + 0.5 * height, height], axis=-1)
 
 
+def period_of(camera: Camera) -> float | None:
+    """Width in px of a picture that closes on itself, a panorama's; ``None`` for one with borders."""
+    return float(camera.width) if isinstance(camera, PanoramaCamera) else None
+
+
 def cut_to_picture(boxes: FloatArray, camera: Camera) -> FloatArray:
     """What of the boxes [..., 4] lies in the camera's picture; a panorama has no left and right border."""
     width, height = picture_size(camera)
     left, top, right, bottom = _edges(boxes)
-    if not isinstance(camera, PanoramaCamera):
+    if period_of(camera) is None:
         left, right = np.clip(left, 0.0, width), np.clip(right, 0.0, width)
     top, bottom = np.clip(top, 0.0, height), np.clip(bottom, 0.0, height)
     return np.stack([left, top, right - left, bottom - top], axis=-1)
@@ -42,7 +47,7 @@ def overlaps(first: FloatArray, second: FloatArray, period: float | None = None)
     Parameters
     ----------
     first, second : (left, top, width, height) in px.
-    period : width of a picture that closes on itself, a panorama's; ``None`` for one with borders.
+    period : of the camera; see `period_of`.
     """
     a, b = first[:, None], second[None]
     apart = b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2]

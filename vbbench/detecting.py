@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.arrays import IntArray
-from vbbench.boxes import rectangles
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.boxes import period_of, rectangles
+from vbbench.camera import Camera
 from vbbench.dataset import Dataset
 from vbbench.detector import Detections, Detector, Tracker, TrackerFactory
 from vbbench.errors import VbbenchError
@@ -82,7 +82,7 @@ def detect_to_file(
         raise VbbenchError(f"--every is a number of frames, 1 or more, not {every}")
     sequence, finder = dataset.sequence(number), _make_detector(detector)
     camera, frames = dataset.info.camera, range(0, sequence.frames, every)
-    period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
+    period = period_of(camera)
     linking = None if tracker is None else _make_tracker(tracker, every * dataset.info.dt, period)
     found: list[Detections] = []
     with (

@@ -3,8 +3,8 @@
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.boxes import cut_to_picture, overlaps, rectangles
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.boxes import cut_to_picture, overlaps, period_of, rectangles
+from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
 
 LEAST_OVERLAP = 0.5
@@ -36,8 +36,7 @@ def match_boxes(
     """
     from scipy.optimize import linear_sum_assignment
 
-    period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
-    shared = overlaps(cut_to_picture(found, camera), cut_to_picture(true, camera), period)
+    shared = overlaps(cut_to_picture(found, camera), cut_to_picture(true, camera), period_of(camera))
     shared[shared < least] = 0.0
     rows, columns = linear_sum_assignment(shared, maximize=True)
     paired = shared[rows, columns] > 0.0

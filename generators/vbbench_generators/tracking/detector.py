@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.boxes import overlaps
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.boxes import overlaps, period_of
+from vbbench.camera import Camera
 from vbbench.renderer import picture_size
 from vbbench_generators.tracking.association import from_centres
 from vbbench_generators.tracking.settings import DetectorModel
@@ -45,7 +45,7 @@ def detect(
     boxes, scores = _found(people, model, dt, rng)
     alarms = _false_alarms(model, camera, dt, watched, rng)
     merging = rng.random((len(boxes), boxes.shape[1]))
-    period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
+    period = period_of(camera)
     for frame in range(len(boxes)):
         there = np.flatnonzero(~np.isnan(scores[frame]))
         found, sure = boxes[frame, there], scores[frame, there]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.boxes import rectangles
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.boxes import period_of, rectangles
+from vbbench.camera import Camera
 from vbbench.matching import match_tracks
 from vbbench_generators.occlusion import Outline, Showing
 from vbbench_generators.tracking.association import from_centres
@@ -49,9 +49,13 @@ def track_people(
     boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = not there to be seen, or not in the picture.
     showing : what shows of them.
     people : [P] their ids.
+    camera, dt : whose pictures they are, and seconds a frame.
     watched : [T] frames in which anything may be seen.
+    settings : how detector and tracker work.
+    outline : everybody's, as in ``showing``.
+    rng : the sequence's random numbers.
     """
-    period = float(camera.width) if isinstance(camera, PanoramaCamera) else None
+    period = period_of(camera)
     there = showing.visible >= settings.detector.least_visible
     boxes = np.where(there[..., None], boxes, np.nan)
     whole = rectangles(boxes, settings.detector.aspect)
