@@ -10,6 +10,7 @@ import pytest
 
 from tests.flat_renderer import FlatRenderer
 from tests.make_dataset import Crowd, write_dataset
+from vbbench.boxes import suppress
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.dataset import Dataset
@@ -300,13 +301,17 @@ def test_an_unknown_tracker_is_found_before_anything_is_drawn(panorama, oracle, 
     assert not drawn
 
 
-def test_hog_finds_nobody_where_nobody_is_and_keeps_the_best_window(panorama):
-    from vbbench_renderers.hog import HogDetector, _best
+def test_hog_finds_nobody_where_nobody_is():
+    from vbbench_renderers.hog import HogDetector
 
     found = HogDetector().detect(np.full((240, 320, 3), 127, np.uint8))
     assert found.boxes.shape == (0, 4)
+
+
+def test_of_boxes_that_overlap_only_the_best_is_kept_round_the_seam_too():
     boxes = np.array([[0, 0, 30, 90], [2, 0, 30, 90], [100, 0, 30, 90], [1300, 0, 30, 90]], float)
-    assert _best(boxes, np.array([1.0, 2.0, 0.5, 0.1]), 1300.0) == [1, 2]
+    assert suppress(boxes, np.array([1.0, 2.0, 0.5, 0.1]), 0.4, 1300.0).tolist() == [1, 2]
+    assert suppress(boxes, np.array([1.0, 2.0, 0.5, 0.1]), 0.4).tolist() == [1, 2, 3]
 
 
 @pytest.mark.parametrize("backend", ["raster"])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.renderer import picture_size
 
@@ -60,6 +60,25 @@ def overlaps(first: FloatArray, second: FloatArray, period: float | None = None)
     found = np.zeros(shared.shape)
     np.divide(shared, union, out=found, where=union > 0.0)
     return found
+
+
+def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, period: float | None = None) -> IntArray:
+    """Non-maximum suppression: indices of the boxes left, best first, when of two that overlap the worse goes.
+
+    Parameters
+    ----------
+    boxes : [N, 4] (left, top, width, height) in px.
+    scores : [N], the higher the better.
+    overlap : intersection over union beyond which the worse goes.
+    period : of the camera; see `period_of`.
+    """
+    order = np.argsort(-scores, kind="stable")
+    shared = overlaps(boxes[order], boxes[order], period) > overlap
+    kept = np.ones(len(order), bool)
+    for row in np.flatnonzero(np.triu(shared, k=1).any(axis=1)):
+        if kept[row]:
+            kept[row + 1 :] &= ~shared[row, row + 1 :]
+    return np.asarray(order[kept], np.int64)
 
 
 def _edges(boxes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.arrays import FloatArray
-from vbbench.boxes import overlaps
+from vbbench.boxes import suppress
 from vbbench.detector import Detections
 from vbbench.errors import VbbenchError
 
@@ -53,7 +53,7 @@ class HogDetector:
         boxes = _inside(np.asarray(windows, dtype=np.float64).reshape(-1, 4) / ENLARGE)
         margins = np.asarray(weights, dtype=np.float64).reshape(-1)
         scores = 1.0 / (1.0 + np.exp(-MARGIN_STEEPNESS * (margins - EVEN_MARGIN)))
-        kept = _best(boxes, scores, period)
+        kept = suppress(boxes, scores, SAME, period)
         return Detections(boxes=boxes[kept], scores=scores[kept])
 
 
@@ -63,13 +63,3 @@ def _inside(windows: FloatArray) -> FloatArray:
     return np.stack(
         [left + _BESIDE * width, top + _ABOVE * height, (1 - 2 * _BESIDE) * width, (1 - 2 * _ABOVE) * height], axis=-1
     )
-
-
-def _best(boxes: FloatArray, scores: FloatArray, period: float | None) -> list[int]:
-    """Indices of the boxes that no better one overlaps, best first."""
-    shared = overlaps(boxes, boxes, period)
-    kept: list[int] = []
-    for index in np.argsort(-scores, kind="stable").tolist():
-        if not (shared[index, kept] > SAME).any():
-            kept.append(index)
-    return kept

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.boxes import overlaps, period_of
+from vbbench.arrays import BoolArray, FloatArray
+from vbbench.boxes import overlaps, period_of, suppress
 from vbbench.camera import Camera
 from vbbench.renderer import picture_size
 from vbbench_generators.tracking.association import from_centres
@@ -52,7 +52,7 @@ def detect(
         found, sure = _merge(found, sure, people.boxes[frame, there], merging[frame, there], model, period)
         found = np.concatenate([found, alarms[frame].boxes])
         sure = np.concatenate([sure, alarms[frame].scores])
-        kept = _suppress(found, sure, model.suppress_overlap, period)
+        kept = suppress(from_centres(found), sure, model.suppress_overlap, period)
         yield Detections(found[kept], sure[kept])
 
 
@@ -115,18 +115,6 @@ def _about(first: FloatArray, second: FloatArray, period: float | None) -> Float
     low = np.minimum(a[:2] - 0.5 * a[2:], b[:2] - 0.5 * b[2:])
     high = np.maximum(a[:2] + 0.5 * a[2:], b[:2] + 0.5 * b[2:])
     return np.concatenate([0.5 * (low + high), high - low])
-
-
-def _suppress(boxes: FloatArray, scores: FloatArray, overlap: float, period: float | None) -> IntArray:
-    """Indices of the detections left when of two that overlap too much the worse goes, best first."""
-    order = np.argsort(-scores, kind="stable")
-    rectangles = from_centres(boxes[order])
-    shared = overlaps(rectangles, rectangles, period) > overlap
-    kept = np.ones(len(order), bool)
-    for row in np.flatnonzero(np.triu(shared, k=1).any(axis=1)):
-        if kept[row]:
-            kept[row + 1 :] &= ~shared[row, row + 1 :]
-    return np.asarray(order[kept], np.int64)
 
 
 def _false_alarms(
