@@ -10,7 +10,7 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, IntArray
 from vbbench.errors import UnknownNameError
-from vbbench.sequence import Given
+from vbbench.sequence import Given, Truth
 
 START_FRAMES = 2
 """Frames 0 and 1 are given under every protocol and never scored."""
@@ -68,6 +68,18 @@ def get_protocol(name: str) -> Protocol:
         raise UnknownNameError("protocol", name, PROTOCOLS)
     values: dict[str, Any] = tomllib.loads((files("vbbench") / "protocols" / f"{name}.toml").read_text("utf-8"))
     return Protocol(**values)
+
+
+def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
+    """What `sequential` gives: the first two poses, and each track's first two visible frames, from [T, K].
+
+    Of tracks those frames count in which somebody is behind them.
+    """
+    first_two = observed & (np.cumsum(observed, axis=0) <= START_FRAMES)
+    first_poses = np.arange(len(truth.poses))[:, None] < START_FRAMES
+    positions = np.full(truth.positions.shape, np.nan)
+    positions[first_two] = truth.positions[first_two]
+    return Given(poses=np.where(first_poses, truth.poses, np.nan), positions=positions)
 
 
 def scored_frames(observed: BoolArray) -> BoolArray:

@@ -7,9 +7,9 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.generator import Look, SequenceData
-from vbbench.protocol import START_FRAMES
+from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence import Sequence, Truth
 from vbbench_generators.corruption import Corruption
 from vbbench_generators.eligibility import Span
 from vbbench_generators.heading import wandering_look
@@ -90,15 +90,3 @@ def _without_unseen(sequence: Sequence, truth: Truth) -> SequenceData:
         )
         truth = replace(truth, positions=truth.positions[:, kept], heights=truth.heights[kept])
     return SequenceData(sequence=sequence, truth=truth)
-
-
-def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
-    """What `sequential` gives: the first two poses, and each track's first two visible frames, from [T, K].
-
-    Of tracks those frames count in which somebody is behind them.
-    """
-    first_two = observed & (np.cumsum(observed, axis=0) <= START_FRAMES)
-    first_poses = np.arange(len(truth.poses))[:, None] < START_FRAMES
-    positions = np.full(truth.positions.shape, np.nan)
-    positions[first_two] = truth.positions[first_two]
-    return Given(poses=np.where(first_poses, truth.poses, np.nan), positions=positions)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.arrays import FloatArray, IntArray
 from vbbench.boxes import observations_of
 from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
@@ -18,10 +18,10 @@ from vbbench.generation import write_dataset
 from vbbench.generator import SequenceData
 from vbbench.matching import LEAST_FRAMES, LEAST_OVERLAP, NOBODY, lasting_tracks, match_tracks, true_rectangles
 from vbbench.mot.file import UNLINKED, MotRows, read_mot
-from vbbench.protocol import START_FRAMES
+from vbbench.protocol import arrivals_given
 from vbbench.rendering import scene_of, silent
 from vbbench.scene import Scene
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence import Sequence, Truth
 from vbbench.tables import check_free, file_sha256
 
 REVISION = 1
@@ -142,7 +142,7 @@ class TrackedPlan:
             tracks=tracks[kept],
             observations=observations_of(boxes[:, kept], camera),
             visible=visible[:, kept],
-            given=_given(truth, persons != NOBODY),
+            given=arrivals_given(truth, persons != NOBODY),
         )
         return SequenceData(sequence=sequence, truth=truth, persons=persons, scene=None if self._shared else scene)
 
@@ -200,11 +200,3 @@ def _truth(scene: Scene, frames: slice, poses: FloatArray, persons: IntArray) ->
     first = known.argmax(axis=0)
     heights = scene.heights[columns[first, np.arange(persons.shape[1])]]
     return Truth(poses=poses, positions=np.where(known[..., None], path, np.nan), heights=heights)
-
-
-def _given(truth: Truth, known: BoolArray) -> Given:
-    """The first two poses, and each track's first two frames in which it is somebody ([T, K])."""
-    early = known & (np.cumsum(known, axis=0) <= START_FRAMES)
-    first = np.arange(len(truth.poses))[:, None] < START_FRAMES
-    poses = np.where(first, truth.poses, np.nan)
-    return Given(poses=poses, positions=np.where(early[..., None], truth.positions, np.nan))
