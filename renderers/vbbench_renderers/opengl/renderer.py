@@ -17,7 +17,7 @@ from vbbench_renderers.opengl.probing import find_device
 from vbbench_renderers.opengl.stage import Stage
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
+from vbbench_renderers.surroundings import surroundings_of
 
 if TYPE_CHECKING:
     import moderngl
@@ -39,8 +39,7 @@ class OpenGLRenderer:
         find_device()  # a broken driver must not take this process down
         self._scene = scene
         self._walkers = Walkers(scene, seed)
-        area = walking_area(scene)
-        around = build_surroundings(area, seed) if surroundings else plain_surroundings(area)
+        around = surroundings_of(scene, seed, plain=not surroundings)
         self._ids = np.append(scene.people, NOBODY).astype(np.int32)  # the last is column −1
         self._sky = around.sky
         self._context: moderngl.Context | None = open_context()

@@ -17,7 +17,7 @@ from vbbench_renderers.raster.crowd import joined_library, joined_limbs
 from vbbench_renderers.raster.light import light_table, sky_picture, srgb_table
 from vbbench_renderers.raster.parts import join_parts
 from vbbench_renderers.raster.rays import NEAR, camera_rays, eye_transform
-from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
+from vbbench_renderers.surroundings import surroundings_of
 
 FAR = 1000.0
 _AXES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
@@ -28,8 +28,7 @@ class Stage:
 
     def __init__(self, scene: Scene, seed: int, surroundings: bool) -> None:
         self._pyrender = load_pyrender()
-        area = walking_area(scene)
-        around = build_surroundings(area, seed) if surroundings else plain_surroundings(area)
+        around = surroundings_of(scene, seed, plain=not surroundings)
         self._people = Walkers(scene, seed)
         self._parts = join_parts(joined_library(self._people))
         self._light, self._table = light_table(around.sky), srgb_table()

@@ -21,12 +21,10 @@ class RasterRenderer:
 
     def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
         from vbbench_renderers.people import Walkers
-        from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
+        from vbbench_renderers.surroundings import surroundings_of
 
-        area = walking_area(scene)
-        around = build_surroundings(area, seed) if surroundings else plain_surroundings(area)
         self._scene = scene
-        self._drawer = Drawer(Walkers(scene, seed), around)
+        self._drawer = Drawer(Walkers(scene, seed), surroundings_of(scene, seed, plain=not surroundings))
 
     @property
     def device(self) -> str:

@@ -28,6 +28,12 @@ def walking_area(scene: Scene, margin: float = 1.0) -> Area:
     return (*(middle - half).tolist(), *(middle + half).tolist())
 
 
+def surroundings_of(scene: Scene, seed: int, *, plain: bool) -> Surroundings:
+    """What stands around the people of a scene; ``plain`` for ground and sky only."""
+    area = walking_area(scene)
+    return plain_surroundings(area) if plain else build_surroundings(area, seed)
+
+
 @lru_cache(maxsize=4)
 def build_surroundings(area: Area, seed: int) -> Surroundings:
     """Ground, houses, trees and furniture around a walking area; the same for the same area and seed."""
