@@ -63,12 +63,6 @@ def draw_box(canvas: Canvas, box: FloatArray, colour: Colour, width: int) -> Non
     cv2.rectangle(canvas, corners[0].tolist(), corners[1].tolist(), colour, width, cv2.LINE_AA, _BITS)
 
 
-def draw_diamond(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> None:
-    """Outline a square that stands on a corner."""
-    around = np.asarray(centre) + radius * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)], dtype=np.float64)
-    cv2.polylines(canvas, [_fixed(around)], True, colour, 1, cv2.LINE_AA, _BITS)
-
-
 def draw_text(
     canvas: Canvas,
     text: str,

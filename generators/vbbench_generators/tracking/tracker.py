@@ -12,7 +12,7 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench_generators.tracking.association import associate
-from vbbench_generators.tracking.kalman import Beliefs, begin, correct, predict
+from vbbench_generators.tracking.kalman import begin, correct, predict
 from vbbench_generators.tracking.settings import TrackerSettings
 
 HEIGHT = 3
@@ -111,5 +111,5 @@ class Tracker:
         return Found(ids, detections.boxes[new], detections.scores[new])
 
     def _keep(self, rows: BoolArray) -> None:
-        self._beliefs = Beliefs(self._beliefs.mean[rows], self._beliefs.spread[rows])
+        self._beliefs = self._beliefs.take(rows)
         self._ids, self._confirmed, self._unseen = self._ids[rows], self._confirmed[rows], self._unseen[rows]

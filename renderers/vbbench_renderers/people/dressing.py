@@ -9,7 +9,7 @@ from vbbench_renderers.people.palette import linear
 from vbbench_renderers.people.wardrobe import Outfit
 
 MID_ARM, MID_FOREARM, WRIST = (0.0, 0.0, -0.5 * UPPER_ARM), (0.0, 0.0, -0.5 * FOREARM), (0.0, 0.0, -FOREARM)
-MID_THIGH, MID_SHIN, WAIST = (0.0, 0.0, -0.5 * THIGH), (0.0, 0.0, -0.5 * SHIN), (0.0, 0.0, 0.0)
+MID_THIGH, MID_SHIN = (0.0, 0.0, -0.5 * THIGH), (0.0, 0.0, -0.5 * SHIN)
 PATTERN_OF = {
     "plain": Pattern.PLAIN,
     "rings": Pattern.RINGS,
