@@ -38,6 +38,11 @@ def test_library_code_never_asks_leaves_or_asserts(name: str) -> None:
     assert not any(isinstance(node, ast.Assert) for node in ast.walk(tree(name)))
 
 
+@pytest.mark.parametrize("name", [name for name in MODULES if name.partition(".")[0] == "vbbench"])
+def test_the_core_names_no_plugin_package(name: str) -> None:
+    assert not re.search("|".join(PACKAGES[1:]), inspect.getsource(MODULES[name]))
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_no_default_argument_is_made_once_for_all(name: str) -> None:
     for node in ast.walk(tree(name)):

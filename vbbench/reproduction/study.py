@@ -7,7 +7,7 @@ from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Tier
 from vbbench.protocol import get_protocol
-from vbbench.registry import load, make_solver
+from vbbench.registry import load, make_solver, registered
 from vbbench.simulation import Simulation
 
 SPLIT = "sim"
@@ -16,7 +16,8 @@ SIGMAS = (0.0, 0.01, 0.03, 0.05, 0.07)
 PEOPLE = (10, 20, 30, 40, 50)
 """K of the paper's figure."""
 
-_MODULE = "vbbench_baselines.social_force_birdifier"
+_MODULE = registered("solver")["vb-sf"].module
+"""Where the variants of vb-sf are; only its entry point names the package."""
 SOLVERS = {
     "vb-sf": "vb-sf as it is: heights learned from the given positions",
     f"{_MODULE}:PriorHeights": "vb-sf with heights from the prior only",
