@@ -25,6 +25,15 @@ if TYPE_CHECKING:
 PART_SIZE = 32
 """Sequences a part: large enough to outweigh its overhead, small enough that an interruption loses little."""
 
+PATIENCE = 5.0
+"""Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
+
+HELD = 64
+"""Parts that may be held in memory: those after them are kept in files, however soon they are made."""
+
+NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
+"""Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
@@ -38,15 +47,6 @@ class Part:
         """By table the columns that any of its row groups has."""
         return {name: {c for group in groups for c in group.column_names} for name, groups in self.groups.items()}
 
-
-PATIENCE = 5.0
-"""Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
-
-HELD = 64
-"""Parts that may be held in memory: those after them are kept in files, however soon they are made."""
-
-NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
-"""Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
 
 Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
