@@ -3,6 +3,7 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
+from vbbench_generators.noise import wandering
 
 SMOOTHING_TIME = 0.8
 """Time constant in s of the exponential smoothing of velocity: about one stride."""
@@ -37,11 +38,7 @@ def causal_headings(positions: FloatArray, dt: float) -> FloatArray:
 
 def wandering_look(frames: int, dt: float, rng: np.random.Generator) -> FloatArray:
     """A slow random head turn in rad, [T]: an Ornstein–Uhlenbeck process of `WANDER_STD` and `WANDER_TIME`."""
-    keep = np.exp(-dt / WANDER_TIME)
-    turn = WANDER_STD * rng.standard_normal(frames)
-    for t in range(1, frames):
-        turn[t] = keep * turn[t - 1] + np.sqrt(1.0 - keep**2) * turn[t]
-    return turn
+    return WANDER_STD * wandering((frames,), WANDER_TIME, dt, rng)
 
 
 def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:

@@ -10,6 +10,7 @@ from vbbench.arrays import BoolArray, FloatArray
 from vbbench.boxes import overlaps, period_of, suppress
 from vbbench.camera import Camera
 from vbbench.renderer import picture_size
+from vbbench_generators.noise import wandering
 from vbbench_generators.tracking.association import from_centres
 from vbbench_generators.tracking.settings import DetectorModel
 from vbbench_generators.tracking.tracker import Detections
@@ -59,15 +60,6 @@ def detect(
 def log_odds(heights: FloatArray, visible: FloatArray, model: DetectorModel) -> FloatArray:
     """Mean log-odds of scores of people so many px high who show so much."""
     return model.score_best - model.score_small / heights - model.score_hidden * (1.0 - visible)
-
-
-def wandering(shape: tuple[int, ...], memory: float, dt: float, rng: np.random.Generator) -> FloatArray:
-    """Standard normal numbers correlated over time, the first axis, with e^(−t/``memory``)."""
-    numbers = rng.standard_normal(shape)
-    kept = np.exp(-dt / memory)
-    for t in range(1, len(numbers)):
-        numbers[t] = kept * numbers[t - 1] + np.sqrt(1.0 - kept**2) * numbers[t]
-    return numbers
 
 
 def _found(people: Visible, model: DetectorModel, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
