@@ -30,6 +30,14 @@ class Pattern(IntEnum):
 
 RINGS_PER_M, STRIPES_ROUND, CHECKS_PER_M = 12.0, 16.0, 14.0
 
+SHADOW_HALF_WIDTH, SHADOW_AHEAD = 16.0, 12.0
+"""Half the width (m) of the square in which people throw shadows, and how far it lies ahead of a camera that looks one
+way."""
+LARGEST_SHADOW_HALF_WIDTH = 80.0
+"""Half the width (m) of the same for what does not move, at most."""
+SHADOW_TEXELS, FIXED_SHADOW_TEXELS = 1024, 2048
+"""Width of the shadow maps of people and of what does not move."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Limbs:

@@ -5,17 +5,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench_renderers.drawing import (
+    FIXED_SHADOW_TEXELS,
+    LARGEST_SHADOW_HALF_WIDTH,
+    SHADOW_AHEAD,
+    SHADOW_HALF_WIDTH,
+    SHADOW_TEXELS,
+)
 from vbbench_renderers.mesh import Float32
 
 if TYPE_CHECKING:
     import moderngl
 
-HALF_WIDTH = 16.0
-"""m around its centre in which people throw shadows."""
-AHEAD = 12.0
-"""m by which that centre lies ahead of a camera that looks one way."""
-TEXELS, FIXED_TEXELS = 1024, 2048
-LARGEST_HALF_WIDTH = 80.0
 FOOT_HEIGHT = 0.3
 """Limbs below this height (m) darken the ground under them."""
 PENUMBRA = 1.5
@@ -27,9 +28,9 @@ class Shadows:
 
     def __init__(self, context: "moderngl.Context") -> None:
         self._context = context
-        self._maps = [_depth_map(context, TEXELS), _depth_map(context, FIXED_TEXELS)]
+        self._maps = [_depth_map(context, SHADOW_TEXELS), _depth_map(context, FIXED_SHADOW_TEXELS)]
         self._targets = [context.framebuffer(depth_attachment=part) for part in self._maps]
-        self._ground = context.texture((TEXELS, TEXELS), 2)
+        self._ground = context.texture((SHADOW_TEXELS, SHADOW_TEXELS), 2)
         self._ground.repeat_x = self._ground.repeat_y = False
         self._ground_target = context.framebuffer(self._ground)
 
@@ -101,14 +102,15 @@ def _round(centres: Float32, radius: float, strength: NDArray[np.floating[Any]])
 def fixed_window(vertices: Float32) -> Float32:
     """[4] the window of the map of what stands still: its centre, 1 / half width, and the texel in m."""
     least, most = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
-    return window(0.5 * (least + most), min(float((most - least).max()) / 2, LARGEST_HALF_WIDTH), FIXED_TEXELS)
+    half = min(float((most - least).max()) / 2, LARGEST_SHADOW_HALF_WIDTH)
+    return window(0.5 * (least + most), half, FIXED_SHADOW_TEXELS)
 
 
 def people_window(pose: NDArray[np.float64], ahead: bool) -> Float32:
     """[4] the window of people's shadows; it moves by whole texels, so that shadows do not crawl."""
-    centre = pose[:2] + ahead * AHEAD * np.array((np.cos(pose[2]), np.sin(pose[2])))
-    texel = 2.0 * HALF_WIDTH / TEXELS
-    return window(np.round(centre / texel) * texel, HALF_WIDTH, TEXELS)
+    centre = pose[:2] + ahead * SHADOW_AHEAD * np.array((np.cos(pose[2]), np.sin(pose[2])))
+    texel = 2.0 * SHADOW_HALF_WIDTH / SHADOW_TEXELS
+    return window(np.round(centre / texel) * texel, SHADOW_HALF_WIDTH, SHADOW_TEXELS)
 
 
 def window(centre: NDArray[np.floating[Any]], half: float, texels: int) -> Float32:

@@ -9,7 +9,15 @@ from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
 from vbbench.renderer import NOBODY, Picture
 from vbbench.scene import Scene
-from vbbench_renderers.drawing import Limbs, Surroundings
+from vbbench_renderers.drawing import (
+    FIXED_SHADOW_TEXELS,
+    LARGEST_SHADOW_HALF_WIDTH,
+    SHADOW_AHEAD,
+    SHADOW_HALF_WIDTH,
+    SHADOW_TEXELS,
+    Limbs,
+    Surroundings,
+)
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
 from vbbench_renderers.raster.filling import fill
@@ -21,12 +29,6 @@ from vbbench_renderers.raster.shading import Seen, looks_of, shade
 from vbbench_renderers.raster.shadows import ShadowMap, darken_contacts, draw_map
 from vbbench_renderers.raster.smoothing import finish
 from vbbench_renderers.raster.textures import build_textures
-
-SHADOWS_HALF, SHADOWS_AHEAD = 16.0, 12.0
-"""Half the width (m) of the square in which people throw shadows, and how far it lies ahead of the camera."""
-LARGEST_HALF = 80.0
-"""The same for what does not move, at most."""
-SHADOW_TEXELS, STATIC_TEXELS = 1024, 2048
 
 
 class Drawer:
@@ -73,20 +75,20 @@ class Drawer:
     def _people_shadows(self, people: Limbs, pose: FloatArray, around: bool) -> ShadowMap:
         """Shadows near the camera, or near a point ahead of a camera that looks one way."""
         heading = np.array([np.cos(pose[2]), np.sin(pose[2])])
-        centre = np.asarray(pose[:2], np.float64) + (0.0 if around else SHADOWS_AHEAD) * heading
-        near = np.abs(people.transform[:, :2, 3] - centre).max(axis=1, initial=0.0) < SHADOWS_HALF + 2.0
+        centre = np.asarray(pose[:2], np.float64) + (0.0 if around else SHADOW_AHEAD) * heading
+        near = np.abs(people.transform[:, :2, 3] - centre).max(axis=1, initial=0.0) < SHADOW_HALF_WIDTH + 2.0
         chosen = Limbs(**{name: values[near] for name, values in vars(people).items()})
         coarse = chosen.mesh % self._meshes + (self._people.levels - 1) * self._meshes
         sun = self._light[0]
-        shadows = draw_map(self._parts, chosen, coarse, sun, centre, SHADOWS_HALF, SHADOW_TEXELS)
+        shadows = draw_map(self._parts, chosen, coarse, sun, centre, SHADOW_HALF_WIDTH, SHADOW_TEXELS)
         darken_contacts(shadows, chosen)
         return shadows
 
     def _draw_static_shadows(self, vertices: Float32) -> ShadowMap:
         low, high = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
-        half = min(float((high - low).max()) / 2, LARGEST_HALF)
+        half = min(float((high - low).max()) / 2, LARGEST_SHADOW_HALF_WIDTH)
         sun, centre = self._light[0], 0.5 * (low + high)
-        return draw_map(self._parts, self._static, self._static.mesh, sun, centre, half, STATIC_TEXELS)
+        return draw_map(self._parts, self._static, self._static.mesh, sun, centre, half, FIXED_SHADOW_TEXELS)
 
     def _order(self, limbs: Limbs, eye: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
         """Near limbs first."""
