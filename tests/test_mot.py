@@ -22,11 +22,13 @@ from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.matching import NOBODY, match_boxes, match_tracks
 from vbbench.mot import MotRows, export_mot, import_mot, read_mot, write_mot
+from vbbench.mot.importing import PIXEL_STD
 from vbbench.rendering import Backend
 from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench.tables import file_sha256
 from vbbench.verification import verify
+from vbbench_generators.tracking import get_tracking
 
 FROM_ONE = np.array([1.0, 1.0, 0.0, 0.0])
 GOOD = "2,7,101,51,20,60,1,1,0.5"
@@ -216,6 +218,11 @@ def test_a_switch_a_break_and_a_false_alarm_are_told_apart(dataset, tmp_path):
     given = np.flatnonzero(~np.isnan(after.given.positions[:, 1, 0]))
     assert given.tolist() == seen[half : half + 2].tolist()
     assert np.isnan(made.truth(after).positions[seen[0], 1]).all()
+
+
+def test_imported_boxes_are_told_to_be_as_noisy_as_those_of_the_tracker_that_comes_along():
+    settings = get_tracking()
+    assert {"perspective": settings.perspective_std, "panorama": settings.panorama_std} == PIXEL_STD
 
 
 def test_results_beside_the_exported_folders_are_what_counts(dataset, files, tmp_path):
