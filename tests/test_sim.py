@@ -240,6 +240,15 @@ def test_the_forces_of_1995_walk_otherwise(write: Callable[..., Path]) -> None:
     assert not np.array_equal(own.positions[1], other.positions[1])
 
 
+def test_the_library_has_no_other_forces(
+    write: Callable[..., Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = write(SMALL.replace("dt = 0.4", 'dt = 0.4\nforces = "helbing-molnar"'), "mine.toml")
+    asked = ["--scenario", str(path), "--engine", "pysocialforce", "--out", str(tmp_path / "out")]
+    assert main(["generate", "sim", *asked]) == 2
+    assert "has no forces 'helbing-molnar'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

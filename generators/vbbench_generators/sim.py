@@ -115,6 +115,8 @@ def plan_simulation(
     _check(card.name, options)
     asked = options.simulation or Simulation()
     scenario = _as_asked(get_scenario(asked.scenario or default_scenario), asked)
+    if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
+        raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
     corruption, camera = corrupting(options.tier), options.camera or CAMERAS[scenario.camera]()
     info = DatasetInfo(
         split=card.name,
