@@ -255,6 +255,8 @@ def test_the_library_has_no_other_forces(
         ("frames = 5", "frame = 5", "unknown key 'frame'; did you mean 'frames'"),
         ("frames = 5\n", "", "key 'frames' is missing"),
         ("frames = 5", "frames = 0", "frames must be above 0"),
+        ("dt = 0.4", "dt = 0.4\nwarm_up = -2.0", "warm_up must be 0 or more, not -2.0"),
+        ("dt = 0.4", "dt = 0.4\nspeed_std = -0.1", "speed_std must be 0 or more"),
         ("people = [2]", "people = [1]", "a crowd is an observer and at least one other"),
         ("dt = 0.4", "dt = 0.41", "no whole number of steps"),
         ("[0.0, 0.0, 4.0, 4.0]", "[4.0, 0.0, 0.0, 4.0]", "is no rectangle"),

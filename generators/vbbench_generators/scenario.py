@@ -84,6 +84,9 @@ class Scenario:
         positive = ("sequences", "frames", "dt", "step", "turn_rate", "speed_mean", "least_way")
         if bad := [name for name in positive if not getattr(self, name) > 0]:
             raise ValueError(f"{bad[0]} must be above 0, not {getattr(self, bad[0])}")
+        free = ("warm_up", "min_seen", "speed_std", "spacing")
+        if bad := [name for name in free if not getattr(self, name) >= 0]:
+            raise ValueError(f"{bad[0]} must be 0 or more, not {getattr(self, bad[0])}")
         if not self.people or min(self.people) < 2:
             raise ValueError(f"people = {list(self.people)}: a crowd is an observer and at least one other")
         if not self.flow:
