@@ -1,18 +1,17 @@
 """A split's recipe: a file in ``recipes/`` that a person can read, and the frozen dataclasses made of it."""
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, Literal
 
-from vbbench.errors import FileError, UnknownNameError
+from vbbench.errors import UnknownNameError
 from vbbench.generator import Tier
 from vbbench.scene import Scene
 from vbbench.sources import Source
 from vbbench_generators.eligibility import Rules
-from vbbench_generators.strict import build
+from vbbench_generators.strict import build, read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,19 +113,18 @@ def read_recipe(path: Path) -> Recipe:
     Raises
     ------
     FileError
-        If it is no TOML, or a key is unknown, missing or of the wrong type.
+        If it is missing, no TOML, or a key is unknown, missing or of the wrong type.
     """
-    try:
-        table = tomllib.loads(path.read_text("utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise FileError(path, f"is no TOML: {error}") from error
-    parts: dict[str, Any] = {
-        "source": tuple(build(Source, part, path, "[[source]]") for part in table.pop("source", []))
-    }
-    for key, kind in _TABLES.items():
-        if key in table:
-            parts[key] = build(kind, table.pop(key), path, f"[{key}]")
-    return build(Recipe, {**table, **parts}, path, "recipe")
+
+    def made(table: dict[str, Any]) -> Recipe:
+        sources = tuple(build(Source, part, path, "[[source]]") for part in table.pop("source", []))
+        parts: dict[str, Any] = {"source": sources}
+        for key, kind in _TABLES.items():
+            if key in table:
+                parts[key] = build(kind, table.pop(key), path, f"[{key}]")
+        return build(Recipe, {**table, **parts}, path, "recipe")
+
+    return read_toml(path, made)
 
 
 _TABLES: dict[str, type[Any]] = {

@@ -1,14 +1,13 @@
 """A scenario: a file in ``scenarios/`` that says what a simulated crowd does, and the frozen dataclasses made of it."""
 
-import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, Literal
 
-from vbbench.errors import FileError, UnknownNameError
-from vbbench_generators.strict import build
+from vbbench.errors import UnknownNameError
+from vbbench_generators.strict import build, read_toml
 
 Rectangle = tuple[float, ...]
 """x0, y0, x1, y1 in m."""
@@ -145,16 +144,12 @@ def read_scenario(path: Path) -> Scenario:
     FileError
         If it is missing, no TOML, or a key is unknown, missing or cannot be.
     """
-    try:
-        table: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
+
+    def made(table: dict[str, Any]) -> Scenario:
         flows = tuple(build(Flow, part, path, "[[flow]]") for part in table.pop("flow", []))
         return build(Scenario, {**table, "flow": flows}, path, "scenario")
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(path, f"is no TOML: {error}") from error
-    except ValueError as error:
-        raise FileError(path, str(error)) from error
+
+    return read_toml(path, made)
 
 
 def _check_rectangle(rectangle: Rectangle) -> None:

@@ -1,6 +1,7 @@
 """Frozen dataclasses from TOML tables; a key that is unknown, missing or of the wrong type is an error."""
 
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from difflib import get_close_matches
 from pathlib import Path
@@ -35,6 +36,24 @@ def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
         if not _fits(value, hints[key]):
             raise FileError(path, f"{where}: {key} = {value!r} is not of the kind wanted ({hints[key]})")
     return kind(**table)
+
+
+def read_toml(path: Path, make: Callable[[dict[str, Any]], T]) -> T:
+    """What ``make`` makes of the table in the file ``path``.
+
+    Raises
+    ------
+    FileError
+        If it is missing or no TOML, or ``make`` finds that a value cannot be.
+    """
+    try:
+        return make(tomllib.loads(path.read_text("utf-8")))
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileError(path, f"is no TOML: {error}") from error
+    except ValueError as error:
+        raise FileError(path, str(error)) from error
 
 
 def _frozen(value: Any) -> Any:

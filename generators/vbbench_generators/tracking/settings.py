@@ -1,14 +1,12 @@
 """A file in ``detectors/`` as frozen dataclasses: how a detector errs, and how a tracker links what it finds."""
 
-import tomllib
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
 from vbbench.camera import Camera, PanoramaCamera
-from vbbench.errors import FileError
-from vbbench_generators.strict import build
+from vbbench_generators.strict import build, read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,17 +127,13 @@ def read_tracking(path: Path) -> TrackingSettings:
     FileError
         If it is missing, no TOML, or a key is unknown, missing or cannot be.
     """
-    try:
-        table: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
+
+    def made(table: dict[str, Any]) -> TrackingSettings:
         kinds: dict[str, type[Any]] = {"detector": DetectorModel, "tracker": TrackerSettings}
         parts = {name: build(kind, table.pop(name, {}), path, f"[{name}]") for name, kind in kinds.items()}
         return build(TrackingSettings, {**table, **parts}, path, "top level")
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(path, f"is no TOML: {error}") from error
-    except ValueError as error:
-        raise FileError(path, str(error)) from error
+
+    return read_toml(path, made)
 
 
 def _require_positive(settings: object, *names: str) -> None:
