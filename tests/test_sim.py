@@ -264,6 +264,7 @@ def test_the_library_has_no_other_forces(
         ("dt = 0.4", "dt = 0.4\nspeed_std = 1.0", "walk backwards"),
         ("dt = 0.4", "dt = 0.4\nwalls = [[1.0, 2.0]]", "a wall is four numbers"),
         ("[[flow]]", "[flow", "is no TOML"),
+        ("[[flow]]", "[flow]", r"each with the heading \[\[flow\]\]: double brackets"),
     ],
 )
 def test_bad_scenario_files_are_named(write: Callable[..., Path], old: str, new: str, message: str) -> None:

@@ -11,7 +11,7 @@ from vbbench.generator import Tier
 from vbbench.scene import Scene
 from vbbench.sources import Source
 from vbbench_generators.eligibility import Rules
-from vbbench_generators.strict import build, read_toml
+from vbbench_generators.strict import build, build_each, read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,8 +117,7 @@ def read_recipe(path: Path) -> Recipe:
     """
 
     def made(table: dict[str, Any]) -> Recipe:
-        sources = tuple(build(Source, part, path, "[[source]]") for part in table.pop("source", []))
-        parts: dict[str, Any] = {"source": sources}
+        parts: dict[str, Any] = {"source": build_each(Source, table.pop("source", []), path, "[[source]]")}
         for key, kind in _TABLES.items():
             if key in table:
                 parts[key] = build(kind, table.pop(key), path, f"[{key}]")

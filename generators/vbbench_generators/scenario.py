@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vbbench.errors import UnknownNameError
-from vbbench_generators.strict import build, read_toml
+from vbbench_generators.strict import build, build_each, read_toml
 
 Rectangle = tuple[float, ...]
 """x0, y0, x1, y1 in m."""
@@ -146,7 +146,7 @@ def read_scenario(path: Path) -> Scenario:
     """
 
     def made(table: dict[str, Any]) -> Scenario:
-        flows = tuple(build(Flow, part, path, "[[flow]]") for part in table.pop("flow", []))
+        flows = build_each(Flow, table.pop("flow", []), path, "[[flow]]")
         return build(Scenario, {**table, "flow": flows}, path, "scenario")
 
     return read_toml(path, made)

@@ -38,6 +38,19 @@ def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
     return kind(**table)
 
 
+def build_each(kind: type[T], tables: Any, path: Path, where: str) -> tuple[T, ...]:
+    """Make a ``kind`` of each of an array of ``tables``, whose heading is ``where``.
+
+    Raises
+    ------
+    FileError
+        If it is no array of tables, or as `build` does.
+    """
+    if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
+        raise FileError(path, f"these are tables in a row, each with the heading {where}: double brackets")
+    return tuple(build(kind, table, path, where) for table in tables)
+
+
 def read_toml(path: Path, make: Callable[[dict[str, Any]], T]) -> T:
     """What ``make`` makes of the table in the file ``path``.
 
