@@ -1,11 +1,12 @@
 """The split `street`, the paper's photorealistic one: a crowd on a street, people hidden by people."""
 
+from dataclasses import replace
 from functools import partial
 
 from vbbench.errors import VbbenchError
-from vbbench.generator import Card, Options
+from vbbench.generator import Options
 from vbbench_generators.corruption import corruption_of
-from vbbench_generators.sim import SimulationPlan, plan_simulation
+from vbbench_generators.sim import SimSplit, SimulationPlan, plan_simulation
 
 SCENARIO = "street"
 
@@ -17,15 +18,7 @@ class StreetSplit:
     does not has none. `noisy` adds noise to that; `occluded` and `tracked` are as everywhere.
     """
 
-    card = Card(
-        name="street",
-        title="Street: a simulated crowd in which people hide one another",
-        licence="Apache-2.0, like vbbench",
-        citation="M. Moussaïd, D. Helbing, S. Garnier, A. Johansson, M. Combe, G. Theraulaz. Experimental study of the "
-        "behavioural mechanisms underlying self-organization in human crowds. Proc. R. Soc. B 276, 2009 (the forces); "
-        "the paper (the split)",
-        sources=(),
-    )
+    card = replace(SimSplit.card, name="street", title="Street: a simulated crowd in which people hide one another")
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""
