@@ -8,6 +8,7 @@ from vbbench_renderers.drawing import Surroundings
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
 from vbbench_renderers.surroundings.layers import TILE, Layer, textures
+from vbbench_renderers.surroundings.panes import HALF, windows
 
 STREET = (-11.0, -21.0, 11.0, 21.0)
 AREAS = [STREET, (2.0, -3.0, 18.0, 6.0), (-1.0, 0.0, 3.0, 4.0), (-60.0, -40.0, 60.0, 40.0)]
@@ -114,6 +115,12 @@ def test_textures_continue_over_their_borders(layer: Layer) -> None:
         inner = np.abs(np.diff(picture, axis=axis)).mean(axis=tuple({0, 1, 2} - {axis}))
         border = np.abs(np.take(picture, 0, axis=axis) - np.take(picture, -1, axis=axis)).mean()
         assert border <= 1.05 * inner.max()
+
+
+def test_a_blind_has_slats() -> None:
+    second = windows(np.random.default_rng(0), old=False)[:HALF, HALF:]
+    down = second[180:204, HALF // 4].mean(axis=-1)
+    assert np.ptp(down) > 0.1
 
 
 def test_plain_surroundings_are_ground_only() -> None:

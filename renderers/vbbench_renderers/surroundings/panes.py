@@ -25,7 +25,9 @@ def windows(rng: np.random.Generator, *, old: bool) -> FloatArray:
         if number in (0, 3):
             _curtains(pane, drawn=0.30 if number else 0.18)
         if number == 1:
-            pane[int(rng.integers(100, 170)) :] = _blind(rng)[: HALF - 0][-1]
+            blind = _blind(rng)
+            low = int(rng.integers(100, 170))
+            pane[low:] = blind[low:]
         if number == 2:
             pane += np.array([0.22, 0.15, 0.06]) * np.linspace(0.4, 1.0, HALF)[:, None, None]
         frame = [0.75, 0.74, 0.70] if not old else [0.70, 0.67, 0.60]
