@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from vbbench.arrays import FloatArray
+from vbbench.errors import VbbenchError
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.people.bones import SHIN, THIGH, UPPER_ARM, Bone
@@ -222,6 +223,12 @@ def test_the_absent_and_the_one_with_the_camera_are_not_drawn() -> None:
 def test_nobody_is_no_limbs() -> None:
     assert Walkers(scene_of(np.empty((5, 0, 2))), 0).limbs(2, np.zeros(2)) == []
     assert Walkers(scene_of(np.full((5, 2, 2), np.nan)), 0).limbs(2, np.zeros(2)) == []
+
+
+@pytest.mark.parametrize("frame", [-1, 5, 5.5])
+def test_a_frame_that_the_scene_has_not_is_refused(frame: float) -> None:
+    with pytest.raises(VbbenchError, match=rf"no frame {frame:g}; its frames are 0 to 4"):
+        Walkers(scene_of(straight(frames=5)), 0).limbs(frame, np.zeros(2))
 
 
 def test_one_frame_is_enough() -> None:

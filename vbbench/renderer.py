@@ -58,7 +58,7 @@ class Renderer(Protocol):
         Raises
         ------
         VbbenchError
-            If the scene has no such observer, or the camera cannot be rendered.
+            If the scene has no such frame or observer, or the camera cannot be rendered.
         """
 
     def close(self) -> None:

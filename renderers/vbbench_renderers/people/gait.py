@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.errors import VbbenchError
 from vbbench_renderers.people.paths import HEADING, PHASE, SPEED, STILL, WALKING, Paths, X, Y
 
 STRIKE, PUSH, TUCK = np.radians(17.0), np.radians(36.0), np.radians(16.0)
@@ -70,7 +71,15 @@ class Feet:
 
 
 def moment_at(paths: Paths, frame: float) -> Moment:
-    """Who is where at a frame; between two frames only who is there at both."""
+    """Who is where at a frame; between two frames only who is there at both.
+
+    Raises
+    ------
+    VbbenchError
+        If the scene has no such frame.
+    """
+    if not 0 <= frame < len(paths.first_row):
+        raise VbbenchError(f"the scene has no frame {frame:g}; its frames are 0 to {len(paths.first_row) - 1}")
     before, share = int(np.floor(frame)), frame - np.floor(frame)
     row = paths.first_row[before]
     there = row >= 0
