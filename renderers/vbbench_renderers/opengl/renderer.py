@@ -17,12 +17,11 @@ from vbbench_renderers.opengl.probing import find_device
 from vbbench_renderers.opengl.stage import Stage
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
+from vbbench_renderers.raster.rays import NEAR
 from vbbench_renderers.surroundings import surroundings_of
 
 if TYPE_CHECKING:
     import moderngl
-
-NEAREST_DRAWN = 0.1
 
 
 class OpenGLRenderer:
@@ -86,7 +85,7 @@ class OpenGLRenderer:
     def _frame(self, camera: Camera, size: tuple[int, int], pose: FloatArray) -> dict[str, Any]:
         sky = self._sky
         return {
-            "eye": (*pose[:2], camera.mount_height, NEAREST_DRAWN),
+            "eye": (*pose[:2], camera.mount_height, NEAR),
             "heading": (np.cos(pose[2]), np.sin(pose[2]), 0.0, 0.0),
             "lens": lens(camera, size),
             "sun_direction": (*sky.sun_direction, sky.haze_distance),
