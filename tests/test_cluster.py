@@ -245,7 +245,10 @@ def test_no_scheduler_no_workers_no_dask(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
-    for address in (f"tcp://127.0.0.1:{free_port()}", "nonsense://x", "127.0.0.1:eighty"):
+    for address in ("nonsense", "nonsense://x", "127.0.0.1:eighty", ""):
+        with pytest.raises(VbbenchError, match=f"is an address such as tcp://127.0.0.1:8786, not '{address}'"):
+            list(cluster.on_cluster(one_pose, [(0, 1)], address))
+    for address in (f"tcp://127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"):
         with pytest.raises(VbbenchError, match=f"no Dask scheduler answers at {address}; start one"):
             list(cluster.on_cluster(one_pose, [(0, 32)], address))
     lonely = Cluster(tmp_path)

@@ -210,6 +210,13 @@ def test_other_kinds_of_film_are_refused(panorama, tmp_path):
         render_to_file(panorama, 0, tmp_path / "film.avi", backend=BY_FLAT)
 
 
+def test_a_negative_seed_and_a_folder_for_text_are_refused(panorama, tmp_path):
+    with pytest.raises(VbbenchError, match="--seed must be 0 or more, not -1"):
+        render_to_file(panorama, 0, tmp_path / "film.mp4", backend=Backend(name=FLAT, seed=-1))
+    with pytest.raises(VbbenchError, match="is a folder; give the name of a text file"):
+        detect_to_file(panorama, 0, tmp_path, backend=BY_FLAT)
+
+
 def test_an_unknown_backend_suggests_the_nearest(panorama, tmp_path, monkeypatch):
     from importlib.metadata import EntryPoint
 

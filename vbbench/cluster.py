@@ -7,6 +7,7 @@ import logging
 import os
 import pickle
 import platform
+import re
 import sys
 import threading
 import uuid
@@ -32,6 +33,9 @@ PARTS_A_CORE = 16
 
 PACKAGES = ("vbbench", "numpy", "scipy", "numba")
 """What results may depend on: the same versions are asked of all workers."""
+
+ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+/?")
+"""What a scheduler prints; anything else would keep Dask waiting, and end in a traceback of its own."""
 
 _opened = threading.local()
 
@@ -99,6 +103,8 @@ def _client(scheduler: str) -> Iterator[Any]:
         from distributed import Client
     except ImportError as error:
         raise VbbenchError("--scheduler needs the package distributed: pip install 'vbbench[dask]'") from error
+    if not ADDRESS.fullmatch(scheduler):
+        raise VbbenchError(f"--scheduler is an address such as tcp://127.0.0.1:8786, not '{scheduler}'")
     with _silence():
         try:
             client = Client(scheduler, timeout=PATIENCE, set_as_default=False)

@@ -76,10 +76,12 @@ def detect_to_file(
     Raises
     ------
     VbbenchError
-        If there is no such sequence, detector, tracker or backend, or the truth is withheld.
+        If there is no such sequence, detector, tracker or backend, ``out`` is a folder, or the truth is withheld.
     """
     if every < 1:
         raise VbbenchError(f"--every is a number of frames, 1 or more, not {every}")
+    if Path(out).is_dir():
+        raise VbbenchError(f"{out} is a folder; give the name of a text file")
     sequence, finder = dataset.sequence(number), _make_detector(detector)
     camera, frames = dataset.info.camera, range(0, sequence.frames, every)
     period = period_of(camera)
