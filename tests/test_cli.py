@@ -142,3 +142,23 @@ def test_help_imports_nothing_heavy() -> None:
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, capture_output=True).returncode == 0
     assert subprocess.run([*VBBENCH, "--version"], check=True, capture_output=True).stdout.startswith(b"vbbench ")
+
+
+@pytest.mark.parametrize("command", [["export", "mot"], ["export", "tum"]])
+def test_loose_files_do_not_go_into_a_dataset(
+    capsys: pytest.CaptureFixture[str], dataset: Path, command: list[str]
+) -> None:
+    before = sorted(dataset.rglob("*"))
+    status, _, error = run(capsys, *command, dataset, "--out", dataset)
+    assert (status, error.count("\n")) == (2, 1)
+    assert "is a dataset; choose another folder" in error
+    assert sorted(dataset.rglob("*")) == before
+
+
+def test_a_place_where_nothing_can_be_written_is_one_line(
+    capsys: pytest.CaptureFixture[str], dataset: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("x")
+    status, _, error = run(capsys, "export", "tum", dataset, "--out", tmp_path / "file" / "below")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "choose another" in error

@@ -282,7 +282,7 @@ def test_a_scenario_file_that_is_not_there() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["demo", "--people", "10"], "are for the split 'sim'"),
+        (["demo", "--people", "10"], "are for the splits sim and street"),
         (["sim", "--dt", "0.4"], "sim has no source"),
         (["sim", "--people", "1"], "--people is a number of 2 or more"),
         (["sim", "--sequences", "0"], "sequences must be above 0"),

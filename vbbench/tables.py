@@ -143,6 +143,15 @@ def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
         raise VbbenchError(f"{folder} exists; add --overwrite to replace it")
 
 
+def check_not_ours(folder: Path) -> None:
+    """Raise VbbenchError if ``folder``, which is to take loose files, is a file, a dataset or a submission."""
+    if folder.exists() and not folder.is_dir():
+        raise VbbenchError(f"{folder} is no folder; choose another --out")
+    for marker in ("dataset.json", "submission.json"):
+        if (folder / marker).is_file():
+            raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder for --out")
+
+
 def replace_folder(draft: Path, out: Path) -> None:
     """Give the folder ``draft`` the name ``out``; what had it goes when that is done."""
     if not out.exists():

@@ -32,7 +32,7 @@ def plan_reprojection(
     check_options(card.name, options)
     if options.simulation is not None:
         raise VbbenchError(
-            f"--scenario, --sequences, --people and --engine are for the split 'sim'; {card.name} has its own people"
+            f"--scenario, --sequences, --people and --engine are for the splits sim and street; {card.name} has its own people"
         )
     corruption, camera = corruption_of(options.tier), options.camera or PanoramaCamera()
     info = DatasetInfo(

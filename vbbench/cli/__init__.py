@@ -5,6 +5,7 @@ Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user
 """
 
 import contextlib
+import errno
 import io
 import os
 import re
@@ -39,6 +40,9 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "import tum": exchange.import_tum,
 }
 
+UNWRITABLE = {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENOSPC}
+"""System errors that say that the user asked for a place where nothing can be written or read."""
+
 DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo --out demo"
 
 
@@ -60,6 +64,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        if error.errno not in UNWRITABLE:
+            raise
+        print(f"vbbench: {error.filename or error}: {error.strerror}; choose another place", file=sys.stderr)
+        return 2
     return 0
 
 

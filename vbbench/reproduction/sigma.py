@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vbbench.dataset_info import DatasetInfo
-from vbbench.errors import VbbenchError
 from vbbench.protocol import get_protocol
 from vbbench.reproduction.curves import Point, points_by_people
 from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
 from vbbench.reproduction.study import SPLIT, SigmaStudy
 from vbbench.scoring import score
+from vbbench.tables import check_not_ours
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +71,7 @@ def measure_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrit
     """
     study.check()
     out = Path(out)
-    if out.exists() and not out.is_dir():
-        raise VbbenchError(f"{out} is no folder; choose another --out")
+    check_not_ours(out)
     curves = [
         curve for sigma_h in dict.fromkeys(study.sigmas) for curve in _curves(study, sigma_h, out, jobs, overwrite)
     ]

@@ -8,7 +8,7 @@ from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
 from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.simulation import Simulation
-from vbbench.tables import write_text_atomically
+from vbbench.tables import check_not_ours, write_text_atomically
 
 SPLIT, PROTOCOL, NAME = "street", "one-step", "table4"
 SOLVERS = ("vb-sf", "vb-cv")
@@ -42,6 +42,7 @@ def reproduce_table4(
         If something asked for cannot be, or another dataset or submission is in the way.
     """
     out = Path(out)
+    check_not_ours(out)
     rows = ["| | input | Δx̃ (m) | Δx (m) | Δr (rad) | Δt (m) |", "|---|---|---|---|---|---|"]
     rows += [_row("the paper", name, PAPER[name]) for name in INPUTS]
     simulation = None if sequences is None else Simulation(sequences=sequences)
