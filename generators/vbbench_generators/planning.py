@@ -32,7 +32,8 @@ def plan_reprojection(
     check_options(card.name, options)
     if options.simulation is not None:
         raise VbbenchError(
-            f"--scenario, --sequences, --people and --engine are for the splits sim and street; {card.name} has its own people"
+            "--scenario, --sequences, --people and --engine are for the splits sim and street; "
+            f"{card.name} has its own people"
         )
     corruption, camera = corruption_of(options.tier), options.camera or PanoramaCamera()
     info = DatasetInfo(
