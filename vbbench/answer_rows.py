@@ -8,10 +8,8 @@ from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.protocol import Protocol, scored_frames, scored_positions
-from vbbench.schemas import Columns
+from vbbench.schemas import COVARIANCES, Columns
 from vbbench.sequence import Sequence
-
-_AXES = ("x", "y", "yaw")
 
 
 def answer_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate, covariance: bool) -> dict[str, Columns]:
@@ -42,7 +40,7 @@ def _pose_rows(sequence: Sequence, estimate: Estimate, covariance: bool) -> Colu
     if estimate.fallback is not None:
         rows["fallback"] = estimate.fallback[frame]
     if covariance and estimate.pose_covariances is not None:
-        rows |= _upper_triangle(estimate.pose_covariances[frame])
+        rows |= _upper_triangle("poses", estimate.pose_covariances[frame])
     return rows
 
 
@@ -53,7 +51,7 @@ def _position_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate, c
     where = {"sequence": np.full(len(frame), sequence.index), "frame": frame, "track": sequence.tracks[column]}
     rows: dict[str, Any] = {**where, "x": x, "y": y}
     if covariance and estimate.position_covariances is not None:
-        rows |= _upper_triangle(estimate.position_covariances[frame, column])
+        rows |= _upper_triangle("positions", estimate.position_covariances[frame, column])
     return rows
 
 
@@ -67,11 +65,7 @@ def _height_rows(sequence: Sequence, estimate: Estimate) -> Columns:
     }
 
 
-def _upper_triangle(covariances: FloatArray) -> dict[str, FloatArray]:
-    """Covariances [N, D, D] as columns xx, xy and so on."""
-    pairs = zip(*np.triu_indices(covariances.shape[-1]), strict=True)
-    return {_name(_AXES[i], _AXES[j]): covariances[:, i, j] for i, j in pairs}
-
-
-def _name(first: str, second: str) -> str:
-    return f"{first}_{second}" if "yaw" in (first, second) else first + second
+def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray]:
+    """Covariances [N, D, D] as the columns of the table that hold them."""
+    i, j = np.triu_indices(covariances.shape[-1])
+    return dict(zip(COVARIANCES[table], covariances[:, i, j].T, strict=True))

@@ -1,5 +1,6 @@
 """A table of a submission, Parquet or CSV, read a range of sequences at a time."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,15 +26,15 @@ class SubmissionTable(Protocol):
         """Name of the file, for messages."""
 
     def read(self, first: int, last: int) -> Arrays:
-        """Rows with first ≤ sequence < last, an array a column; ``fallback`` if it is there, ``line`` from CSV."""
+        """Rows with first ≤ sequence < last, an array a column; the optional ones that are there, ``line`` from CSV."""
 
 
 class ParquetRows:
     """A table of a submission as vbbench, or a stranger, wrote it in Parquet."""
 
-    def __init__(self, path: Path, name: str) -> None:
+    def __init__(self, path: Path, name: str, optional: Collection[str]) -> None:
         self.file = path.name
-        self._table = SequenceTable(path, name, optional=[FALLBACK])
+        self._table = SequenceTable(path, name, optional=optional)
 
     def read(self, first: int, last: int) -> Arrays:
         """See `SubmissionTable.read`."""
@@ -54,15 +55,20 @@ class RowsInMemory:
         return {name: values[start:stop] for name, values in self._columns.items()}
 
 
-def open_table(folder: Path, name: str, faults: Faults) -> SubmissionTable | None:
-    """The table called ``name`` (``poses`` or ``positions``); ``None`` and a fault where there is none to read."""
+def open_table(
+    folder: Path, name: str, faults: Faults, optional: Collection[str] = (FALLBACK,)
+) -> SubmissionTable | None:
+    """The table called ``name`` (``poses`` or ``positions``); ``None`` and a fault where there is none to read.
+
+    Of the optional columns (`vbbench.schemas.OPTIONAL`) only those named are read.
+    """
     parquet, csv = folder / f"{name}.parquet", folder / f"{name}.csv"
     if parquet.is_file() and csv.is_file():
         faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
     if parquet.is_file():
-        return _open_parquet(parquet, name, faults)
+        return _open_parquet(parquet, name, faults, optional)
     if csv.is_file():
-        columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional=[FALLBACK])
+        columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional=optional)
         return None if columns is None else RowsInMemory(csv.name, columns)
     faults.add(f"{parquet.name}: the file is missing, and so is {csv.name}; write one of them")
     return None
@@ -73,21 +79,21 @@ def file_fault(error: FileError) -> str:
     return str(error).replace(str(error.path), error.path.name, 1)
 
 
-def _open_parquet(path: Path, name: str, faults: Faults) -> ParquetRows | None:
+def _open_parquet(path: Path, name: str, faults: Faults, optional: Collection[str]) -> ParquetRows | None:
     try:
-        _require_numbers(path, name)
-        return ParquetRows(path, name)
+        _require_numbers(path, name, optional)
+        return ParquetRows(path, name, optional)
     except FileError as error:
         faults.add(file_fault(error))
         return None
 
 
-def _require_numbers(path: Path, name: str) -> None:
+def _require_numbers(path: Path, name: str, optional: Collection[str]) -> None:
     try:
         schema = pq.read_schema(path)
     except (pa.ArrowException, OSError) as error:
         raise FileError(path, f"is damaged or no Parquet file ({error}); write it again") from error
-    wanted = {*SCHEMAS[name].names, FALLBACK}
+    wanted = {*SCHEMAS[name].names, *optional}
     text = [f.name for f in schema if f.name in wanted and not _is_number(f)]
     if text:
         raise FileError(path, f"column {', '.join(text)} holds no numbers; write integers and floats")

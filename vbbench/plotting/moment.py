@@ -8,7 +8,7 @@ from vbbench.arrays import BoolArray, FloatArray
 from vbbench.dataset import Dataset
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.metrics import position_error, relative_position_error, rotation_error, translation_error
+from vbbench.frame_errors import LABELS, frame_errors
 from vbbench.protocol import START_FRAMES, Protocol, get_protocol
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
@@ -75,18 +75,14 @@ class Moment:
         """Δx, Δx̃ and Δt in m and Δr in rad of this frame, over the people observed and not given; {} without truth."""
         if self.truth is None or self.estimate is None or not np.isfinite(self.estimate.poses[self.frame]).all():
             return {}
-        pose, true_pose = self.estimate.poses[self.frame], self.truth.poses[self.frame]
-        errors = {
-            "Δr": float(rotation_error(pose, true_pose)),
-            "Δt": float(translation_error(pose, true_pose)),
-        }
-        known = self.truth.positions[self.frame]
-        off = position_error(self.estimated, known)
-        counted = ~self.given_now & np.isfinite(off)
-        if not counted.any():
-            return errors
-        apart = relative_position_error(self.estimated, pose, known, true_pose)
-        return {"Δx": float(off[counted].mean()), "Δx̃": float(apart[counted].mean()), **errors}
+        errors = frame_errors(
+            self.estimate.poses[self.frame],
+            self.estimated,
+            self.truth.poses[self.frame],
+            self.truth.positions[self.frame],
+            ~self.given_now,
+        )
+        return {LABELS[name]: float(error) for name, error in errors.items() if np.isfinite(error)}
 
 
 def gather(
