@@ -2,13 +2,14 @@
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
 # make golden  what the solvers score against the committed results; make golden-update writes them (minutes)
 # make wheel-test   the built wheel in an empty environment, from another folder
+# make browser  the leaderboard's pages in a real browser     make chromium  installs one, on Debian, as root
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test check lint types contracts bench results golden golden-update wheel-test clean
+.PHONY: demo test check lint types contracts bench results golden golden-update wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -43,6 +44,14 @@ golden-update: $(VENV)/.dev
 
 wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
+
+browser: $(VENV)/.dev chromium
+	CI=true $(BIN)/python -m pytest tests/browser --durations 5
+
+chromium:
+	@command -v chromium >/dev/null || command -v google-chrome >/dev/null \
+	|| { test "$$(id -u)" = 0 && apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install --yes --no-install-recommends chromium >/dev/null; } \
+	|| echo 'no browser: install Debian'\''s package chromium for the tests of the pages' >&2
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
