@@ -19,6 +19,7 @@ from vbbench.generator import Options
 from vbbench.info import summary
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import registered
+from vbbench.reproduction.paper import Quoted, the_paper
 from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.solving import hardware, solve
@@ -28,13 +29,6 @@ SPLITS = ("hotel", "eth", "students")
 TIERS = ("ideal", "noisy")
 METRICS = {"dx_rel": "Δx̃", "dx": "Δx", "dr": "Δr", "dt": "Δt"}
 
-PAPER_TABLE_1 = {"hotel": "340, 15.0, 3 / 6.31 / 15", "eth": "346, 14.4, 3 / 9.29 / 26"}
-PAPER_TABLE_1["students"] = "849, 45.8, 13 / 44.2 / 75"
-PAPER_TABLE_2 = {
-    "hotel": {"VB-CV": (".051", ".070", ".017", ".069"), "VB-SF": (".049", ".052", ".016", ".062")},
-    "eth": {"VB-CV": (".090", ".116", ".019", ".110"), "VB-SF": (".071", ".080", ".016", ".091")},
-    "students": {"VB-CV": (".021", ".022", ".001", ".010"), "VB-SF": (".009", ".010", ".001", ".009")},
-}
 
 INTRODUCTION = """\
 # Results
@@ -89,9 +83,9 @@ def _section(split: str, work: Path, jobs: int) -> tuple[str, str]:
     for camera, tier in itertools.product(CAMERAS, TIERS):
         dataset = _generate(split, camera, tier, work, jobs)
         row = row or _table_1_row(split, dataset)
-        quoted = PAPER_TABLE_2[split] if (camera, tier) == ("panorama", "ideal") else {}
+        quoted = the_paper().select(split, tier) if camera == "panorama" else ()
         parts.append("\n".join([f"### {split}, {camera}, {tier}\n", *_caution(dataset), *_HEAD]))
-        parts[-1] += "\n" + "\n".join([*map(_paper_row, quoted, quoted.values()), *_rows(dataset, jobs)]) + "\n"
+        parts[-1] += "\n" + "\n".join([*_paper_rows(quoted), *_rows(dataset, jobs)]) + "\n"
     return row, "\n".join(parts)
 
 
@@ -103,7 +97,9 @@ def _generate(split: str, camera: str, tier: str, work: Path, jobs: int) -> Data
 def _table_1_row(split: str, dataset: Dataset) -> str:
     s = summary(dataset.info)
     people = f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']}"
-    return f"| {split} | {s['sequences']}, {s['mean_frames']:.2f}, {people} | {PAPER_TABLE_1[split]} |"
+    paper = the_paper().table1[split]
+    printed = f"{paper.sequences}, {paper.frames}, {paper.people}"
+    return f"| {split} | {s['sequences']}, {s['mean_frames']:.2f}, {people} | {printed} |"
 
 
 def _caution(dataset: Dataset) -> list[str]:
@@ -117,8 +113,12 @@ _HEAD = (
 )
 
 
-def _paper_row(name: str, figures: tuple[str, ...]) -> str:
-    return f"| one-step | *paper* {name} | {' | '.join(figures)} |{' |' * (len(METRICS) + 3)}"
+def _paper_rows(rows: tuple[Quoted, ...]) -> Iterator[str]:
+    """Rows that have every metric."""
+    for row in rows:
+        if row.figures.keys() == METRICS.keys():
+            figures = [f"{row.figures[name]:.3f}".removeprefix("0") for name in METRICS]
+            yield f"| one-step | *paper* {row.solver} | {' | '.join(figures)} |{' |' * (len(METRICS) + 3)}"
 
 
 def _rows(dataset: Dataset, jobs: int) -> Iterator[str]:
