@@ -17,6 +17,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
 from vbbench.tables import SequenceTable
+from vbbench.withholding import check_truth
 
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
@@ -33,13 +34,15 @@ class Dataset:
     Raises
     ------
     FileError
-        If a table is missing or does not have the size that was written.
+        If a table is missing or does not have the size that was written, or ``truth`` is not what was published of it.
     """
 
     def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
         self.folder = Path(folder)
         self.info = DatasetInfo.read(self.folder)
         self.truth_folder = _truth_folder(Path(truth)) if truth else self.folder / "truth"
+        if truth:
+            check_truth(self.info, self.truth_folder)
         for name, facts in self.info.tables.items():
             path = self.table_path(name)
             if path.is_file() and path.stat().st_size != facts["bytes"]:
@@ -201,7 +204,8 @@ def _opened_once(folder: Path, truth: Path, wanted: str) -> Dataset:
     """The dataset, opened once for all the parts that a worker's thread does; open tables are not for two threads."""
     if getattr(_last, "place", None) != (folder, truth, wanted):
         try:
-            dataset = Dataset(folder, truth)
+            dataset = Dataset(folder)
+            dataset.truth_folder = truth
         except FileError as error:
             raise VbbenchError(
                 f"a worker cannot open the dataset; keep it on a disk that all share ({error})"

@@ -2,12 +2,12 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.tables import refuse_partitioned
 
 FORMAT_VERSION = 1
@@ -19,14 +19,15 @@ class DatasetInfo:
     """Everything published about a dataset.
 
     ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
-    and of the parameters, so the same command gives the same id on every machine.
+    and of the parameters, so the same command gives the same id on every machine. ``seed`` is ``None`` where it is
+    withheld with the truth; ``withheld_id`` then is the id, which cannot be computed without it.
     """
 
     split: str
     title: str
     camera: Camera
     tier: str
-    seed: int
+    seed: int | None
     dt: float
     height_mean: float
     height_std: float
@@ -38,19 +39,62 @@ class DatasetInfo:
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
     package_version: str = ""
     format_version: int = FORMAT_VERSION
+    withheld_id: str | None = None
 
     @property
     def id(self) -> str:
         """Hash that a submission names: 16 hex digits of SHA-256 over the definition and all parameters."""
+        if self.withheld_id is not None:
+            return self.withheld_id
         facts = {name: value for name, value in self._json().items() if name not in _NOT_IN_ID}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
+
+    @property
+    def known_seed(self) -> int:
+        """The seed.
+
+        Raises
+        ------
+        VbbenchError
+            If it is withheld.
+        """
+        if self.seed is None:
+            raise VbbenchError(f"the seed of dataset {self.id} is withheld with its truth")
+        return self.seed
+
+    @property
+    def spoken_seed(self) -> str:
+        """The seed for people to read."""
+        return "withheld" if self.seed is None else str(self.seed)
+
+    def without_seed(self) -> "DatasetInfo":
+        """The same dataset, its seed withheld."""
+        return replace(self, seed=None, withheld_id=self.id)
+
+    def with_seed(self, seed: int) -> "DatasetInfo":
+        """The dataset that the seed makes; the same one, with the same id, if it is the seed that was withheld."""
+        return replace(self, seed=seed, withheld_id=None)
+
+    @property
+    def truth_tables(self) -> dict[str, dict[str, Any]]:
+        """Size, rows and SHA-256 of each truth table, by file name."""
+        tables = {Path(name): facts for name, facts in sorted(self.tables.items())}
+        return {f"{name.name}.parquet": facts for name, facts in tables.items() if name.parent.name == "truth"}
+
+    @property
+    def truth_sha256(self) -> str:
+        """One hash of all truth tables: that of what ``sha256sum *.parquet`` prints in their folder."""
+        lines = "".join(f"{facts['sha256']}  {name}\n" for name, facts in self.truth_tables.items())
+        return hashlib.sha256(lines.encode()).hexdigest()
 
     def to_json(self) -> str:
         """The text of ``dataset.json``."""
         return json.dumps({"id": self.id, **self._json()}, indent=2, ensure_ascii=False) + "\n"
 
     def _json(self) -> dict[str, Any]:
-        return {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
+        facts = {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
+        del facts["withheld_id"]
+        return facts
 
     @staticmethod
     def read(folder: Path) -> "DatasetInfo":
@@ -73,7 +117,9 @@ class DatasetInfo:
                     path, f"format version {version}, this vbbench reads {FORMAT_VERSION}; generate it again"
                 )
             camera = camera_from_dict(values["camera"])
-            info = DatasetInfo(**{**values, "camera": camera, "scenes": tuple(values["scenes"])})
+            withheld = written_id if values["seed"] is None else None
+            scenes = tuple(values["scenes"])
+            info = DatasetInfo(**{**values, "camera": camera, "scenes": scenes, "withheld_id": withheld})
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise FileError(path, f"is damaged ({error!r}); generate the dataset again") from error
         if info.id != written_id:

@@ -30,6 +30,7 @@ from vbbench.tables import (
     replace_folder,
     write_text_atomically,
 )
+from vbbench.withholding import check_truth_free, truth_folder_beside, withhold
 
 TABLES = ["sequences", *ROWS, *SCENE_TABLES]
 """The tables of a dataset; the tier `tracked` has one more."""
@@ -47,14 +48,14 @@ def generate(
     """Make the dataset ``split`` in the folder ``out``; its bytes do not depend on ``jobs``.
 
     Interrupted work goes on where it stopped when the same call is made again. With ``withhold_truth`` the truth
-    tables go to the folder ``<out>.truth`` beside it.
+    tables and the seed go to the folder ``<out>.truth`` beside it.
 
     Raises
     ------
     VbbenchError
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
-    plan = _plan(split, Path(out), options, overwrite)
+    plan = _plan(split, Path(out), options, overwrite, withhold_truth)
     return write_dataset(plan, Path(out), jobs=jobs, withhold_truth=withhold_truth)
 
 
@@ -71,7 +72,8 @@ def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, withhold_truth: bool 
             for group in groups:
                 writer.add(group)
     info = replace(_counted(plan, facts), tables=describe_tables(tables))
-    write_text_atomically(draft / INFO_FILE, info.to_json())
+    published = withhold(info, draft / "truth") if withhold_truth else info
+    write_text_atomically(draft / INFO_FILE, published.to_json())
     if withhold_truth:
         kept = truth_folder_beside(out)
         shutil.rmtree(kept, ignore_errors=True)
@@ -94,7 +96,7 @@ def generate_partitioned(
     Otherwise as `generate`.
     """
     out = Path(out)
-    plan = _plan(split, out, options, overwrite)
+    plan = _plan(split, out, options, overwrite, withhold_truth)
     draft = out.with_name(out.name + ".partial")
     prepare_draft(draft, PARTITIONED, _key(plan))
     facts = write_partitions(partial(_build_part, plan), len(plan), draft, scheduler, label=plan.info.split)
@@ -109,9 +111,11 @@ def generate_partitioned(
     return info
 
 
-def _plan(split: str, out: Path, options: Options, overwrite: bool) -> Plan:
+def _plan(split: str, out: Path, options: Options, overwrite: bool, withhold_truth: bool) -> Plan:
     check_free(out, INFO_FILE, "dataset", overwrite)
     generator: Generator = load("generator", split)
+    if withhold_truth:
+        check_truth_free(truth_folder_beside(out), overwrite)
     plan = generator.plan(options)
     if not len(plan):
         raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
@@ -124,11 +128,6 @@ def _tables(plan: Plan) -> list[str]:
 
 def _key(plan: Plan) -> str:
     return f"{plan.info.id} {__version__}"
-
-
-def truth_folder_beside(out: Path) -> Path:
-    """Where withheld truth is kept."""
-    return out.with_name(out.name + ".truth")
 
 
 def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:

@@ -27,9 +27,10 @@ def summary(info: DatasetInfo) -> dict[str, Any]:
 
 
 def summary_json(info: DatasetInfo) -> str:
-    """The summary as JSON, with the caution where there is one."""
+    """The summary as JSON, with the caution where there is one, and the hash of truth where that is withheld."""
     caution = {} if info.caution is None else {"caution": info.caution}
-    return json.dumps({**summary(info), **caution}, indent=2, ensure_ascii=False)
+    truth = {"truth_sha256": info.truth_sha256} if info.seed is None else {}
+    return json.dumps({**summary(info), **caution, **truth}, indent=2, ensure_ascii=False)
 
 
 def describe(info: DatasetInfo) -> str:
@@ -42,8 +43,10 @@ def describe(info: DatasetInfo) -> str:
         f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']} (min / mean / max)",
         f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({info.pixel_std:g} px), "
         f"dt {info.dt:g} s",
-        f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.seed}, id {s['id']}",
+        f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
     ]
+    if info.seed is None:
+        lines.append(f"  truth withheld, SHA-256 {info.truth_sha256}")
     if info.caution is not None:
         lines.append(f"  caution: {info.caution}")
     return "\n".join(lines)

@@ -5,10 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
-from vbbench.generation import describe_tables, truth_folder_beside
+from vbbench.generation import describe_tables
 from vbbench.partitions import LAYOUT_FILE, Layout, PartitionedTable, read_layout
 from vbbench.parts import progress_bar
 from vbbench.tables import PARTITIONED, TableWriter, check_free, write_text_atomically
+from vbbench.withholding import check_truth_free, truth_folder_beside, withhold
 
 
 def merge(folder: Path | str, out: Path | str | None = None) -> Path:
@@ -42,6 +43,7 @@ def _write_whole(folder: Path, layout: Layout, target: Path, final: Path) -> Non
     paths = {name: target / f"{name}.parquet" for name in layout.tables}
     if layout.withheld:
         truth = truth_folder_beside(final)
+        check_truth_free(truth, overwrite=True)
         shutil.rmtree(truth, ignore_errors=True)
         paths |= {name: truth / path.name for name, path in paths.items() if name.startswith("truth/")}
     with progress_bar(len(paths) * len(layout.parts), "merge", unit="file") as bar:
@@ -54,7 +56,8 @@ def _write_whole(folder: Path, layout: Layout, target: Path, final: Path) -> Non
                     bar.update()
     text = (folder / PARTITIONED / layout.marker).read_text(encoding="utf-8")
     if layout.marker == INFO_FILE:
-        text = replace(DatasetInfo.read(folder / PARTITIONED), tables=describe_tables(paths)).to_json()
+        info = replace(DatasetInfo.read(folder / PARTITIONED), tables=describe_tables(paths))
+        text = (withhold(info, truth_folder_beside(final)) if layout.withheld else info).to_json()
     write_text_atomically(target / layout.marker, text)
 
 

@@ -173,7 +173,7 @@ class Score:
         speed = "" if info.seconds_per_frame is None else f", {1e3 * info.seconds_per_frame:.3g} ms a frame"
         return [
             f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, seed "
-            f"{data.seed}, {info.dataset}), {self.protocol.id}",
+            f"{data.spoken_seed}, {info.dataset}), {self.protocol.id}",
             f"{sequences}, {self.frames} frames{fallback}, {self.per_sequence.positions.sum()} positions{speed}; "
             f"missing rows: {info.failure_policy}",
         ]

@@ -23,8 +23,9 @@ def verify(folder: Path | str, truth: Path | str | None = None) -> str:
     checked = list(_check_sums(dataset))
     for sequence in dataset.sequences():
         _check_sequence(dataset, sequence)
-    withheld = "" if dataset.has_truth else "; truth is withheld and was not checked"
-    return f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written{withheld}"
+    known = f"; truth is the published one, SHA-256 {dataset.info.truth_sha256}" if truth else ""
+    told = known if dataset.has_truth else "; truth is withheld and was not checked"
+    return f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written{told}"
 
 
 def _check_sums(dataset: Dataset) -> Iterator[str]:

@@ -20,7 +20,7 @@ HEIGHT_STREAM = 1
 
 def draw_heights(scene: Scene, number: int, info: DatasetInfo) -> Scene:
     """The scene with heights N(μ_h, σ_h²) in m, by person, from the seed."""
-    rng = np.random.default_rng(np.random.SeedSequence([info.seed, number], spawn_key=(HEIGHT_STREAM,)))
+    rng = np.random.default_rng(np.random.SeedSequence([info.known_seed, number], spawn_key=(HEIGHT_STREAM,)))
     return scene.with_heights(info.height_mean + info.height_std * rng.standard_normal(len(scene.people)))
 
 
@@ -47,7 +47,7 @@ class Reprojection:
     def build(self, index: int) -> SequenceData:
         """One sequence; its random numbers follow from the seed and its index alone."""
         span = self.spans[index]
-        rng = np.random.default_rng(np.random.SeedSequence([self.info.seed, index]))
+        rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
         frames = slice(span.first, span.first + len(span.counted))
         yaw = self._headings[span.scene][frames, span.column]
         crowd = self._crowds[span.scene][frames]

@@ -46,7 +46,7 @@ class SimulationPlan:
 
     def build(self, index: int) -> SequenceData:
         """One sequence with its scene; its random numbers follow from the seed and its index alone."""
-        rng = np.random.default_rng(np.random.SeedSequence([self.info.seed, index]))
+        rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
         people = self.scenario.people[index % len(self.scenario.people)]
         heights = self.info.height_mean + self.info.height_std * rng.standard_normal(people)
         drawn = draw_scene(

@@ -1,5 +1,6 @@
 """Commands that make and describe datasets: splits, fetch, generate, info, verify."""
 
+import sys
 from pathlib import Path
 from typing import Literal
 
@@ -38,7 +39,7 @@ def generate(
     tier: TierName = "ideal",
     sigma_h: float = 0.07,
     look: Literal["motion", "wander"] = "motion",
-    seed: int = 0,
+    seed: int | Literal["secret"] = 0,
     limit: int | None = None,
     dt: float | None = None,
     homography: Path | None = None,
@@ -63,7 +64,7 @@ def generate(
             shows) or tracked (of a detector and a tracker).
         sigma_h: Standard deviation of people's heights in m, about 1.70 m.
         look: Where the camera looks: along its bearer's past motion, or wandering about that.
-        seed: Seed of everything random; 0 is one like any other.
+        seed: Seed of everything random; 0 is one like any other. With --withhold-truth: secret, which nobody can guess.
         limit: Only the first so many sequences.
         dt: Seconds a frame of your own file (split custom).
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom).
@@ -73,22 +74,26 @@ def generate(
         engine: Who walks the crowd: numba, or pysocialforce, the library (splits sim, street).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
-        withhold_truth: Put the truth tables into OUT.truth beside the dataset.
+        withhold_truth: Put the truth tables and the seed into OUT.truth beside the dataset, which keeps their hashes.
         overwrite: Replace the dataset that is there.
     """
     from vbbench.camera import CAMERAS
+    from vbbench.errors import VbbenchError
     from vbbench.generation import generate as make
     from vbbench.generation import generate_partitioned
     from vbbench.generator import Options
     from vbbench.info import describe
     from vbbench.simulation import as_simulation
+    from vbbench.withholding import draw_seed, who_knows
 
+    if seed == "secret" and not withhold_truth:
+        raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
     options = Options(
         camera=None if camera is None else CAMERAS[camera](),
         tier=tier,
         height_std=sigma_h,
         look=look,
-        seed=seed,
+        seed=draw_seed() if seed == "secret" else seed,
         limit=limit,
         source=source,
         dt=dt,
@@ -100,6 +105,9 @@ def generate(
     else:
         kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
         facts = generate_partitioned(split, out, options, scheduler=scheduler, **kept)
+    doubt = who_knows(split, options.seed) if withhold_truth else None
+    if doubt is not None:
+        print(f"vbbench: warning: {doubt}", file=sys.stderr)
     print(describe(facts))
 
 

@@ -119,7 +119,7 @@ class TrackedPlan:
             "least_frames": LEAST_FRAMES,
             "of": source.definition,
         }
-        facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}}
+        facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}, "withheld_id": None}
         return replace(source, tier="tracked", scenes=names, pixel_std=self.pixel_std, **facts)
 
     def build(self, index: int) -> SequenceData:

@@ -1,0 +1,82 @@
+"""Withheld truth: what a maintainer keeps, what is published of it, and whether the two belong together.
+
+The truth tables and the seed, from which a simulated dataset's truth could be made again, go to a folder of their own.
+The dataset keeps the SHA-256 of every truth table, and its id, which follows from the seed and all else.
+"""
+
+import json
+import secrets
+from pathlib import Path
+
+from vbbench.dataset_info import DatasetInfo
+from vbbench.errors import FileError, VbbenchError
+from vbbench.generator import Generator
+from vbbench.registry import load
+from vbbench.tables import file_sha256, write_text_atomically
+
+SEED_FILE = "seed.json"
+SECRET_BITS = 128
+GUESSABLE_BITS = 64
+"""A seed of no more bits can be found by trying: the published SHA-256 say when a guess is right."""
+
+
+def draw_seed() -> int:
+    """A seed that nobody can guess."""
+    return 1 << (SECRET_BITS - 1) | secrets.randbits(SECRET_BITS - 1)
+
+
+def truth_folder_beside(out: Path) -> Path:
+    """Where withheld truth is kept."""
+    return out.with_name(out.name + ".truth")
+
+
+def who_knows(split: str, seed: int) -> str | None:
+    """Why withholding the truth of a dataset would keep no secret; ``None`` if it does."""
+    generator: Generator = load("generator", split)
+    if generator.card.sources:
+        known = f"{split} is a public recording, and who has it knows its truth"
+        return f"{known}; withhold sim, street or a recording of your own (custom), with --seed secret"
+    if seed.bit_length() <= GUESSABLE_BITS:
+        return f"seed {seed} can be guessed, and who does makes this truth again; use --seed secret"
+    return None
+
+
+def check_truth_free(kept: Path, overwrite: bool) -> None:
+    """Raise VbbenchError if ``kept``, where withheld truth is to go, is in the way: only truth is ever replaced."""
+    if not kept.exists():
+        return
+    if not kept.is_dir() or any(path.name != SEED_FILE and path.suffix != ".parquet" for path in kept.iterdir()):
+        raise VbbenchError(f"{kept} exists and is no withheld truth; move it or choose another --out")
+    if not overwrite:
+        raise VbbenchError(f"{kept} exists and may be the only copy of a truth; add --overwrite to replace it")
+
+
+def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
+    """Keep the seed beside the truth tables in the folder ``truth``; return what may be published."""
+    write_text_atomically(truth / SEED_FILE, json.dumps({"dataset": info.id, "seed": info.known_seed}) + "\n")
+    return info.without_seed()
+
+
+def check_truth(info: DatasetInfo, truth: Path) -> None:
+    """Check that the folder ``truth`` holds what was published of it.
+
+    Raises
+    ------
+    FileError
+        If a table is missing or another one than was published, or the seed is not the one that the id follows from.
+    """
+    for name, facts in info.truth_tables.items():
+        path = truth / name
+        if not path.is_file():
+            raise FileError(path, "this truth table is missing; --truth names the folder that holds all of them")
+        if path.stat().st_size != facts["bytes"] or file_sha256(path) != facts["sha256"]:
+            raise FileError(path, f"is not the truth of dataset {info.id}: its SHA-256 is not the published one")
+    if (truth / SEED_FILE).is_file() and info.with_seed(_read_seed(truth / SEED_FILE)).id != info.id:
+        raise FileError(truth / SEED_FILE, f"is not the seed of dataset {info.id}: another id follows from it")
+
+
+def _read_seed(path: Path) -> int:
+    try:
+        return int(json.loads(path.read_text(encoding="utf-8"))["seed"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise FileError(path, f'is damaged ({error!r}); wanted {{"dataset": ID, "seed": NUMBER}}') from error
