@@ -16,6 +16,7 @@ from typing import Any
 
 from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
+from vbbench.cli.plugins import plugin_commands
 from vbbench.errors import UnknownNameError, VbbenchError
 
 COMMANDS: dict[str, Callable[..., Any]] = {
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "compare": evaluation.compare,
     "plot": views.plot,
     "render": views.render,
+    "view": views.view,
     "detect": exchange.detect,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
@@ -39,6 +41,12 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "export tum": exchange.export_tum,
     "import tum": exchange.import_tum,
 }
+
+
+def all_commands() -> dict[str, Callable[..., Any]]:
+    """Every command by name: the core's, and those of installed packages."""
+    return {**COMMANDS, **plugin_commands(COMMANDS)}
+
 
 UNWRITABLE = {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENOSPC}
 """System errors that say that the user asked for a place where nothing can be written or read."""
@@ -55,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     warnings.showwarning = _one_line_warning
     sys.path.insert(0, os.getcwd())  # noqa: PTH109  a solver named module:attribute lies where the user stands
     try:
-        _run(arguments)
+        return _run(arguments)
     except VbbenchError as error:
         print(f"vbbench: {error}", file=sys.stderr)
         return 2
@@ -72,18 +80,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _run(arguments: list[str]) -> None:
+def _run(arguments: list[str]) -> int:
+    """Run the command; what it returns is the exit status, nothing is 0."""
     import tyro
 
-    if " ".join(arguments[:2]) in COMMANDS:
-        arguments = [" ".join(arguments[:2]), *arguments[2:]]
-    elif arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        raise UnknownNameError("command", " ".join(arguments[:2]), COMMANDS)
+    commands = COMMANDS if arguments and arguments[0] in COMMANDS else all_commands()
+    commands, arguments = _chosen(commands, arguments)
     complaints = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaints):
             command = tyro.extras.subcommand_cli_from_dict(
-                {name: _deferred(function) for name, function in COMMANDS.items()},
+                {name: _deferred(function) for name, function in commands.items()},
                 prog="vbbench",
                 description=DESCRIPTION,
                 args=arguments,
@@ -93,7 +100,22 @@ def _run(arguments: list[str]) -> None:
         if stop.code:
             raise VbbenchError(_one_line(complaints.getvalue())) from None
         raise
-    command()
+    return command() or 0
+
+
+def _chosen(
+    commands: dict[str, Callable[..., Any]], arguments: list[str]
+) -> tuple[dict[str, Callable[..., Any]], list[str]]:
+    """The commands that can be meant, and the arguments with the name of two words as one."""
+    if not arguments or arguments[0].startswith("-") or arguments[0] in commands:
+        return commands, arguments
+    group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
+    if group and arguments[1:] and arguments[1] in ("-h", "--help"):
+        return group, arguments[1:]
+    name = " ".join(arguments[:2])
+    if name not in commands:
+        raise UnknownNameError("command", name, group or commands)
+    return commands, [name, *arguments[2:]]
 
 
 def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:

@@ -1,4 +1,4 @@
-"""Commands that show something: plot, render, demo."""
+"""Commands that show something: plot, render, view, demo."""
 
 import sys
 from pathlib import Path
@@ -88,6 +88,46 @@ def render(
         announce=announce,
     )
     print(path)
+
+
+def view(
+    folder: Positional[Path],
+    /,
+    sequence: int,
+    estimate: tuple[Path, ...] = (),
+    out: Path | None = None,
+    backend: str | None = None,
+    truth: Path | None = None,
+    no_open: bool = False,
+) -> None:
+    """Record a sequence for the rerun viewer, and open it where there is a display (extra `viewer`).
+
+    Args:
+        folder: The dataset.
+        sequence: Number of the sequence.
+        estimate: Submissions to show beside the truth.
+        out: The .rrd file to write; default: named after split and sequence.
+        backend: Render every frame, with depth and ids, by auto, moderngl, pyrender, raster or module:attribute of
+            your own. Default: no pictures.
+        truth: Folder with the truth tables, where they are kept elsewhere.
+        no_open: Write the file only.
+    """
+    from vbbench.dataset import Dataset
+    from vbbench.rendering import Backend
+    from vbbench.viewer import Opened, how_to_open, open_viewer, record_to_file
+
+    path = record_to_file(
+        Dataset(folder, truth),
+        sequence,
+        out,
+        submissions=estimate,
+        backend=None if backend is None else Backend(name=backend),
+        announce=announce,
+    )
+    print(path)
+    opened = None if no_open else open_viewer(path)
+    if opened is not Opened.SHOWN:
+        announce(f"open it with: {how_to_open(path)}" + (f" ({opened.value})" if opened else ""))
 
 
 def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:

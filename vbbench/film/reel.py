@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
+from vbbench.bystanders import unseen
 from vbbench.dataset import Dataset
 from vbbench.plotting.moment import Moment
 from vbbench.protocol import get_protocol
@@ -65,10 +66,12 @@ class Reel:
 
     def unseen(self, frame: int) -> FloatArray:
         """[N, 2] positions in m of people who are there without a box, the observer left out."""
-        seen = self.persons[frame, self.sequence.observed[frame]]
-        others = ~np.isin(self.scene.people, seen) & (self.scene.people != self.sequence.observer)
-        places = self.scene.positions[self.sequence.first_frame + frame, others]
+        places = self._unseen[frame]
         return np.asarray(places[~np.isnan(places[:, 0])])
+
+    @cached_property
+    def _unseen(self) -> FloatArray:
+        return unseen(self.sequence, self.persons, self.scene.people, self.scene.positions)
 
 
 def load_reel(dataset: Dataset, number: int, scene: Scene, submission: SubmittedEstimates | None = None) -> Reel:

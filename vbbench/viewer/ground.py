@@ -1,0 +1,123 @@
+"""Marks on the ground plane, each drawn twice: in the world, and on the map from above.
+
+Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.viewer.palette import Colour, Colours
+from vbbench.viewer.tape import Tape
+
+WORLD, MAP = "world", "map"
+_LIFT = 0.02  # m over the ground, so that marks do not sink into it
+_FLIP = np.array([1.0, -1.0])
+
+GIRTH = 0.22
+"""Half a person's width in m, as they are drawn; only heights are known."""
+
+
+@dataclass(frozen=True)
+class People:
+    """How people are marked: colours [K, 4], and texts [K] that the viewer shows where there is room."""
+
+    colours: Colours
+    labels: list[str] | None = None
+
+    def rows(self, there: BoolArray) -> dict[str, Any]:
+        """Components of those who are there [T, K], all frames on end."""
+        person = np.nonzero(there)[1]
+        labels = {} if self.labels is None else {"labels": np.array(self.labels, dtype=str)[person]}
+        return {"colors": self.colours[person], **labels}
+
+
+class Ground:
+    """The ground plane of a recording; what is NaN in a frame is not there in that frame.
+
+    Parameters
+    ----------
+    tape : where it is recorded.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+
+    def dots(self, path: str, places: FloatArray, look: People, radius: float) -> None:
+        """Dots of a radius in m on the map alone: places [T, K, 2] in m."""
+        rr, there = self.tape.rr, _there(places)
+        self.tape.always(f"{MAP}/{path}", rr.Points2D.from_fields(radii=radius))
+        values = {"positions": places[there] * _FLIP, **look.rows(there)}
+        self.tape.many(f"{MAP}/{path}", rr.Points2D, there.sum(axis=1), **values)
+
+    def bodies(self, path: str, places: FloatArray, heights: FloatArray, look: People, *, solid: bool) -> None:
+        """Upright ellipsoids, or wire frames of them, in the world alone: places [T, K, 2] and heights [K] in m."""
+        rr, there = self.tape.rr, _there(places)
+        fill = rr.components.FillMode.Solid if solid else rr.components.FillMode.MajorWireframe
+        self.tape.always(f"{WORLD}/{path}", rr.Ellipsoids3D.from_fields(fill_mode=fill, line_radii=0.01))
+        half = 0.5 * np.broadcast_to(heights, there.shape)[there]
+        values = {
+            "centers": np.column_stack([places[there], half]),
+            "half_sizes": np.column_stack([np.full((len(half), 2), GIRTH), half]),
+            **look.rows(there),
+        }
+        self.tape.many(f"{WORLD}/{path}", rr.Ellipsoids3D, there.sum(axis=1), **values)
+
+    def rings(self, path: str, places: FloatArray, colour: Colour, radius: float) -> None:
+        """Circles of a radius in m: places [T, K, 2] in m."""
+        covariances = np.broadcast_to(np.eye(2) * radius**2, (*places.shape, 2))
+        self.ellipses(path, places, covariances, colour, reach=1.0)
+
+    def ellipses(self, path: str, places: FloatArray, covariances: FloatArray, colour: Colour, *, reach: float) -> None:
+        """Ellipses at ``reach`` standard deviations: places [T, K, 2] in m, covariances [T, K, 2, 2] in m²."""
+        there = _there(places) & np.isfinite(covariances).all(axis=(-2, -1))
+        variances, axes = np.linalg.eigh(covariances[there])
+        turn = np.linspace(0.0, 2.0 * np.pi, 25)
+        circle = reach * np.stack([np.cos(turn), np.sin(turn)])
+        outline = (axes * np.sqrt(np.clip(variances, 0.0, None))[:, None, :]) @ circle
+        self.strips(path, there.sum(axis=1), list(places[there][:, None] + np.swapaxes(outline, 1, 2)), colour, 0.01)
+
+    def lines(self, path: str, starts: FloatArray, ends: FloatArray, colour: Colour, radius: float) -> None:
+        """Straight lines from starts to ends, both [T, K, 2] in m."""
+        there = _there(starts) & _there(ends)
+        self.strips(path, there.sum(axis=1), list(np.stack([starts[there], ends[there]], axis=1)), colour, radius)
+
+    def trails(self, path: str, places: FloatArray, now: BoolArray, colour: Colour, past: int) -> None:
+        """The last ``past`` steps of everybody who is there ``now`` [T, K]: places [T, K, 2] in m."""
+        there = _there(places)
+        first = np.maximum(np.arange(len(places)) - past, 0)
+        counts, strips = np.zeros(len(places), np.int64), []
+        for frame, person in zip(*np.nonzero(now & there), strict=True):
+            window = slice(first[frame], frame + 1)
+            trail = places[window, person][there[window, person]]
+            if len(trail) > 1:
+                strips.append(trail)
+                counts[frame] += 1
+        self.strips(path, counts, strips, colour, 0.015)
+
+    def strips(self, path: str, counts: IntArray, strips: list[FloatArray], colour: Colour, radius: float) -> None:
+        """Lines through points [N, 2] in m, so many in each frame."""
+        rr = self.tape.rr
+        lifted = [np.column_stack([strip, np.full(len(strip), _LIFT)]) for strip in strips]
+        flipped = [strip * _FLIP for strip in strips]
+        for root, kind, values in ((WORLD, rr.LineStrips3D, lifted), (MAP, rr.LineStrips2D, flipped)):
+            self.tape.always(f"{root}/{path}", kind.from_fields(radii=radius, colors=colour))
+            self.tape.many(f"{root}/{path}", kind, counts, strips=values)
+
+    def arrows(self, path: str, poses: FloatArray, colour: Colour, length: float, height: float) -> None:
+        """Where an observer stands and looks: poses [T, 3] in m and rad; in the world at a height in m."""
+        rr, there = self.tape.rr, np.isfinite(poses).all(axis=1)
+        x, y, yaw = poses[there].T
+        ahead = length * np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+        level, feet = np.zeros(len(x)), np.stack([x, y], axis=1)
+        lifted = {"origins": np.column_stack([feet, level + height]), "vectors": np.column_stack([ahead, level])}
+        flat = {"origins": feet * _FLIP, "vectors": ahead * _FLIP}
+        for root, kind, values in ((WORLD, rr.Arrows3D, lifted), (MAP, rr.Arrows2D, flat)):
+            self.tape.always(f"{root}/{path}", kind.from_fields(colors=colour, radii=0.04))
+            self.tape.many(f"{root}/{path}", kind, np.asarray(there, np.int64), **values)
+
+
+def _there(places: FloatArray) -> BoolArray:
+    return np.asarray(np.isfinite(places).all(axis=-1))

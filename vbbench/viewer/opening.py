@@ -1,0 +1,45 @@
+"""Opens a recording where there is a display."""
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from enum import Enum
+from pathlib import Path
+
+
+class Opened(Enum):
+    """What became of a wish to look at a recording."""
+
+    SHOWN = "shown"
+    NO_DISPLAY = "there is no display here"
+    NO_VIEWER = "no program 'rerun' is found"
+
+
+def open_viewer(path: Path) -> Opened:
+    """Start the rerun viewer on a recording, and leave it running, if that can be of use to anybody."""
+    if not _has_display():
+        return Opened.NO_DISPLAY
+    program = viewer_program()
+    if program is None:
+        return Opened.NO_VIEWER
+    silence = subprocess.DEVNULL
+    subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
+    return Opened.SHOWN
+
+
+def viewer_program() -> str | None:
+    """The viewer that came with the SDK, else one on the path."""
+    return shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
+
+
+def how_to_open(path: Path) -> str:
+    """The command that opens a recording."""
+    return f"rerun {shlex.quote(str(path))}"
+
+
+def _has_display() -> bool:
+    if os.environ.get("CI"):
+        return False
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(n) for n in ("DISPLAY", "WAYLAND_DISPLAY"))
