@@ -1,80 +1,101 @@
-"""Result files: what a solver scored on a split, and each sequence's own figures.
+"""Result files: one JSON a result, ``SPLIT/PROTOCOL-TIER/SOLVER.json`` below the folder of results."""
 
-One file a split, protocol, tier and solver: ``SPLIT/PROTOCOL-TIER/SOLVER.json`` below ``leaderboards/results``. Time is
-not in it, so that the same code gives the same file.
-"""
-
-import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from vbbench import __version__
-from vbbench.arrays import FloatArray
-from vbbench.scorecard import METRICS, Score
+from vbbench.errors import FileError
+from vbbench.protocol import get_protocol
+from vbbench.scorecard import DRIFTS, METRICS, PerSequence
 from vbbench.tables import write_text_atomically
+from vbbench_leaderboards.block import Block, decode, encode
+from vbbench_leaderboards.json_file import Values, read_object, to_text
+from vbbench_leaderboards.result import FORMAT_VERSION, Board, Result
 
-RESULTS = Path(__file__).parents[1] / "results"
-
-_DECIMALS = 7
-"""Digits kept of a sequence's figures: finer than any drift that counts, and small files."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cell:
-    """One result: a solver under a protocol on a split in a tier."""
-
-    split: str
-    tier: str
-    protocol: str
-    solver: str
-
-    @property
-    def path(self) -> Path:
-        """Where its file lies below the folder of results."""
-        return Path(self.split, f"{self.protocol}-{self.tier}", f"{self.solver}.json")
+SCHEMA = "result"
+COUNTS = ("sequence", "frames", "positions", "posed", "placed")
+FIGURES = (*METRICS, *DRIFTS)
 
 
-def to_values(result: Score) -> dict[str, Any]:
-    """A score as its file has it."""
-    values = {name: value for name, value in result.values().items() if name != "seconds_per_frame"}
-    own = result.per_sequence
-    figures = {name: _rounded(own.figures[name]) for name in METRICS}
+def read_result(path: Path) -> Result:
+    """Read a result file.
+
+    Raises
+    ------
+    FileError
+        If it does not keep to the schema, was changed by hand, or was scored under another version of its protocol.
+    """
+    values = read_object(path, SCHEMA)
+    protocol = values["protocol"].partition("/")[0]
+    known = get_protocol(protocol).id
+    if values["protocol"] != known:
+        raise FileError(
+            path, f"$.protocol: is {values['protocol']}, this vbbench scores {known}; solve and add it anew"
+        )
+    return _result(values, protocol, _per_sequence(values["per_sequence"], path))
+
+
+def write_result(result: Result, results: Path) -> Path:
+    """Write the file of a result below the folder ``results``, whole or not at all, and return its path."""
+    path = results / result.path
+    write_text_atomically(path, to_text(_values(result)))
+    return path
+
+
+def _values(result: Result) -> Values:
+    own, board = result.per_sequence, result.board
+    columns = {**{name: getattr(own, name) for name in COUNTS}, **{name: own.figures[name] for name in FIGURES}}
     return {
-        "package_version": __version__,
-        "score": values,
-        "per_sequence": {"sequence": own.sequence.tolist(), **figures},
+        "format_version": FORMAT_VERSION,
+        "solver": {
+            "name": result.solver,
+            "version": result.version,
+            "reference": result.reference,
+            "link": result.link,
+        },
+        "dataset": {
+            "id": result.dataset,
+            "split": board.split,
+            "tier": board.tier,
+            "camera": result.camera,
+            "seed": result.seed,
+        },
+        "protocol": result.protocol_id,
+        "made_with": {"vbbench": result.package_version, "hardware": result.hardware},
+        "submission": result.submission,
+        "score": result.score,
+        "per_sequence": encode(columns),
     }
 
 
-def to_json(values: dict[str, Any]) -> str:
-    """The text of a result file: the score by lines, each list of figures in one."""
-    head = json.dumps({name: values[name] for name in ("package_version", "score")}, indent=1, ensure_ascii=False)
-    rows = ",\n".join(
-        f'  "{name}": {json.dumps(row, separators=(",", ":"))}' for name, row in values["per_sequence"].items()
+def _result(values: Values, protocol: str, per_sequence: PerSequence) -> Result:
+    solver, dataset = values["solver"], values["dataset"]
+    return Result(
+        board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),
+        solver=solver["name"],
+        version=solver["version"],
+        reference=solver["reference"],
+        link=solver["link"],
+        dataset=dataset["id"],
+        camera=dataset["camera"],
+        seed=dataset["seed"],
+        package_version=values["made_with"]["vbbench"],
+        hardware=values["made_with"]["hardware"],
+        submission=values["submission"],
+        score=values["score"],
+        per_sequence=per_sequence,
     )
-    return f'{head[:-2]},\n "per_sequence": {{\n{rows}\n }}\n}}\n'
 
 
-def read(cell: Cell, results: Path = RESULTS) -> dict[str, Any]:
-    """The committed result of a cell."""
-    values: dict[str, Any] = json.loads((results / cell.path).read_text(encoding="utf-8"))
-    return values
-
-
-def write(cell: Cell, values: dict[str, Any], results: Path = RESULTS) -> None:
-    """Write the result of a cell."""
-    write_text_atomically(results / cell.path, to_json(values))
-
-
-def first_sequences(values: dict[str, Any], count: int) -> dict[str, Any]:
-    """The figures of sequences 0 … count − 1 alone."""
-    rows = values["per_sequence"]
-    kept = int(np.searchsorted(rows["sequence"], count))
-    return {name: row[:kept] for name, row in rows.items()}
-
-
-def _rounded(figures: FloatArray) -> list[float | None]:
-    return [None if np.isnan(figure) else round(float(figure), _DECIMALS) for figure in figures]
+def _per_sequence(block: Block, path: Path) -> PerSequence:
+    columns = decode(block)
+    whole = np.stack([columns[name] for name in COUNTS])
+    figures = np.stack([columns[name] for name in FIGURES])
+    if not (np.isfinite(whole) & (whole >= 0) & (whole == np.floor(whole))).all():
+        raise FileError(path, f"$.per_sequence: {', '.join(COUNTS)} must be whole numbers, 0 or more")
+    if np.isinf(figures).any() or (figures < 0).any():
+        raise FileError(path, "$.per_sequence: a figure is infinite or below 0")
+    return PerSequence(
+        **{name: columns[name].astype(np.int64) for name in COUNTS},
+        figures={name: columns[name] for name in FIGURES},
+    )

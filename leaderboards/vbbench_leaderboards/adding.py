@@ -1,0 +1,107 @@
+"""Adds a submission to the leaderboard: scored, checked against the board's dataset, written as one file."""
+
+import re
+from pathlib import Path
+
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError, VbbenchError
+from vbbench.scoring import score
+from vbbench.submission import SubmissionInfo
+from vbbench.tables import file_sha256
+from vbbench_leaderboards.dataset_record import (
+    BoardDataset,
+    check_same_dataset,
+    read_dataset,
+    record_path,
+    write_dataset,
+)
+from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.result_file import write_result
+from vbbench_leaderboards.results_folder import published_results
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
+_LINK = re.compile(r"(https?://[^\s<>\"']{1,492})?")
+
+
+def add(
+    submission: Path,
+    dataset: Path,
+    results: Path,
+    *,
+    truth: Path | None = None,
+    name: str = "",
+    reference: str = "",
+    link: str = "",
+    overwrite: bool = False,
+) -> Path:
+    """Score a submission and write its result file below ``results``; return its path.
+
+    The first result of a split and tier writes the record of its dataset, too.
+
+    Raises
+    ------
+    VbbenchError
+        If the submission has faults, is made on another dataset than its board's, is there already, or its name
+        cannot be a file's.
+    """
+    info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
+    solver, link = _checked_name(name or info.solver), _checked_link(link)
+    record = board_dataset(opened, results)
+    if record is not None:
+        check_same_dataset(record, opened.info.id, dataset)
+        check_same_dataset(record, info.dataset, submission)
+    board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
+    path = results / board.folder / f"{solver}.json"
+    if path.exists() and not overwrite:
+        raise VbbenchError(f"{path} exists; add --overwrite to replace it, or give another --name")
+    check_sums(opened)
+    judged = score(submission, dataset, truth)
+    result = Result.of(judged, table_hashes(submission), name=solver, reference=reference, link=link)
+    if not (results / record_path(opened.info.split, opened.info.tier)).is_file():
+        write_dataset(record or BoardDataset.of(opened), results)
+    return write_result(result, results)
+
+
+def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:
+    """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none."""
+    path = record_path(dataset.info.split, dataset.info.tier)
+    place = next((folder for folder in (results, published_results()) if (folder / path).is_file()), None)
+    return None if place is None else read_dataset(place / path)
+
+
+def check_sums(dataset: Dataset) -> None:
+    """Check that every table, the truth's too, has the SHA-256 that ``dataset.json`` publishes.
+
+    Raises
+    ------
+    FileError
+        At the first that has not.
+    """
+    for name, facts in dataset.info.tables.items():
+        path = dataset.table_path(name)
+        if not path.is_file():
+            where = "; name the folder that holds it with --truth" if name.startswith("truth/") else ""
+            raise FileError(path, f"the file is missing{where or '; generate the dataset again'}")
+        if file_sha256(path) != facts["sha256"]:
+            raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")
+
+
+def table_hashes(submission: Path) -> dict[str, str]:
+    """File name → SHA-256 of a submission's tables."""
+    names = (f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
+    return {name: file_sha256(submission / name) for name in names if (submission / name).is_file()}
+
+
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        raise VbbenchError(
+            f"'{name}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
+            "digits and . _ + -, beginning with a letter or digit"
+        )
+    return name
+
+
+def _checked_link(link: str) -> str:
+    if not _LINK.fullmatch(link):
+        raise VbbenchError(f"--link {link} is no address; give one that begins with https:// or http://")
+    return link

@@ -1,0 +1,105 @@
+"""JSON files of the leaderboard: read strictly, checked against a published schema, sealed by a digest."""
+
+import hashlib
+import json
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vbbench.errors import FileError
+from vbbench_leaderboards.block import fingerprint
+
+if TYPE_CHECKING:
+    from jsonschema import Draft202012Validator
+    from jsonschema.exceptions import ValidationError
+
+_SHORT = 160
+"""Characters of a schema's complaint that are printed."""
+
+Values = dict[str, Any]
+
+
+def read_object(path: Path, schema: str) -> Values:
+    """The object in a JSON file that keeps to the schema called ``schema`` and to its digest.
+
+    Raises
+    ------
+    FileError
+        If it is missing, damaged, or does not keep to them; the first fault is named with its place in the file.
+    """
+    values = _parse(path)
+    fault = next(iter(sorted(_validator(schema).iter_errors(values), key=_place)), None)
+    if fault is not None:
+        raise FileError(path, f"{fault.json_path}: {_complaint(fault)}; see {schema}.schema.json")
+    try:
+        fresh = digest(values)
+    except ValueError as error:
+        raise FileError(path, f"a block's data {error}; write the file again") from error
+    if values["digest"] != fresh:
+        raise FileError(
+            path, f"$.digest: is {values['digest']}, what stands here gives {fresh}; it was changed by hand"
+        )
+    return values
+
+
+def to_text(values: Values) -> str:
+    """The text of a file: ``values`` with their digest."""
+    return json.dumps({**values, "digest": digest(values)}, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def digest(values: Values) -> str:
+    """SHA-256 over the canonical text: no digest, keys sorted, no spaces, each block by what it unfolds to."""
+    facts = {name: _plain(value) for name, value in values.items() if name != "digest"}
+    text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    return fingerprint(value) if "encoding" in value else {name: _plain(part) for name, part in value.items()}
+
+
+def _parse(path: Path) -> Values:
+    try:
+        values = json.loads(path.read_text("utf-8"), object_pairs_hook=_unique, parse_constant=_no_number)
+    except FileNotFoundError as error:
+        raise FileError(path, "the file is missing") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "holds no JSON object; write it again with 'vbbench leaderboard add'")
+    return values
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> Values:
+    values = dict(pairs)
+    if len(values) != len(pairs):
+        names = [name for name, _ in pairs]
+        raise ValueError(f"key '{next(name for name in names if names.count(name) > 1)}' stands twice")
+    return values
+
+
+def _no_number(text: str) -> Any:
+    raise ValueError(f"{text} is no JSON number")
+
+
+@cache
+def _validator(schema: str) -> "Draft202012Validator":
+    from jsonschema import Draft202012Validator
+
+    text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
+    return Draft202012Validator(json.loads(text))
+
+
+def _place(fault: "ValidationError") -> tuple[bool, str, str]:
+    """Order of faults: another format version explains all others."""
+    return "format_version" not in fault.json_path, fault.json_path, fault.message
+
+
+def _complaint(fault: "ValidationError") -> str:
+    if fault.json_path == "$.format_version":
+        return f"is {fault.instance!r}, this vbbench reads {fault.validator_value!r}"
+    text = fault.message
+    return text if len(text) <= _SHORT else f"...{text[-_SHORT:]}"
