@@ -45,6 +45,7 @@ class Visitor:
         self.context = context
         self.root = site if isinstance(site, str) else site.resolve().as_uri()
         self.faults: list[str] = []
+        self.asked: list[str] = []
         context.set_default_timeout(5_000)
         context.route("**/*", self._let_pass)
         context.on("page", self._watch)
@@ -57,6 +58,7 @@ class Visitor:
         return page
 
     def _let_pass(self, route: Route) -> None:
+        self.asked.append(route.request.url)
         address = urlsplit(route.request.url)
         if address.scheme in ("file", "data", "blob") or address.hostname == "127.0.0.1":
             route.continue_()
