@@ -46,6 +46,8 @@ def add(
     """
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
     solver, link = _checked_name(name or info.solver), _checked_link(link)
+    if info.dataset != opened.info.id:
+        raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
     record = board_dataset(opened, results)
     if record is not None:
         check_same_dataset(record, opened.info.id, dataset)

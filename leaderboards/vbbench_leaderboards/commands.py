@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tyro.conf import Positional
 
@@ -49,10 +49,79 @@ def add(
     _say(path)
 
 
+def template(folder: Positional[Path], /) -> None:
+    """Make a folder to begin a solver in: one in Python, one in another language, and what to do.
+
+    Args:
+        folder: Folder to write into; nothing in it is overwritten.
+    """
+    from vbbench_leaderboards.templates import copy_template
+
+    for path in copy_template(folder):
+        _say(path)
+
+
+def check(
+    results: Path = RESULTS,
+    work: Path = WORK,
+    dataset: tuple[Path, ...] = (),
+    submission: tuple[Path, ...] = (),
+) -> None:
+    """Check every result file; score again those whose submission is at hand.
+
+    Args:
+        results: Folder of the result files.
+        work: Work folder of 'vbbench leaderboard rerun' with datasets and submissions, where there is one.
+        dataset: More dataset folders to score with.
+        submission: More submission folders to score again.
+    """
+    from vbbench_leaderboards.checking import check as verify
+
+    _say(verify(results, work=work, datasets=dataset, submissions=submission))
+
+
+def rerun(
+    split: tuple[str, ...] = (),
+    solver: tuple[str, ...] = (),
+    tier: tuple[Literal["ideal", "noisy", "occluded", "tracked"], ...] = ("ideal", "noisy"),
+    results: Path = RESULTS,
+    work: Path = WORK,
+    update: bool = False,
+    fresh: bool = False,
+    jobs: int = 1,
+) -> int:
+    """Make the datasets, solve and score every board again, and say what drifted from the result files.
+
+    Exit status 1 says that something drifted and was not written.
+
+    Args:
+        split: Splits; default: all that results are published of and whose source files are here.
+        solver: Solvers; default: all that come with vbbench.
+        tier: Tiers.
+        results: Folder of the result files.
+        work: Folder for datasets and submissions; what is whole there and made by the same code is used again.
+        update: Write what drifted and what is new.
+        fresh: Use nothing of the work folder again.
+        jobs: Processes; the figures do not depend on it.
+    """
+    from vbbench_leaderboards.rerunning import Rerun
+
+    run = Rerun(results=results, work=work, update=update, fresh=fresh, jobs=jobs)
+    drifted = 0
+    for outcome in run.boards(split, solver, tier):
+        drifted += outcome.is_drift
+        _say(outcome.text)
+    return int(drifted > 0)
+
+
 def _say(text: object) -> None:
     sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
 
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "add": add,
+    "check": check,
+    "rerun": rerun,
+    "template": template,
 }

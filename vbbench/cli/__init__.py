@@ -36,6 +36,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
     "reproduce table4": reproduce.table4,
+    "export csv": exchange.export_csv,
     "export mot": exchange.export_mot,
     "import mot": exchange.import_mot,
     "export tum": exchange.export_tum,

@@ -1,4 +1,4 @@
-"""Commands that exchange boxes and trajectories with other tools: export and import mot and tum, detect."""
+"""Commands that exchange boxes and trajectories with other tools: export csv, export and import mot and tum, detect."""
 
 from pathlib import Path
 
@@ -6,6 +6,19 @@ from tyro.conf import Positional
 
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.views import announce
+
+
+def export_csv(folder: Positional[Path], /, out: Path) -> None:
+    """Write a dataset's boxes and given positions as CSV, for programs that read no Parquet; truth is not among them.
+
+    Args:
+        folder: The dataset.
+        out: Folder to write into.
+    """
+    from vbbench.csv_export import export_csv as export
+    from vbbench.dataset import Dataset
+
+    print(export(Dataset(folder), out))
 
 
 def export_tum(

@@ -1,0 +1,160 @@
+"""A stranger's way onto the leaderboard: the template runs, files of any language score, mistakes say what to do."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from vbbench.camera import PanoramaCamera
+from vbbench.cli import main
+from vbbench.csv_export import TABLES, export_csv
+from vbbench.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.scoring import score
+from vbbench.solving import solve
+from vbbench_leaderboards.templates import TEMPLATE, copy_template
+
+PROTOCOLS = ("one-step", "sequential", "rollout")
+Said = Callable[..., str]
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    folder = tmp_path_factory.mktemp("submitting") / "demo"
+    return generate("demo", folder, Options(camera=PanoramaCamera(), tier="noisy", limit=6))
+
+
+@pytest.fixture
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a newcomer who stands in it."""
+    copy_template(tmp_path / "mine")
+    monkeypatch.chdir(tmp_path / "mine")
+    monkeypatch.syspath_prepend(str(tmp_path / "mine"))
+    return tmp_path / "mine"
+
+
+@pytest.fixture
+def mistake(capsys: pytest.CaptureFixture[str]) -> Said:
+    """Runs a command that is a mistake, and gives the one line that it says."""
+
+    def run(*words: object) -> str:
+        capsys.readouterr()
+        assert main([str(word) for word in words]) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.startswith("vbbench: ")
+        assert said.err.count("\n") == 1
+        return said.err
+
+    return run
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_the_class_of_the_template_answers(dataset: Dataset, mine: Path, protocol: str) -> None:
+    answer = solve(dataset, "mysolver:MySolver", protocol, mine / "answer")
+    plain = solve(dataset, "cv", protocol, mine / "plain")
+    figures, others = score(answer, dataset.folder), score(plain, dataset.folder)
+    assert figures.coverage == 1.0
+    assert protocol == "one-step" or figures.summaries["dx_rel"].mean < others.summaries["dx_rel"].mean
+
+
+@pytest.mark.skipif(shutil.which("awk") is None, reason="no awk here")
+@pytest.mark.parametrize("protocol", ["sequential", "rollout"])
+def test_a_program_in_another_language_answers(dataset: Dataset, mine: Path, protocol: str) -> None:
+    answer = _solve_with_awk(dataset, mine, protocol)
+    assert score(answer, dataset.folder).coverage == 1.0
+    if protocol == "sequential":
+        plain = score(solve(dataset, "cv", protocol, mine / "plain"), dataset.folder)
+        assert score(answer, dataset.folder).summaries["dt"].mean == pytest.approx(plain.summaries["dt"].mean)
+
+
+def test_csv_says_what_parquet_says_and_no_truth(dataset: Dataset, tmp_path: Path) -> None:
+    export_csv(dataset, tmp_path / "csv")
+    assert sorted(path.stem for path in (tmp_path / "csv").iterdir()) == sorted(TABLES)
+    for name in TABLES:
+        text = (tmp_path / "csv" / f"{name}.csv").read_text("utf-8")
+        assert '"' not in text
+        assert "nan" not in text
+        read = pd.read_csv(tmp_path / "csv" / f"{name}.csv")
+        there = pd.read_parquet(dataset.table_path(name))
+        pd.testing.assert_frame_equal(read, there, check_dtype=False, rtol=1e-7)
+
+
+def test_a_withheld_dataset_is_exported_too(tmp_path: Path) -> None:
+    generate("demo", tmp_path / "kept", Options(limit=1), withhold_truth=True)
+    assert main(["export", "csv", str(tmp_path / "kept"), "--out", str(tmp_path / "csv")]) == 0
+    assert (tmp_path / "csv" / "given.csv").is_file()
+
+
+def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: Said) -> None:
+    (mine / "README.md").unlink()
+    (mine / "mysolver.py").write_text("years of work", encoding="utf-8")
+    assert "mysolver.awk exists" in mistake("leaderboard", "template", mine)
+    assert (mine / "mysolver.py").read_text("utf-8") == "years of work"
+    assert "is a dataset" in mistake("leaderboard", "template", dataset.folder)
+    assert "is no folder" in mistake("leaderboard", "template", mine / "mysolver.py")
+
+
+def test_the_template_names_every_file_of_it() -> None:
+    text = (TEMPLATE / "README.md").read_text("utf-8")
+    assert all(f"`{path.name}`" in text for path in TEMPLATE.iterdir() if path.suffix in (".py", ".awk"))
+
+
+def test_no_truth_at_hand(dataset: Dataset, mine: Path, mistake: Said) -> None:
+    shutil.copytree(dataset.folder, mine / "bare", ignore=shutil.ignore_patterns("truth"))
+    answer = solve(dataset, "cv", "sequential", mine / "answer")
+    for command in ("score", "leaderboard add"):
+        assert "--truth" in mistake(*command.split(), answer, "--dataset", mine / "bare")
+
+
+def test_another_dataset(dataset: Dataset, mine: Path, mistake: Said) -> None:
+    other = generate("demo", mine / "other", Options(limit=2))
+    answer = solve(other, "cv", "sequential", mine / "answer")
+    said = mistake("leaderboard", "add", answer, "--dataset", dataset.folder, "--results", mine / "results")
+    assert other.info.id in said
+    assert dataset.info.id in said
+    assert not (mine / "results").exists()
+
+
+@pytest.mark.parametrize("name", ["me/mine", "../mine", "", " ", "ä" * 50, "mysolver:MySolver"])
+def test_a_name_that_no_file_can_have(dataset: Dataset, mine: Path, mistake: Said, name: str) -> None:
+    answer = solve(dataset, "mysolver:MySolver", "sequential", mine / "answer")
+    asked = ["--name", name] if name else []
+    add = ["leaderboard", "add", answer, "--dataset", dataset.folder, "--results", mine / "results", *asked]
+    assert "--name" in mistake(*add)
+    assert not (mine / "results").exists()
+
+
+def test_missing_rows(dataset: Dataset, mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer = solve(dataset, "cv", "sequential", mine / "answer")
+    rows = pd.read_parquet(answer / "positions.parquet")
+    (answer / "positions.parquet").unlink()
+    rows.iloc[:-3].to_csv(answer / "positions.csv", index=False)
+    add = ["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--results", str(mine / "results")]
+    assert main(add) == 2
+    assert "3 faults" in capsys.readouterr().err
+    assert not (mine / "results").exists()
+
+
+def test_added_twice(dataset: Dataset, mine: Path, mistake: Said) -> None:
+    answer = solve(dataset, "cv", "sequential", mine / "answer")
+    add = ["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--results", str(mine / "results")]
+    assert main(add) == 0
+    assert "--overwrite" in mistake(*add)
+    assert main([*add, "--overwrite"]) == 0
+
+
+def _solve_with_awk(dataset: Dataset, folder: Path, protocol: str) -> Path:
+    boxes, answer = export_csv(dataset, folder / "boxes"), folder / "answer"
+    answer.mkdir()
+    files = [boxes / "given.csv", boxes / "observations.csv"]
+    variables = ["-v", f"out={answer}", "-v", f"protocol={protocol}"]
+    subprocess.run(["awk", *variables, "-f", folder / "mysolver.awk", *files], check=True)
+    facts = {"solver": "my-awk", "dataset": dataset.info.id, "protocol": protocol}
+    (answer / "submission.json").write_text(json.dumps(facts), encoding="utf-8")
+    return answer
