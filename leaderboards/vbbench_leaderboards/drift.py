@@ -1,24 +1,43 @@
-"""Where two results differ by more than the tolerance."""
+"""Where two results of the same solver on the same board differ by more than the tolerance."""
 
 from typing import Any
 
+import numpy as np
+
+from vbbench_leaderboards.result import Result
+
 TOLERANCE = 1e-6
-"""How far a figure may lie from the committed one, in m or rad, or in parts of it where it is larger than one."""
+"""How far a figure may lie from the other, in m or rad, or in parts of it where it is larger than one."""
 
-_NOT_COMPARED = ("package_version", "solver_version")
+_NOT_COMPARED = ("solver_version", "seconds_per_frame")
 
 
-def drift(old: Any, new: Any, name: str = "") -> list[str]:
-    """Differences of two results as JSON has them, a line each; versions are not compared."""
+def drift(old: Result, new: Result) -> list[str]:
+    """Differences of two results, a line each; versions, times and descriptions are not compared."""
+    return _differences(_comparable(old), _comparable(new), "")
+
+
+def _comparable(result: Result) -> dict[str, Any]:
+    own = result.per_sequence
+    columns = {name: values for name, values in vars(own).items() if name != "figures"} | own.figures
+    score = {name: value for name, value in result.score.items() if name not in _NOT_COMPARED}
+    return {"score": score, "per_sequence": {name: _plain(values) for name, values in columns.items()}}
+
+
+def _plain(values: Any) -> list[float | None]:
+    return [None if np.isnan(value) else float(value) for value in values]
+
+
+def _differences(old: Any, new: Any, name: str) -> list[str]:
     if isinstance(old, dict) and isinstance(new, dict):
-        keys = [key for key in dict.fromkeys([*old, *new]) if key not in _NOT_COMPARED]
-        return [line for key in keys for line in drift(old.get(key), new.get(key), f"{name}.{key}".lstrip("."))]
+        keys = dict.fromkeys([*old, *new])
+        return [line for key in keys for line in _differences(old.get(key), new.get(key), f"{name}.{key}".lstrip("."))]
     if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        return _drift_of_rows(old, new, name)
+        return _differences_of_rows(old, new, name)
     return [] if _same(old, new) else [f"{name}: was {_short(old)}, is {_short(new)}"]
 
 
-def _drift_of_rows(old: list[Any], new: list[Any], name: str) -> list[str]:
+def _differences_of_rows(old: list[Any], new: list[Any], name: str) -> list[str]:
     rows = [row for row, pair in enumerate(zip(old, new, strict=True)) if not _same(*pair)]
     if not rows:
         return []

@@ -1,0 +1,146 @@
+"""Makes every published result again: datasets, submissions, scores; and says what drifted."""
+
+import itertools
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vbbench.dataset import Dataset
+from vbbench.errors import SourceMissingError
+from vbbench.generation import generate
+from vbbench.generator import Options, Tier
+from vbbench.protocol import PROTOCOLS
+from vbbench.registry import load, registered
+from vbbench.scoring import score
+from vbbench.solving import solve
+from vbbench_leaderboards.adding import table_hashes
+from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset, record_path, write_dataset
+from vbbench_leaderboards.drift import drift
+from vbbench_leaderboards.made_by import code_of, forget, is_made_by, note_code
+from vbbench_leaderboards.rescoring import record_faults
+from vbbench_leaderboards.result import Result
+from vbbench_leaderboards.result_file import read_result, write_result
+
+SPLITS = ("hotel", "sim", "eth", "eth-15fps", "students", "students-resampled")
+"""Splits that results are published of."""
+
+REFERENCES = {
+    "cv": "Constant-velocity extrapolation, bundled with vbbench (baseline CV of arXiv 2111.05060)",
+    "sf": "Social-force extrapolation, bundled with vbbench (baseline SF of arXiv 2111.05060)",
+    "vb-cv": "View birdification with constant velocity, bundled with vbbench "
+    "(VB-CV of arXiv 2111.05060, with changes)",
+    "vb-sf": "View birdification with the social force, bundled with vbbench (VB-SF of arXiv 2111.05060, with changes)",
+}
+"""What the board says of the bundled solvers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of one file: the lines ``found`` say how it drifted, and ``updated`` whether it was written anew."""
+
+    path: Path
+    found: tuple[str, ...]
+    updated: bool
+
+    @property
+    def is_drift(self) -> bool:
+        """Whether the file is now behind."""
+        return bool(self.found) and not self.updated
+
+    @property
+    def text(self) -> str:
+        """A line, and one for each thing that drifted."""
+        state = "as committed" if not self.found else "written anew" if self.updated else "drifted"
+        return "\n  ".join([f"{self.path}: {state}", *self.found])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rerun:
+    """A run over boards.
+
+    Parameters
+    ----------
+    results : folder of the result files.
+    work : folder for ``datasets/SPLIT-TIER`` and ``submissions/SPLIT/PROTOCOL-TIER/SOLVER``.
+    update : write what drifted and what is new.
+    fresh : use nothing of the work folder again.
+    jobs : processes.
+    """
+
+    results: Path
+    work: Path
+    update: bool = False
+    fresh: bool = False
+    jobs: int = 1
+
+    def boards(
+        self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[Tier] = ("ideal", "noisy")
+    ) -> Iterator[Outcome]:
+        """Outcome of every dataset record and every result; without names those of all that is published.
+
+        Raises
+        ------
+        VbbenchError
+            If a name is unknown, or the sources of a named split are missing; those of others are said and left out.
+        """
+        chosen = solvers or bundled_solvers()
+        for name in chosen:
+            load("solver", name)
+        for split, tier in itertools.product(splits or SPLITS, tiers):
+            try:
+                dataset = self.dataset(split, tier)
+            except SourceMissingError as error:
+                if splits:
+                    raise
+                sys.stderr.write(f"vbbench: {split} {tier} is left out: {error}\n")
+                continue
+            yield self._record(dataset)
+            for protocol, solver in itertools.product(PROTOCOLS, chosen):
+                yield self._result(dataset, protocol, solver)
+
+    def dataset(self, split: str, tier: Tier) -> Dataset:
+        """The dataset of a split's boards: its own camera, seed 0."""
+        folder, code = self.work / "datasets" / f"{split}-{tier}", code_of("generator", split)
+        if self.fresh or not is_made_by(code, folder):
+            load("generator", split)
+            forget(folder)
+            generate(split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)
+            note_code(code, folder)
+        return Dataset(folder)
+
+    def submission(self, dataset: Dataset, protocol: str, solver: str) -> Path:
+        """A solver's submission."""
+        info = dataset.info
+        folder = self.work / "submissions" / info.split / f"{protocol}-{info.tier}" / solver
+        code = f"{code_of('solver', solver)} {info.id}"
+        if self.fresh or not is_made_by(code, folder):
+            forget(folder)
+            solve(dataset, solver, protocol, folder, jobs=self.jobs, overwrite=True)
+            note_code(code, folder)
+        return folder
+
+    def _record(self, dataset: Dataset) -> Outcome:
+        path = record_path(dataset.info.split, dataset.info.tier)
+        kept = self.results / path
+        found = ["no record was kept"]
+        if kept.is_file():
+            found = list(record_faults(read_dataset(kept), dataset.folder))
+        if found and self.update:
+            write_dataset(BoardDataset.of(dataset), self.results)
+        return Outcome(path=path, found=tuple(found), updated=self.update)
+
+    def _result(self, dataset: Dataset, protocol: str, solver: str) -> Outcome:
+        folder = self.submission(dataset, protocol, solver)
+        judged = score(folder, dataset.folder)
+        fresh = Result.of(judged, table_hashes(folder), name=solver, reference=REFERENCES.get(solver, ""))
+        kept = self.results / fresh.path
+        found = drift(read_result(kept), fresh) if kept.is_file() else ["no result was kept"]
+        if found and self.update:
+            write_result(fresh, self.results)
+        return Outcome(path=fresh.path, found=tuple(found), updated=self.update)
+
+
+def bundled_solvers() -> list[str]:
+    """Names of the solvers that come with vbbench, strangers' left out."""
+    return sorted(name for name, point in registered("solver").items() if point.dist and point.dist.name == "vbbench")
