@@ -1,0 +1,73 @@
+"""Builds the site from a folder of results: whole, or not at all."""
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from vbbench import __version__
+from vbbench.errors import VbbenchError
+from vbbench.tables import replace_folder
+from vbbench_leaderboards.page.files import site_files
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.player.writing import write_player
+from vbbench_leaderboards.ranking import rank
+from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results_folder import read_datasets, read_results
+
+MARKER = ".vbbench-site"
+"""File that tells a site that was built here from a folder that must not be touched."""
+
+SEQUENCES = 24
+
+
+def build(out: Path, results: Path, *, work: Path | None = None, sequences: int = SEQUENCES) -> Site:
+    """Write the site of all results below ``results`` into the folder ``out``, and return what it shows.
+
+    Parameters
+    ----------
+    work : folder of ``vbbench leaderboard rerun``, for the player's data; ``None`` leaves them out.
+    sequences : how many sequences of each split can be played.
+
+    Raises
+    ------
+    VbbenchError
+        If ``out`` is there and no site, if there are no results, or if one of them is damaged.
+    """
+    check_site(out)
+    found = read_results(results)
+    if not found:
+        raise VbbenchError(f"{results} holds no results; add one with 'vbbench leaderboard add'")
+    draft = out.with_name(out.name + ".partial")
+    check_site(draft)
+    shutil.rmtree(draft, ignore_errors=True)
+    draft.mkdir(parents=True)
+    (draft / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
+    try:
+        site = _write(draft, found, results, work, sequences)
+        replace_folder(draft, out)
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        raise
+    return site
+
+
+def check_site(folder: Path) -> None:
+    """Raise VbbenchError if ``folder`` is there and was not made by `build`."""
+    if folder.exists() and not (folder / MARKER).is_file():
+        raise VbbenchError(f"{folder} exists and is no site of 'vbbench leaderboard build'; choose another --out")
+
+
+def _write(
+    draft: Path, found: Mapping[Board, tuple[Result, ...]], results: Path, work: Path | None, sequences: int
+) -> Site:
+    site = Site(
+        results=found,
+        datasets=read_datasets(results),
+        rankings={board: rank(rows) for board, rows in found.items()},
+        playable=write_player(draft, found, work, sequences),
+    )
+    for name, text in site_files(site):
+        path = draft / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+    return site

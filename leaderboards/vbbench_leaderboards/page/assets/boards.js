@@ -1,0 +1,116 @@
+/* A board on the page: put there, and kept in step with the address. */
+(function () {
+  "use strict";
+  const vbbench = window.vbbench;
+  const place = document.getElementById("board");
+  const BY = "dx";
+
+  /** @type {{state: any, change: (options: Record<string, string>) => void} | null} */
+  let now = null;
+
+  /**
+   * @param {any} board as its data file has it
+   * @param {any} state
+   * @param {(options: Record<string, string>) => void} change called with what the reader chose
+   */
+  function show(board, state, change) {
+    if (place.dataset.board !== board.key) {
+      place.innerHTML = board.html; // written by the build, with every stranger's word escaped there
+      place.dataset.board = board.key;
+      wire();
+    }
+    place.setAttribute("aria-busy", "false");
+    now = { state, change };
+    apply(state.options);
+  }
+
+  /** @param {Record<string, string>} options */
+  function apply(options) {
+    const column = options.by || BY;
+    const down = options.order ? options.order === "down" : vbbench.table.startsDown(column);
+    const table = /** @type {HTMLTableElement} */ (document.getElementById("board-table"));
+    vbbench.table.sort(table, column, down);
+    table.classList.toggle("all", options.columns === "all");
+    pressed(document.getElementById("more-columns"), options.columns === "all");
+    choose(options);
+    showMetric(vbbench.table.metricOf(column));
+    say(column, down, table);
+  }
+
+  /** @param {Record<string, string>} options */
+  function choose(options) {
+    const chosen = options.show === undefined ? null : new Set(options.show.split(",").map(decodeURIComponent));
+    for (const box of place.querySelectorAll("#chips input")) box.checked = chosen === null || chosen.has(box.value);
+    const field = /** @type {HTMLInputElement} */ (document.getElementById("filter"));
+    if (document.activeElement !== field) field.value = options.find || "";
+    const count = vbbench.table.filter(place, options.find || "", chosen);
+    document.getElementById("nothing-found").hidden = count > 0;
+  }
+
+  /** @param {string} metric of which charts and differences are shown */
+  function showMetric(metric) {
+    const shown = place.querySelector('.pair[data-metric="' + metric + '"]') ? metric : BY;
+    for (const part of place.querySelectorAll("[data-metric]")) part.hidden = part.dataset.metric !== shown;
+    for (const button of place.querySelectorAll("[data-choose]")) pressed(button, button.dataset.choose === shown);
+  }
+
+  /** @param {string} column @param {boolean} down @param {HTMLTableElement} table */
+  function say(column, down, table) {
+    const head = table.querySelector('th[data-column="' + CSS.escape(column) + '"]');
+    const rows = Array.from(table.tBodies[0].rows).filter((row) => !row.hidden).length;
+    const order = down ? "largest first" : "smallest first";
+    const words = rows + " solvers, sorted by " + (head ? head.textContent.trim() : column) + ", " + order;
+    const region = document.getElementById("board-says");
+    if (region.textContent !== words) region.textContent = words;
+  }
+
+  /** @param {Element} button @param {boolean} on */
+  function pressed(button, on) {
+    button.setAttribute("aria-pressed", String(on));
+  }
+
+  /** Set options of the address; an empty one leaves it. @param {Record<string, string | undefined>} options */
+  function set(options) {
+    const next = { ...now.state.options, ...options };
+    now.change(Object.fromEntries(Object.entries(next).filter(([, value]) => value !== undefined)));
+  }
+
+  /** @param {string} column */
+  function sortBy(column) {
+    const table = document.getElementById("board-table");
+    const head = table.querySelector('th[data-column="' + CSS.escape(column) + '"]');
+    const sorted = head.getAttribute("aria-sort");
+    const down = sorted ? sorted === "ascending" : vbbench.table.startsDown(column);
+    set({ by: column, order: down === vbbench.table.startsDown(column) ? undefined : down ? "down" : "up" });
+  }
+
+  function wire() {
+    for (const button of place.querySelectorAll("[data-sort]")) {
+      button.addEventListener("click", () => sortBy(button.dataset.sort));
+    }
+    for (const button of place.querySelectorAll("[data-choose]")) {
+      button.addEventListener("click", () => set({ by: button.dataset.choose, order: undefined }));
+    }
+    document.getElementById("more-columns").addEventListener("click", function () {
+      set({ columns: now.state.options.columns === "all" ? undefined : "all" });
+    });
+    document.getElementById("filter").addEventListener("input", function (event) {
+      set({ find: event.target.value || undefined });
+    });
+    document.getElementById("chips").addEventListener("change", function () {
+      const boxes = Array.from(place.querySelectorAll("#chips input"));
+      const on = boxes.filter((box) => box.checked).map((box) => encodeURIComponent(box.value));
+      set({ show: on.length === boxes.length ? undefined : on.join(",") });
+    });
+  }
+
+  /** @param {string} text what went wrong */
+  function fail(text) {
+    place.innerHTML = '<p class="note" role="alert"></p>';
+    place.firstElementChild.textContent = text;
+    delete place.dataset.board;
+    place.setAttribute("aria-busy", "false");
+  }
+
+  vbbench.boards = { show, fail };
+})();

@@ -1,0 +1,97 @@
+/* The table of a board: sorting, filtering, columns, and the ranks by the metric that it is sorted by. */
+(function () {
+  "use strict";
+  const vbbench = window.vbbench;
+  const FALLBACK = "dx";
+  const METRICS = ["dx_rel", "dx", "dr", "dt", "drift_m", "drift_rad"];
+  const BIG_IS_GOOD = ["coverage"];
+
+  /** @param {string} column @returns {string} the metric that ranks are shown by */
+  function metricOf(column) {
+    const name = column.replace(/_(median|p95)$/, "");
+    return METRICS.includes(name) ? name : FALLBACK;
+  }
+
+  /** @param {HTMLTableRowElement} row @param {number} index @param {string} column @param {string} metric */
+  function valueOf(row, index, column, metric) {
+    const cell = row.cells[index];
+    if (column === "rank") return JSON.parse(cell.dataset.ranks)[metric][0];
+    if (cell.dataset.value === undefined) return cell.textContent.trim();
+    if (column === "solver") return cell.dataset.value;
+    return cell.dataset.value === "" ? Infinity : Number(cell.dataset.value);
+  }
+
+  /** @param {any} a @param {any} b @returns {number} */
+  function compared(a, b) {
+    if (typeof a === "string") return a.localeCompare(b, "en", { numeric: true });
+    return a === b ? 0 : a < b ? -1 : 1;
+  }
+
+  /**
+   * @param {HTMLTableElement} table
+   * @param {string} column
+   * @param {boolean} down largest first
+   */
+  function sort(table, column, down) {
+    const heads = Array.from(table.tHead.rows[0].cells);
+    const index = heads.findIndex((head) => head.dataset.column === column);
+    if (index < 0) return;
+    const metric = metricOf(column);
+    const turn = down ? -1 : 1;
+    const rows = Array.from(table.tBodies[0].rows);
+    const keys = new Map(rows.map((row) => [row, valueOf(row, index, column, metric)]));
+    rows.sort(function (a, b) {
+      const [one, two] = [keys.get(a), keys.get(b)];
+      if (one === Infinity || two === Infinity) return compared(one, two);
+      return turn * compared(one, two);
+    });
+    table.tBodies[0].append(...rows);
+    heads.forEach(function (head) {
+      head.removeAttribute("aria-sort");
+    });
+    heads[index].setAttribute("aria-sort", down ? "descending" : "ascending");
+    showRanks(rows, metric);
+  }
+
+  /** @param {HTMLTableRowElement[]} rows @param {string} metric */
+  function showRanks(rows, metric) {
+    for (const row of rows) {
+      const cell = row.cells[0];
+      const [rank, best, worst] = JSON.parse(cell.dataset.ranks)[metric];
+      cell.textContent = String(rank);
+      if (best === worst) continue;
+      const interval = document.createElement("span");
+      interval.className = "ci";
+      interval.textContent = best + "–" + worst;
+      cell.append(interval);
+    }
+  }
+
+  /**
+   * Show the rows whose words hold the text and whose solver is chosen; and the same solvers in the charts.
+   * @param {HTMLElement} board
+   * @param {string} text
+   * @param {Set<string> | null} chosen null for all
+   * @returns {number} how many are shown
+   */
+  function filter(board, text, chosen) {
+    const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+    const shown = new Set();
+    for (const row of board.querySelectorAll("#board-rows > tr")) {
+      const fits = words.every((word) => row.dataset.words.includes(word));
+      row.hidden = !fits || (chosen !== null && !chosen.has(row.dataset.solver));
+      if (!row.hidden) shown.add(row.dataset.solver);
+    }
+    for (const mark of board.querySelectorAll("svg [data-solver]")) {
+      mark.toggleAttribute("hidden", !shown.has(mark.getAttribute("data-solver")));
+    }
+    return shown.size;
+  }
+
+  /** @param {string} column @returns {boolean} whether the first click sorts the largest first */
+  function startsDown(column) {
+    return BIG_IS_GOOD.includes(column);
+  }
+
+  vbbench.table = { sort, filter, metricOf, startsDown };
+})();

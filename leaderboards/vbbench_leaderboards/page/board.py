@@ -1,0 +1,150 @@
+"""One board as a piece of HTML: what is known of its data, its table, its charts, and how to make it again."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vbbench.statistics import known
+from vbbench_leaderboards.charts.distribution import Spread, distribution
+from vbbench_leaderboards.charts.scatter import Point, scatter
+from vbbench_leaderboards.charts.svg import Series
+from vbbench_leaderboards.page.markup import code, text
+from vbbench_leaderboards.page.pairs import pair_tables
+from vbbench_leaderboards.page.site import Site, key
+from vbbench_leaderboards.page.table import board_table
+from vbbench_leaderboards.page.words import METRICS, PROTOCOLS, TIERS, term_of
+from vbbench_leaderboards.result import Board
+
+
+def board_html(site: Site, board: Board) -> str:
+    """The piece that the page shows for a board."""
+    return "".join(
+        [
+            _heading(site, board),
+            _caution(site, board),
+            _tools(site, board),
+            '<p class="unseen" id="board-says" role="status"></p>',
+            board_table(site, board),
+            '<p id="nothing-found" class="note" hidden>No solver fits what is chosen above.</p>',
+            _charts(site, board),
+            pair_tables(dict(site.rankings[board])),
+            _again(site, board),
+        ]
+    )
+
+
+def _heading(site: Site, board: Board) -> str:
+    protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(TIERS, board.tier)
+    watch = "Watch the sequences" if board in site.playable else ""
+    button = f'<a class="watch" id="watch" href="#/{text(key(board))}/play">{watch}</a>' if watch else ""
+    missing = "" if watch else '<p class="note">The films of this board were not built with the page.</p>'
+    return (
+        f'<div class="board-head"><h3 id="board-title" tabindex="-1">{text(site.title(board.split))} '
+        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>{button}</div>'
+        f'<p class="lead">{text(protocol.meaning)} {text(tier.meaning)}</p>{missing}'
+    )
+
+
+def _caution(site: Site, board: Board) -> str:
+    caution = site.caution(board)
+    if not caution:
+        return ""
+    return (
+        f'<div class="caution" role="note" id="caution"><strong>Caution</strong> {text(caution)}. '
+        "No headline is taken from this board.</div>"
+    )
+
+
+def _tools(site: Site, board: Board) -> str:
+    solvers = [result.solver for result in site.results[board]]
+    chips = "".join(
+        f'<label class="chip c{site.colours[solver]}"><input type="checkbox" name="solver" value="{text(solver)}" '
+        f'checked><span class="dot c{site.colours[solver]}"></span>{text(solver)}</label>'
+        for solver in solvers
+    )
+    return (
+        '<div class="tools" role="group" aria-label="What the table shows"><label class="find">'
+        '<span class="unseen">Filter solvers</span><input type="search" id="filter" placeholder="Filter solvers" '
+        f'autocomplete="off"></label><fieldset class="chips" id="chips"><legend class="unseen">Solvers shown</legend>'
+        f'{chips}</fieldset><button type="button" id="more-columns" aria-pressed="false" aria-controls="board-table">'
+        "More columns</button></div>"
+    )
+
+
+def _charts(site: Site, board: Board) -> str:
+    choices = "".join(
+        f'<button type="button" data-choose="{metric}" aria-pressed="false" data-def="def-{metric}" '
+        f'aria-describedby="def-{metric}">{term.name}</button>'
+        for metric, term in METRICS.items()
+    )
+    return (
+        '<section class="charts" aria-labelledby="charts-title"><div class="charts-head"><h4 id="charts-title">'
+        'Accuracy, time and spread</h4><div class="choices" role="group" aria-label="Metric of the charts">'
+        f'{choices}</div></div>{"".join(_chart_pair(site, board, metric) for metric in METRICS)}</section>'
+    )
+
+
+def _chart_pair(site: Site, board: Board, metric: str) -> str:
+    name, unit = METRICS[metric].name, METRICS[metric].unit
+    points, spreads = list(_points(site, board, metric)), list(_spreads(site, board, metric))
+    left = scatter(f"time-{metric}", name, unit, points) if points else '<p class="note">No time was reported.</p>'
+    return (
+        f'<div class="pair" data-metric="{metric}"><figure>{left}<figcaption>Error against time. Bars are 95 % '
+        "intervals of the mean; lower left is better.</figcaption></figure><figure>"
+        f"{distribution(f'spread-{metric}', name, unit, spreads)}<figcaption>Every sequence. A dot is one percent of "
+        "the sequences, the line their median.</figcaption></figure></div>"
+    )
+
+
+def _points(site: Site, board: Board, metric: str) -> Iterator[Point]:
+    for result in site.results[board]:
+        figures, seconds = result.score["metrics"][metric], result.score["seconds_per_frame"]
+        if seconds and figures["mean"] is not None:
+            series = Series(solver=result.solver, colour=site.colours[result.solver])
+            low, high = figures["ci95"]
+            yield Point(series=series, error=figures["mean"], ci95=(low, high), micros=1e6 * seconds)
+
+
+def _spreads(site: Site, board: Board, metric: str) -> Iterator[Spread]:
+    rows = sorted(site.results[board], key=lambda result: _median(result.per_sequence.figures[metric]))
+    for result in rows:
+        series = Series(solver=result.solver, colour=site.colours[result.solver])
+        yield Spread(series=series, values=known(result.per_sequence.figures[metric]))
+
+
+def _median(values: object) -> float:
+    found = known(np.asarray(values, float))
+    return float(np.median(found)) if len(found) else float("inf")
+
+
+def _again(site: Site, board: Board) -> str:
+    record, results = site.dataset(board), site.results[board]
+    folder = f"{board.split}-{board.tier}"
+    make = record.command if record else f"vbbench generate {board.split} --tier {board.tier} --out {folder}"
+    solver = results[0].solver
+    answers = f"{folder}-{board.protocol}-{solver}"
+    lines = [
+        make,
+        f"vbbench solve {folder} --solver {solver} --protocol {board.protocol} --out {answers}",
+        f"vbbench leaderboard add {answers} --dataset {folder}",
+    ]
+    return (
+        '<details class="again" id="again"><summary>Make these figures again</summary>'
+        f"{code(lines)}{_facts(site, board)}</details>"
+    )
+
+
+def _facts(site: Site, board: Board) -> str:
+    record, results = site.dataset(board), site.results[board]
+    score = results[0].score
+    facts = {
+        "Dataset": results[0].dataset,
+        "Protocol": f"{board.protocol}/{score['protocol_version']}",
+        "Scored": f"{score['sequences']} of {score['sequences_in_dataset']} sequences, {score['frames']} frames, "
+        f"{score['positions']} positions",
+        "Scored by": "vbbench " + ", ".join(sorted({result.package_version for result in results})),
+    }
+    if record is not None:
+        facts |= {"Licence": record.licence, "Cite": record.citation}
+    rows = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts.items() if value)
+    return f'<dl class="facts">{rows}</dl>'

@@ -1,0 +1,40 @@
+"""What keeps strangers' words harmless in HTML, and numbers in the same form everywhere."""
+
+from html import escape
+from urllib.parse import urlsplit
+
+NONE = '<span class="none" aria-label="none">–</span>'
+
+
+def text(value: object) -> str:
+    """A value as text of HTML, good inside quotes also."""
+    return escape(str(value), quote=True)
+
+
+def is_web_address(address: str) -> bool:
+    """Whether it is a plain http or https address: nothing else becomes a link."""
+    if not address.isprintable() or any(character.isspace() for character in address):
+        return False
+    try:
+        parts = urlsplit(address)
+    except ValueError:
+        return False
+    return parts.scheme in ("http", "https") and bool(parts.hostname)
+
+
+def link(address: str, words: str) -> str:
+    """A link where the address is one, else the words alone."""
+    if not is_web_address(address):
+        return text(words)
+    return f'<a href="{text(address)}" rel="noopener noreferrer nofollow">{text(words)}</a>'
+
+
+def decimals(values: list[float]) -> int:
+    """Digits behind the point that a column of errors needs: three, or four where one is below a hundredth."""
+    return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
+
+
+def code(lines: list[str]) -> str:
+    """Command lines as a block that can be reached and scrolled by keyboard."""
+    body = "\n".join(text(line) for line in lines)
+    return f'<pre tabindex="0" role="region" aria-label="Command lines"><code>{body}</code></pre>'

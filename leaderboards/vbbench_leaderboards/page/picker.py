@@ -1,0 +1,59 @@
+"""The picker of boards: splits with their facts, protocols and tiers."""
+
+from collections.abc import Iterable
+
+from vbbench.protocol import PROTOCOLS
+from vbbench.reproduction.paper import the_paper
+from vbbench_leaderboards.page.markup import text
+from vbbench_leaderboards.page.site import Site, key
+from vbbench_leaderboards.page.words import PROTOCOLS as PROTOCOL_WORDS
+from vbbench_leaderboards.page.words import TIERS, Term, term_of
+
+
+def picker(site: Site) -> str:
+    """Links to boards; the scripts keep their addresses in step with the board that is shown."""
+    boards = [key(board) for board in site.boards]
+    first = key(site.first) if site.first else ""
+    tiers = {board.tier for board in site.boards}
+    return (
+        f'<nav class="picker" id="picker" aria-label="Boards" data-boards="{text(" ".join(boards))}" '
+        f'data-first="{text(first)}">'
+        f'<ul class="splits">{"".join(_split(site, split) for split in site.splits)}</ul>'
+        f"{_choices('protocol', PROTOCOLS, PROTOCOL_WORDS)}"
+        f"{_choices('tier', [name for name in TIERS if name in tiers], TIERS)}</nav>"
+    )
+
+
+def _split(site: Site, split: str) -> str:
+    first = next(board for board in site.boards if board.split == split)
+    return (
+        f'<li><a class="split" data-split="{text(split)}" href="#/{text(key(first))}"><strong>{text(split)}</strong>'
+        f"{_counts(site, split)}</a></li>"
+    )
+
+
+def _counts(site: Site, split: str) -> str:
+    record = next((record for (name, _), record in site.datasets.items() if name == split), None)
+    if record is None:
+        return ""
+    counts = record.counts
+    paper = the_paper().table1.get(split)
+    quoted = f"{paper.sequences} sequences, {paper.frames} frames, {paper.people} people" if paper else ""
+    printed = f'<span class="about paper">in the paper: {text(quoted)}</span>' if paper else ""
+    return (
+        f'<span class="about">{counts["sequences"]} sequences, {counts["mean_frames"]:.1f} frames, '
+        f'{counts["people_min"]} / {counts["people_mean"]:.1f} / {counts["people_max"]} people</span>'
+        f"{printed}"
+    )
+
+
+def _choices(what: str, names: Iterable[str], words: dict[str, Term]) -> str:
+    links = "".join(
+        f'<li><a data-{what}="{text(name)}" data-def="def-{text(name)}" aria-describedby="def-{text(name)}" '
+        f'href="#boards">{text(term_of(words, name).full)}</a></li>'
+        for name in names
+    )
+    return (
+        f'<div class="row"><span class="label" id="pick-{what}">{what.title()}</span>'
+        f'<ul class="choices" aria-labelledby="pick-{what}">{links}</ul></div>'
+    )

@@ -1,0 +1,144 @@
+"""The table of a board: every solver with its figures, and the paper's rows below."""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from vbbench.reproduction.paper import Quoted, the_paper
+from vbbench_leaderboards.page.markup import NONE, decimals, link, text
+from vbbench_leaderboards.page.site import Site, key
+from vbbench_leaderboards.page.words import COLUMNS, DRIFTS, METRICS, SUMMARIES, Term
+from vbbench_leaderboards.quoted import quoted
+from vbbench_leaderboards.ranking import RANKED
+from vbbench_leaderboards.result import Board, Result
+
+_MORE = "more"
+"""Class of the columns that are shown on request only."""
+
+_TIMES = 1e6
+
+
+def board_table(site: Site, board: Board) -> str:
+    """The table with its scrolling frame."""
+    rows = sorted(site.results[board], key=lambda result: (_mean(result, "dx"), result.solver))
+    digits = {name: decimals([_mean(result, name) for result in rows]) for name in RANKED}
+    body = "".join(_row(site, board, result, digits) for result in rows)
+    name = f"{board.split}, {board.protocol}, {board.tier}"
+    return (
+        f'<div class="scroll" tabindex="0" role="region" aria-label="Table of results">'
+        f'<table class="board" id="board-table" data-board="{text(key(board))}">'
+        f'<caption class="unseen">Results on {text(name)}. Column heads sort.</caption>'
+        f'<thead><tr>{"".join(_heads())}</tr></thead><tbody id="board-rows">{body}</tbody>'
+        f"{_quoted_rows(quoted(board))}</table></div>"
+    )
+
+
+def _heads() -> Iterator[str]:
+    yield _head("rank", COLUMNS["rank"], "rank", kind="num")
+    yield _head("solver", Term(name="Solver", full="solver", meaning=""), "", kind="name")
+    for metric, term in METRICS.items():
+        yield _head(metric, term, metric, kind="num")
+    for metric, term in METRICS.items():
+        for summary, how in SUMMARIES.items():
+            own = Term(name=f"{term.name} {how.name}", full=how.full, unit=term.unit, meaning="")
+            yield _head(f"{metric}_{summary}", own, summary, kind=f"num {_MORE}")
+    for drift, term in DRIFTS.items():
+        yield _head(drift, term, drift, kind=f"num {_MORE}")
+    yield _head("coverage", COLUMNS["coverage"], "coverage", kind="num")
+    yield _head("time", COLUMNS["time"], "time", kind="num")
+    yield _head("version", Term(name="Version", full="version", meaning=""), "", kind=_MORE)
+    yield _head("hardware", Term(name="Hardware", full="hardware", meaning=""), "", kind=_MORE)
+
+
+def _head(column: str, term: Term, definition: str, kind: str) -> str:
+    tip = f' data-def="def-{definition}" aria-describedby="def-{definition}"' if definition else ""
+    unit = f' <span class="unit">{text(term.unit)}</span>' if term.unit else ""
+    return (
+        f'<th scope="col" class="{kind}" data-column="{column}">'
+        f'<button type="button" data-sort="{column}"{tip}>{text(term.name)}{unit}</button></th>'
+    )
+
+
+def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> str:
+    score, places = result.score, site.rankings[board]
+    ranks = {metric: [getattr(places[metric].places[result.solver], end) for end in _ENDS] for metric in RANKED}
+    cells = [
+        f'<td class="num rank" data-ranks="{text(json.dumps(ranks, separators=(",", ":")))}">{_rank(*ranks["dx"])}</td>',
+        _solver(site, result),
+        *(_mean_cell(score["metrics"][metric], digits[metric]) for metric in METRICS),
+        *_summary_cells(score["metrics"], digits),
+        *(_number_cell(score["drift"][drift]["mean"], digits[drift], _MORE) for drift in DRIFTS),
+        _coverage(score["coverage"]),
+        _time(score["seconds_per_frame"]),
+        f'<td class="{_MORE}">{text(result.version) or NONE}</td>',
+        f'<td class="{_MORE} hardware">{text(result.hardware) or NONE}</td>',
+    ]
+    words = " ".join([result.solver, result.version, result.reference, result.hardware]).lower()
+    return f'<tr data-solver="{text(result.solver)}" data-words="{text(words)}">{"".join(cells)}</tr>'
+
+
+_ENDS = ("rank", "best", "worst")
+
+
+def _rank(rank: int, best: int, worst: int) -> str:
+    return f"{rank}" if worst == best else f'{rank}<span class="ci">{best}–{worst}</span>'
+
+
+def _solver(site: Site, result: Result) -> str:
+    name = f'<span class="dot c{site.colours[result.solver]}"></span>{link(result.link, result.solver)}'
+    reference = result.reference
+    about = f'<span class="about">{link(reference, reference)}</span>' if reference else ""
+    return f'<th scope="row" class="name" data-value="{text(result.solver)}">{name}{about}</th>'
+
+
+def _mean_cell(summary: dict[str, Any], digits: int) -> str:
+    mean, (low, high) = summary["mean"], summary["ci95"]
+    if mean is None:
+        return _number_cell(None, digits)
+    between = f'<span class="ci">{low:.{digits}f}–{high:.{digits}f}</span>' if low is not None else ""
+    return f'<td class="num" data-value="{mean:.9g}">{mean:.{digits}f}{between}</td>'
+
+
+def _summary_cells(metrics: dict[str, Any], digits: dict[str, int]) -> Iterator[str]:
+    for metric in METRICS:
+        for summary in SUMMARIES:
+            yield _number_cell(metrics[metric][summary], digits[metric], _MORE)
+
+
+def _number_cell(value: float | None, digits: int, kind: str = "") -> str:
+    if value is None:
+        return f'<td class="num {kind}" data-value="">{NONE}</td>'
+    return f'<td class="num {kind}" data-value="{value:.9g}">{value:.{digits}f}</td>'
+
+
+def _coverage(share: float) -> str:
+    low = "" if share == 1 else " low"
+    return f'<td class="num{low}" data-value="{share:.9g}">{100 * share:.4g} %</td>'
+
+
+def _time(seconds: float | None) -> str:
+    if seconds is None:
+        return _number_cell(None, 0)
+    return f'<td class="num" data-value="{_TIMES * seconds:.9g}">{_TIMES * seconds:,.0f}</td>'
+
+
+def _mean(result: Result, metric: str) -> float:
+    found = {**result.score["metrics"], **result.score["drift"]}[metric]["mean"]
+    return float("inf") if found is None else float(found)
+
+
+def _quoted_rows(rows: tuple[Quoted, ...]) -> str:
+    if not rows:
+        return ""
+    span = 6 + len(METRICS) * len(SUMMARIES) + len(DRIFTS) + 4
+    title = link(the_paper().link, f"the paper, Table {rows[0].table}")
+    head = f'<tr><th colspan="{span}" scope="rowgroup">Quoted from {title}: not measured here, not ranked</th></tr>'
+    return f'<tbody class="quoted">{head}{"".join(map(_quoted_row, rows))}</tbody>'
+
+
+def _quoted_row(row: Quoted) -> str:
+    figures = [row.figures.get(metric) for metric in METRICS]
+    cells = "".join(f'<td class="num">{NONE if value is None else f"{value:.3f}"}</td>' for value in figures)
+    empty = f'<td class="{_MORE}"></td>' * (len(METRICS) * len(SUMMARIES) + len(DRIFTS))
+    rest = f'{empty}<td></td><td></td><td class="{_MORE}"></td><td class="{_MORE}"></td>'
+    return f'<tr><td></td><th scope="row" class="name">{text(row.solver)}</th>{cells}{rest}</tr>'
