@@ -1,0 +1,65 @@
+"""Pictures behind the boxes: small renderings of what the observer sees, a JPEG a frame."""
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.arrays import IntArray
+from vbbench.dataset import Dataset
+from vbbench.rendering import Backend, open_renderer, pictures, scene_of
+
+WIDTH = 640
+"""Width of a picture in px."""
+
+_QUALITY = 70
+
+
+def picture_folder(work: Path, split: str, number: int) -> Path:
+    """Where the pictures of a sequence lie in a work folder: ``00000.jpg`` and so on, one a frame."""
+    return work / "pictures" / split / str(number)
+
+
+def copy_pictures(work: Path, site: Path, split: str, chosen: IntArray) -> dict[str, int]:
+    """Copy the pictures of the chosen sequences into a site; sequence → how many there are."""
+    counts: dict[str, int] = {}
+    for number in map(int, chosen):
+        files = sorted(picture_folder(work, split, number).glob("[0-9]*.jpg"))
+        target = picture_folder(site / "data" / "player", split, number)
+        for file in files:
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target / file.name)
+        if files:
+            counts[str(number)] = len(files)
+    return counts
+
+
+def make_pictures(dataset: Dataset, chosen: Iterable[int], work: Path, backend: Backend) -> None:
+    """Render the chosen sequences into the work folder, those that are there already left alone.
+
+    Raises
+    ------
+    VbbenchError
+        If the truth is withheld, or the backend cannot work here.
+    """
+    for number in chosen:
+        folder = picture_folder(work, dataset.info.split, number)
+        if folder.is_dir():
+            continue
+        sequence = dataset.sequence(number)
+        draft = folder.with_name(f"{folder.name}.partial")
+        draft.mkdir(parents=True, exist_ok=True)
+        with open_renderer(backend, scene_of(dataset, sequence.scene)) as renderer:
+            for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
+                _write_jpeg(draft / f"{frame:05d}.jpg", picture.rgb)
+        draft.replace(folder)
+
+
+def _write_jpeg(path: Path, rgb: NDArray[np.uint8]) -> None:
+    from PIL import Image
+
+    height, width = rgb.shape[:2]
+    image = Image.fromarray(rgb).resize((WIDTH, round(height * WIDTH / width)), Image.Resampling.LANCZOS)
+    image.save(path, quality=_QUALITY, optimize=True)

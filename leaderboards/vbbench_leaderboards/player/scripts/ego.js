@@ -1,0 +1,165 @@
+/* What the observer sees: boxes on a strip of the panorama, or in the picture of a perspective camera. */
+"use strict";
+(function (parts) {
+  const ASPECT = 0.38; // width of a person's box over its height
+  const ABOVE = 60, BELOW = 190; // rows of a panorama that are shown above and below the horizon
+  const MARKS = [["back", 0], ["left", 0.25], ["ahead", 0.5], ["right", 0.75], ["back", 1]];
+
+  /** The rows and columns of a camera's picture that are shown, in px of the camera. */
+  function frameOf(camera) {
+    if (camera.kind !== "panorama") return { width: camera.width, top: 0, height: camera.height };
+    return { width: camera.width, top: camera.cy - ABOVE, height: ABOVE + BELOW };
+  }
+
+  /** Picture shown behind the boxes, loaded when first asked for. */
+  class Pictures {
+    constructor(folder, count, loaded) {
+      Object.assign(this, { folder, count, loaded, images: [] });
+    }
+
+    of(frame) {
+      for (let t = frame; t < Math.min(frame + 4, this.count); t++) {
+        if (this.images[t]) continue;
+        const image = (this.images[t] = new Image());
+        image.onload = this.loaded;
+        image.src = `${this.folder}/${String(t).padStart(5, "0")}.jpg`;
+      }
+      const image = this.images[frame];
+      return image && image.complete && image.naturalWidth ? image : null;
+    }
+  }
+
+  class EgoView {
+    constructor(canvas) {
+      this.canvas = canvas;
+      this.context = canvas.getContext("2d");
+      this.order = [];
+    }
+
+    /** Begin a clip: the shape of the view follows its camera. */
+    start(clip, pictures) {
+      this.clip = clip;
+      this.pictures = pictures;
+      this.shown = frameOf(clip.camera);
+      this.order = Array.from({ length: clip.K }, (_, k) => k);
+      this.canvas.style.aspectRatio = `${this.shown.width} / ${this.shown.height}`;
+    }
+
+    draw(moment, theme, options) {
+      const { context, canvas, clip, shown } = this;
+      parts.fit(canvas);
+      const scale = canvas.width / shown.width;
+      this.scale = scale;
+      context.setTransform(1, 0, 0, 1, 0, 0);
+      context.fillStyle = theme.paper;
+      context.fillRect(0, 0, canvas.width, canvas.height);
+      this.drawGround(moment, theme);
+      context.setTransform(scale, 0, 0, scale, 0, -shown.top * scale);
+      this.order.sort((a, b) => (moment.boxes.l[a] || 0) - (moment.boxes.l[b] || 0));
+      for (const k of this.order) this.drawBox(moment, k, theme, scale);
+      if (clip.camera.kind === "panorama") this.drawCompass(theme);
+      if (options.selected >= 0) this.drawSelected(moment, theme, options);
+      else if (options.ids) this.drawIds(moment, theme);
+    }
+
+    drawGround(moment, theme) {
+      const { context, canvas, clip, shown, scale } = this;
+      const picture = this.pictures && this.pictures.of(moment.frame);
+      if (picture) {
+        const rate = picture.naturalWidth / shown.width;
+        context.drawImage(picture, 0, shown.top * rate, shown.width * rate, shown.height * rate,
+          0, 0, canvas.width, canvas.height);
+        return;
+      }
+      const horizon = (clip.camera.cy - shown.top) * scale;
+      context.globalAlpha = 0.06;
+      context.fillStyle = theme.ink;
+      context.fillRect(0, horizon, canvas.width, canvas.height - horizon);
+      context.globalAlpha = 1;
+      context.fillStyle = theme.line;
+      context.fillRect(0, Math.round(horizon), canvas.width, Math.max(1, canvas.ratio));
+    }
+
+    drawBox(moment, k, theme, scale) {
+      const { u, v, l } = moment.boxes;
+      if (l[k] !== l[k]) return;
+      const { context, clip } = this, half = 0.5 * ASPECT * l[k], thin = this.canvas.ratio / scale;
+      const copies = clip.camera.kind === "panorama" && (u[k] < half || u[k] > clip.camera.width - half) ? 2 : 1;
+      for (let copy = 0; copy < copies; copy++) {
+        const centre = copy ? u[k] + (u[k] < half ? 1 : -1) * clip.camera.width : u[k];
+        context.beginPath();
+        context.roundRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k], 0.5 * half);
+        context.globalAlpha = 0.22;
+        context.fillStyle = theme.people[k];
+        context.fill();
+        context.globalAlpha = 1;
+        context.lineWidth = 1.4 * thin;
+        context.strokeStyle = theme.people[k];
+        context.stroke();
+      }
+    }
+
+    drawCompass(theme) {
+      const { context, canvas, shown, scale } = this, size = (11 * canvas.ratio) / scale;
+      context.font = `${size}px ${parts.FONT}`;
+      context.textBaseline = "top";
+      for (const [name, share] of MARKS) {
+        const x = share * shown.width;
+        context.textAlign = share === 0 ? "left" : share === 1 ? "right" : "center";
+        parts.label(context, name, x + (share === 0 ? 0.5 : share === 1 ? -0.5 : 0) * size, shown.top + 0.5 * size,
+          theme.faint, theme.paper);
+        context.fillStyle = theme.faint;
+        context.fillRect(x - 0.05 * size, shown.top, 0.1 * size, 0.4 * size);
+      }
+    }
+
+    /** Ids over the nearest boxes, as far as they do not cover one another. */
+    drawIds(moment, theme) {
+      const { context, canvas, scale, order, clip } = this, size = (10 * canvas.ratio) / scale;
+      context.font = `${size}px ${parts.FONT}`;
+      context.textAlign = "center";
+      context.textBaseline = "bottom";
+      const taken = (this.taken = this.taken || new Float64Array(64));
+      let count = 0;
+      for (let i = order.length - 1; i >= 0 && count < 48; i--) {
+        const k = order[i], { u, v, l } = moment.boxes;
+        if (l[k] !== l[k]) continue;
+        let free = true;
+        for (let n = 0; n < count; n++) free = free && Math.abs(taken[n] - u[k]) > 2.4 * size;
+        if (!free) continue;
+        taken[count++] = u[k];
+        const y = Math.max(v[k] - l[k] / 2 - 0.2 * size, this.shown.top + 3 * size);
+        parts.label(context, clip.tracks[k], u[k], y, theme.ink, theme.paper);
+      }
+    }
+
+    drawSelected(moment, theme, { selected }) {
+      const { u, v, l } = moment.boxes;
+      if (l[selected] !== l[selected]) return;
+      const { context, canvas, scale, clip, shown } = this, half = 0.5 * ASPECT * l[selected] + 3 / scale;
+      const size = (12 * canvas.ratio) / scale;
+      context.lineWidth = (2.5 * canvas.ratio) / scale;
+      context.strokeStyle = theme.accent;
+      context.strokeRect(u[selected] - half, v[selected] - l[selected] / 2, 2 * half, l[selected]);
+      context.font = `600 ${size}px ${parts.FONT}`;
+      context.textAlign = "center";
+      context.textBaseline = "bottom";
+      const y = Math.max(v[selected] - l[selected] / 2 - 0.2 * size, shown.top + 2.6 * size);
+      parts.label(context, `person ${clip.tracks[selected]}`, Math.min(Math.max(u[selected], 3 * size),
+        shown.width - 3 * size), y, theme.ink, theme.paper);
+    }
+
+    /** The nearest person whose box lies under a point of the view (CSS px), or -1. */
+    pick(moment, x, y) {
+      const rate = this.shown.width / this.canvas.clientWidth, column = x * rate, row = y * rate + this.shown.top;
+      for (let i = this.order.length - 1; i >= 0; i--) {
+        const k = this.order[i], { u, v, l } = moment.boxes;
+        const across = Math.abs(u[k] - column), slack = 3 * rate;
+        if (across < 0.5 * ASPECT * l[k] + slack && Math.abs(v[k] - row) < l[k] / 2 + slack) return k;
+      }
+      return -1;
+    }
+  }
+
+  Object.assign(parts, { EgoView, Pictures });
+})(vbbench.player.parts);

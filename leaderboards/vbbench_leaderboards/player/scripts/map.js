@@ -1,0 +1,256 @@
+/* The map from above: true people and camera, up to three solvers' estimates, trails, error lines, a metric grid. */
+"use strict";
+(function (parts) {
+  const PERSON = 0.22; // radius of a person in m
+  const TRAIL = 4; // seconds
+  const STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+  const MARGIN = 1.5; // m around the crowd
+
+  class MapView {
+    constructor(canvas) {
+      this.canvas = canvas;
+      this.context = canvas.getContext("2d");
+      this.view = { x: 0, y: 0, scale: 40 }; // centre in m, CSS px a metre
+      this.home = true; // still as `fitAll` left it
+      this.following = false; // when it is true, the centre is counted from the camera
+    }
+
+    start(clip) {
+      this.clip = clip;
+      this.home = true;
+    }
+
+    /** Look at everybody, in all frames. */
+    fitAll() {
+      const { clip, canvas } = this;
+      const [left, right] = extent(clip.px, clip.x), [low, high] = extent(clip.py, clip.y);
+      const width = right - left + 2 * MARGIN, height = high - low + 2 * MARGIN;
+      this.view.x = this.following ? 0 : (left + right) / 2;
+      this.view.y = this.following ? 0 : (low + high) / 2;
+      this.view.scale = Math.min(canvas.clientWidth / width, canvas.clientHeight / height) || 40;
+      this.home = true;
+    }
+
+    /** Keep the camera in the middle, or the world where it is. */
+    follow(on, { x, y }) {
+      this.following = on;
+      this.view.x = on ? 0 : this.view.x + x;
+      this.view.y = on ? 0 : this.view.y + y;
+      this.home = false;
+    }
+
+    /** Zoom by a factor about a point of the canvas (CSS px). */
+    zoom(factor, x, y) {
+      const { view, canvas } = this, before = view.scale;
+      view.scale = Math.min(Math.max(before * factor, 0.2), 2000);
+      const gain = 1 / before - 1 / view.scale;
+      view.x += (x - canvas.clientWidth / 2) * gain;
+      view.y -= (y - canvas.clientHeight / 2) * gain;
+      this.home = false;
+    }
+
+    pan(dx, dy) {
+      this.view.x -= dx / this.view.scale;
+      this.view.y += dy / this.view.scale;
+      this.home = false;
+    }
+
+    /** Draw a moment; `solvers` are { colour, shape } in the order of the moment's estimates. */
+    draw(moment, solvers, theme, options) {
+      const { context, canvas, view } = this;
+      if ((parts.fit(canvas) && this.home) || this.fresh !== this.clip) {
+        if (this.home) this.fitAll();
+        this.fresh = this.clip;
+      }
+      const { ratio } = canvas;
+      this.k = view.scale * ratio;
+      this.ox = canvas.width / 2 - (view.x + (this.following ? moment.truth.x : 0)) * this.k;
+      this.oy = canvas.height / 2 + (view.y + (this.following ? moment.truth.y : 0)) * this.k;
+      context.setTransform(1, 0, 0, 1, 0, 0);
+      context.fillStyle = theme.paper;
+      context.fillRect(0, 0, canvas.width, canvas.height);
+      this.drawGrid(theme);
+      this.drawSight(moment, theme);
+      if (options.trails) this.drawTrails(moment, solvers, theme);
+      this.drawPeople(moment, theme, options);
+      moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
+      this.drawCamera(moment.truth, theme.ink, theme.paper);
+      if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
+      else if (options.ids) this.drawIds(moment, theme);
+      this.drawScale(theme);
+    }
+
+    drawGrid(theme) {
+      const { context, canvas, k, ox, oy } = this, { ratio } = canvas;
+      const step = STEPS.find((metres) => metres * k >= 48 * ratio) || 2000;
+      context.lineWidth = Math.max(1, Math.round(ratio / 2));
+      context.strokeStyle = theme.line;
+      context.font = `${10 * ratio}px ${parts.FONT}`;
+      context.beginPath();
+      const firstX = Math.ceil(-ox / k / step), lastX = Math.floor((canvas.width - ox) / k / step);
+      for (let n = firstX; n <= lastX; n++) {
+        const x = Math.round(ox + n * step * k) + 0.5;
+        context.moveTo(x, 0); context.lineTo(x, canvas.height);
+      }
+      const firstY = Math.ceil((oy - canvas.height) / k / step), lastY = Math.floor(oy / k / step);
+      for (let n = firstY; n <= lastY; n++) {
+        const y = Math.round(oy - n * step * k) + 0.5;
+        context.moveTo(0, y); context.lineTo(canvas.width, y);
+      }
+      context.globalAlpha = 0.7;
+      context.stroke();
+      context.globalAlpha = 1;
+      context.fillStyle = theme.faint;
+      context.textAlign = "left"; context.textBaseline = "top";
+      for (let n = firstX; n <= lastX; n++) {
+        context.fillText(this.metres(n * step, 0), ox + n * step * k + 3 * ratio, 3 * ratio);
+      }
+      context.textBaseline = "bottom";
+      for (let n = firstY; n <= lastY; n++) {
+        const y = oy - n * step * k;
+        if (y > 26 * ratio) context.fillText(this.metres(n * step, 1), 3 * ratio, y - 2 * ratio);
+      }
+      this.step = step;
+    }
+
+    metres(value, axis) {
+      return String(+(value + this.clip.origin[axis]).toFixed(1));
+    }
+
+    drawSight(moment, theme) {
+      const { context, k } = this, { camera } = this.clip, { x, y, yaw } = moment.truth;
+      const round = camera.kind === "panorama";
+      const half = round ? 0.35 : Math.atan(camera.width / 2 / camera.focal), reach = (round ? 2.2 : 12) * k;
+      context.fillStyle = context.strokeStyle = theme.accent;
+      context.beginPath();
+      context.moveTo(this.sx(x), this.sy(y));
+      context.arc(this.sx(x), this.sy(y), reach, -yaw - half, -yaw + half);
+      context.closePath();
+      context.globalAlpha = 0.12;
+      context.fill();
+      if (round) {
+        context.beginPath();
+        context.arc(this.sx(x), this.sy(y), reach, 0, 2 * Math.PI);
+        context.globalAlpha = 0.4;
+        context.lineWidth = this.canvas.ratio;
+        context.stroke();
+      }
+      context.globalAlpha = 1;
+    }
+
+    drawTrails(moment, solvers, theme) {
+      this.trail(moment, moment.truth, theme.ink, 0.28, 1.5);
+      moment.estimates.forEach((room, n) => this.trail(moment, room, solvers[n].colour, 0.6, 1.2));
+    }
+
+    /** The last seconds of everybody, observer included, as one path. */
+    trail(moment, room, colour, alpha, width) {
+      const { context, clip, canvas } = this, { source } = room;
+      const from = Math.max(0, moment.frame - Math.round(TRAIL / clip.dt));
+      context.beginPath();
+      for (let k = 0; k < clip.K; k++) {
+        if (room.px[k] !== room.px[k]) continue;
+        let drawn = false;
+        for (let t = from, i = from * clip.K + k; t <= moment.frame; t++, i += clip.K) {
+          if (source.px[i] !== source.px[i]) { drawn = false; continue; }
+          if (drawn) context.lineTo(this.sx(source.px[i]), this.sy(source.py[i]));
+          else context.moveTo(this.sx(source.px[i]), this.sy(source.py[i]));
+          drawn = true;
+        }
+        if (drawn) context.lineTo(this.sx(room.px[k]), this.sy(room.py[k]));
+      }
+      for (let t = from; t <= moment.frame; t++) {
+        context[t > from ? "lineTo" : "moveTo"](this.sx(source.x[t]), this.sy(source.y[t]));
+      }
+      context.lineTo(this.sx(room.x), this.sy(room.y));
+      context.globalAlpha = alpha;
+      context.lineWidth = width * canvas.ratio;
+      context.lineJoin = "bevel";
+      context.strokeStyle = colour;
+      context.stroke();
+      context.globalAlpha = 1;
+    }
+
+    drawPeople(moment, theme, options) {
+      const { context, clip, canvas, k } = this, { px, py } = moment.truth;
+      const radius = Math.max(PERSON * k, 2.5 * canvas.ratio), base = moment.frame * clip.K;
+      for (let n = 0; n < clip.K; n++) {
+        if (px[n] !== px[n]) continue;
+        context.beginPath();
+        context.arc(this.sx(px[n]), this.sy(py[n]), radius, 0, 2 * Math.PI);
+        context.fillStyle = theme.people[n];
+        context.globalAlpha = clip.observed[base + n] ? 1 : 0.3;
+        context.fill();
+      }
+      context.globalAlpha = 1;
+      context.beginPath();
+      for (let n = 0; n < clip.K; n++) {
+        if (!options.isGiven(moment.frame, n) || px[n] !== px[n]) continue;
+        const x = this.sx(px[n]), y = this.sy(py[n]), r = radius + 3 * canvas.ratio;
+        context.moveTo(x + r, y);
+        context.arc(x, y, r, 0, 2 * Math.PI);
+      }
+      context.setLineDash([2 * canvas.ratio, 2 * canvas.ratio]);
+      context.lineWidth = 1.2 * canvas.ratio;
+      context.strokeStyle = theme.ink;
+      context.stroke();
+      context.setLineDash([]);
+    }
+
+    drawEstimate(moment, room, solver, options) {
+      const { context, canvas, clip, k } = this, { truth } = moment;
+      const radius = Math.max(0.8 * PERSON * k, 3.2 * canvas.ratio);
+      context.strokeStyle = solver.colour;
+      if (options.errors) {
+        context.beginPath();
+        for (let n = 0; n < clip.K; n++) {
+          if (room.px[n] !== room.px[n] || truth.px[n] !== truth.px[n]) continue;
+          context.moveTo(this.sx(truth.px[n]), this.sy(truth.py[n]));
+          context.lineTo(this.sx(room.px[n]), this.sy(room.py[n]));
+        }
+        context.moveTo(this.sx(truth.x), this.sy(truth.y));
+        context.lineTo(this.sx(room.x), this.sy(room.y));
+        context.lineWidth = 1.6 * canvas.ratio;
+        context.stroke();
+      }
+      context.beginPath();
+      for (let n = 0; n < clip.K; n++) {
+        if (room.px[n] === room.px[n] && !options.isGiven(moment.frame, n)) {
+          parts.addShape(context, solver.shape, this.sx(room.px[n]), this.sy(room.py[n]), radius);
+        }
+      }
+      context.lineWidth = 1.6 * canvas.ratio;
+      context.stroke();
+      this.drawCamera(room, solver.colour, null);
+    }
+
+    /** An arrowhead that looks where the observer looks. */
+    drawCamera(place, colour, rim) {
+      const { context, canvas, k } = this, size = Math.max(0.42 * k, 8 * canvas.ratio);
+      if (place.x !== place.x) return;
+      const x = this.sx(place.x), y = this.sy(place.y);
+      context.beginPath();
+      for (const [turn, reach] of [[0, 1.15], [2.45, 1], [Math.PI, 0.35], [-2.45, 1]]) {
+        context.lineTo(x + size * reach * Math.cos(place.yaw + turn), y - size * reach * Math.sin(place.yaw + turn));
+      }
+      context.closePath();
+      context.lineWidth = 2 * canvas.ratio;
+      context.strokeStyle = rim || colour;
+      context.stroke();
+      if (rim) { context.fillStyle = colour; context.fill(); }
+    }
+  }
+
+  function extent(places, own) {
+    let low = Infinity, high = -Infinity;
+    for (const values of [places, own]) {
+      for (const value of values) {
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    }
+    return [low, high];
+  }
+
+  Object.assign(parts, { MapView });
+})(vbbench.player.parts);

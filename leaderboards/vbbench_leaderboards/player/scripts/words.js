@@ -1,0 +1,54 @@
+/* What the player says in words: lists to choose from, a person's errors, the frame's, and what the views show. */
+"use strict";
+(function (parts) {
+  const number = (value, digits = 2) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
+
+  /** The list of sequences, each with its people, frames and error. */
+  function listSequences(s) {
+    const { index } = s, text = (sequence) => {
+      const place = index.sequences.indexOf(sequence);
+      return `${sequence} · Δx ${number(s.errorOf(sequence))} m · ${index.people[place]} people · ${index.frames[place]} frames`;
+    };
+    parts.options(s.ui.sequence, s.sorted().map((sequence) => [sequence, text(sequence)]), s.sequence);
+    s.ui.facts.textContent = `${index.sequences.length} sequences of ${index.split}, the best and the worst among them`;
+  }
+
+  /** The boards on which this sequence can be played. */
+  function listBoards(s) {
+    const pairs = Object.keys(s.index.boards).map((name) => [name, name.replace(/-(?=[^-]*$)/, ", ")]);
+    parts.options(s.ui.board, pairs, s.name);
+  }
+
+  function listPeople(s) {
+    const people = Array.from(s.clip.tracks, (track, k) => [k, track]);
+    parts.options(s.ui.person, [[-1, "nobody"], ...people], -1);
+  }
+
+  /** A person's distance and errors in this frame. */
+  function tellPerson(s, k) {
+    const { moment, clip, drawn, estimates } = s, i = moment.frame * clip.K + k, t = moment.frame;
+    if (Number.isNaN(clip.px[i])) return `Person ${clip.tracks[k]} is not there in this frame.`;
+    const away = Math.hypot(clip.px[i] - clip.x[t], clip.py[i] - clip.y[t]);
+    const errors = estimates.map((estimate, n) =>
+      `${drawn[n].name} ${number(Math.hypot(estimate.px[i] - clip.px[i], estimate.py[i] - clip.py[i]))} m`);
+    const state = s.isGiven(t, k) ? "; its position is given" : clip.observed[i] ? "" : "; not seen";
+    return `Person ${clip.tracks[k]}, ${away.toFixed(1)} m away${state}. Off by: ${errors.join(", ") || "no solver chosen"}.`;
+  }
+
+  /** Say the frame's errors, and describe both views, for those who hear the page. */
+  function tellFrame(s) {
+    const { ui, clip, moment, drawn, estimates } = s, t = moment.frame;
+    let seen = 0;
+    for (let k = 0; k < clip.K; k++) seen += clip.observed[t * clip.K + k];
+    const errors = t < parts.START ? "the pose and everybody's position are given" : estimates
+      .map((estimate, n) => `${drawn[n].name}: people off by ${number(estimate.dx[t])} m, camera by ${number(estimate.dt[t])} m`).join("; ");
+    const said = `Frame ${t} of ${clip.T - 1}, ${seen} people seen${errors && ": "}${errors}.`;
+    if (ui.said.textContent !== said) ui.said.textContent = said;
+    const camera = clip.camera.kind === "panorama" ? "the panorama around the observer" : "the observer's picture";
+    ui.ego.setAttribute("aria-label", `Boxes of ${seen} people in ${camera}.`);
+    ui.map.setAttribute("aria-label", `Map from above: the observer, the people around, and the estimates of ${
+      drawn.map(({ name }) => name).join(", ") || "no solver"}.`);
+  }
+
+  Object.assign(parts, { listBoards, listSequences, listPeople, tellPerson, tellFrame });
+})(vbbench.player.parts);

@@ -1,0 +1,97 @@
+"""Writing the player's data into a site: an index a split, a file a sequence and tier, a file a sequence and solver."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vbbench.sequence import Sequence, Truth
+from vbbench.submitted import SubmittedEstimates
+from vbbench.tables import write_text_atomically
+from vbbench_leaderboards.player.choice import choose_sequences
+from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
+from vbbench_leaderboards.player.index import split_index
+from vbbench_leaderboards.player.pictures import copy_pictures
+from vbbench_leaderboards.player.playable import Boards, Playable, find_playable, submission_folder
+from vbbench_leaderboards.result import Board
+
+FOLDER = Path("data", "player")
+"""Where the data lie in a site."""
+
+_HERE = Path(__file__).parent
+_PARTS = "data moment theme ego map legend strip gestures controls words session player"
+"""Files of which the page's ``player.js`` is made, in the order in which they need one another."""
+
+
+def write_player(site: Path, results: Boards, work: Path | None, sequences: int) -> dict[Board, tuple[str, ...]]:
+    """Write the player and, for all that lies under ``work``, its data into a site.
+
+    Parameters
+    ----------
+    site : folder of the site.
+    results : the results on the page, by board.
+    work : work folder of ``vbbench leaderboard rerun``; None writes no data.
+    sequences : at most so many of a split.
+
+    Returns
+    -------
+    The boards that can be played, each with its solvers.
+
+    Raises
+    ------
+    VbbenchError
+        If what lies under ``work`` is not what the results are of, or cannot be read.
+    """
+    for name, text in player_assets().items():
+        write_text_atomically(site / "assets" / name, text)
+    played: dict[Board, tuple[str, ...]] = {}
+    if work is not None and sequences > 0:
+        for playable in find_playable(work, results):
+            _write_split(site, playable, work, sequences)
+            played |= {board: tuple(row.solver for row in rows) for board, rows in playable.boards.items()}
+    return played
+
+
+def player_assets() -> dict[str, str]:
+    """The player's script, its parts on end, and its style sheet, by file name."""
+    script = "\n".join((_HERE / "scripts" / f"{name}.js").read_text(encoding="utf-8") for name in _PARTS.split())
+    return {"player.js": script, "player.css": (_HERE / "assets" / "player.css").read_text(encoding="utf-8")}
+
+
+def _write_split(site: Path, playable: Playable, work: Path, count: int) -> None:
+    available = min(len(dataset) for dataset in playable.datasets.values())
+    chosen = choose_sequences(playable.boards, count, available)
+    pictures = copy_pictures(work, site, playable.split, chosen)
+    _write(site, playable.split, split_index(playable, chosen, pictures))
+    for tier, dataset in playable.datasets.items():
+        clips = {int(number): _clip(playable, tier, int(number)) for number in chosen}
+        for number, (sequence, truth) in clips.items():
+            _write(site, f"{playable.split}/{tier}/{number}", encode_clip(dataset.info, sequence, truth))
+        for board in (board for board in playable.boards if board.tier == tier):
+            _write_board(site, playable, board, work, clips)
+
+
+def _clip(playable: Playable, tier: str, number: int) -> tuple[Sequence, Truth]:
+    dataset = playable.datasets[tier]
+    sequence = dataset.sequence(number)
+    return sequence, dataset.truth(sequence)
+
+
+def _write_board(
+    site: Path, playable: Playable, board: Board, work: Path, clips: Mapping[int, tuple[Sequence, Truth]]
+) -> None:
+    for result in playable.boards[board]:
+        submitted = SubmittedEstimates(playable.datasets[board.tier], submission_folder(work, result))
+        for number, (sequence, truth) in clips.items():
+            values = encode_estimate(sequence, truth, submitted.of(sequence))
+            _write(site, f"{board.folder.as_posix()}/{number}/{result.solver}", values)
+
+
+def _write(site: Path, name: str, values: dict[str, Any]) -> None:
+    """One data file, which the page asks for by its name; to flush each of thousands to disk would take most time."""
+    key, value = json.dumps(f"player/{name}"), json.dumps(values, ensure_ascii=False, separators=(",", ":"))
+    path = site / FOLDER / f"{name}.js"
+    temporary = path.with_name(f"{path.name}.partial")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary.write_text(f"vbbench.provide({key},{value});\n", encoding="utf-8")
+    temporary.replace(path)
