@@ -114,6 +114,28 @@ def rerun(
     return int(drifted > 0)
 
 
+def build(
+    out: Path,
+    results: Path | None = None,
+    work: Path | None = None,
+    sequences: int = 24,
+) -> None:
+    """Make the leaderboard's static site.
+
+    Args:
+        out: Folder of the site; replaced only if it is one.
+        results: Folder of the result files; default: those that come with vbbench.
+        work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it is there.
+        sequences: At most so many sequences of a split can be played.
+    """
+    from vbbench_leaderboards.building import build as make
+    from vbbench_leaderboards.results_folder import published_results
+
+    found = work or (WORK if WORK.is_dir() else None)
+    make(out, results or published_results(), work=found, sequences=sequences)
+    _say(out / "index.html")
+
+
 def _say(text: object) -> None:
     sys.stdout.write(f"{text}\n")
     sys.stdout.flush()
@@ -121,6 +143,7 @@ def _say(text: object) -> None:
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "add": add,
+    "build": build,
     "check": check,
     "rerun": rerun,
     "template": template,
