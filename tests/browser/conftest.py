@@ -1,7 +1,7 @@
 """A browser, a site, and visitors whose pages must stay without fault. Without a browser: skipped, or failed in CI."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.browser.made_site import make_site
+from tests.browser.made_site import Made, make_site
+from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results_folder import read_results
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -53,8 +55,19 @@ def browser() -> "Iterator[Browser]":
 
 
 @pytest.fixture(scope="package")
-def site(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Made:
     return make_site(tmp_path_factory.mktemp("leaderboard"))
+
+
+@pytest.fixture(scope="package")
+def site(made: Made) -> Path:
+    return made.site
+
+
+@pytest.fixture(scope="package")
+def boards(made: Made) -> Mapping[Board, tuple[Result, ...]]:
+    """What the site shows, as the files of results have it."""
+    return read_results(made.results)
 
 
 @pytest.fixture(scope="package")

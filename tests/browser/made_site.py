@@ -1,32 +1,46 @@
 """A site to visit: the committed results, and those of small made crowds, added as a stranger would add them."""
 
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 
 from vbbench.cli import main
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards" / "results"
 SPLIT = "demo"
-SOLVERS = ("cv", "sf", "vb-cv", "vb-sf")
-PROTOCOLS = ("sequential", "one-step")
 TIERS = ("ideal", "noisy")
+PROTOCOLS = ("sequential", "one-step")
+SOLVERS = ("cv", "sf", "vb-cv", "vb-sf")
+STRANGER, TWIN = "stranger", "vb-cv"
+HOSTILE = '<img src=x onerror="throw 1">&amp; "quoted" \'words\''
 SEQUENCES = 6
 
 
-def make_site(room: Path) -> Path:
-    """Generate, solve, add and build below ``room``; returns the site's folder."""
-    results, work, site = room / "results", room / "work", room / "site"
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """The folder of the site, and of the results that it shows."""
+
+    site: Path
+    results: Path
+
+
+def make_site(room: Path) -> Made:
+    """Generate, solve, add and build below ``room``. The stranger answers as its twin does, and has odd words."""
+    results, work = room / "results", room / "work"
     shutil.copytree(COMMITTED, results)
     for tier in TIERS:
         dataset = work / "datasets" / f"{SPLIT}-{tier}"
         run("generate", SPLIT, "--tier", tier, "--limit", SEQUENCES, "--out", dataset)
         for protocol in PROTOCOLS:
+            answers = work / "submissions" / SPLIT / f"{protocol}-{tier}"
             for solver in SOLVERS:
-                out = work / "submissions" / SPLIT / f"{protocol}-{tier}" / solver
-                run("solve", dataset, "--solver", solver, "--protocol", protocol, "--out", out)
-                run("leaderboard", "add", out, "--dataset", dataset, "--results", results)
-    run("leaderboard", "build", "--out", site, "--results", results, "--work", work)
-    return site
+                run("solve", dataset, "--solver", solver, "--protocol", protocol, "--out", answers / solver)
+                run("leaderboard", "add", answers / solver, "--dataset", dataset, "--results", results)
+            shutil.copytree(answers / TWIN, answers / STRANGER)
+            words = ["--name", STRANGER, "--reference", HOSTILE, "--link", "https://example.org/?a=1&b=2"]
+            run("leaderboard", "add", answers / STRANGER, "--dataset", dataset, "--results", results, *words)
+    run("leaderboard", "build", "--out", room / "site", "--results", results, "--work", work)
+    return Made(site=room / "site", results=results)
 
 
 def run(*arguments: object) -> None:
