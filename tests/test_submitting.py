@@ -149,6 +149,15 @@ def test_added_twice(dataset: Dataset, mine: Path, mistake: Said) -> None:
     assert main([*add, "--overwrite"]) == 0
 
 
+def test_the_page_shows_ones_own_result_beside_the_published(dataset: Dataset, mine: Path) -> None:
+    answer = solve(dataset, "mysolver:MySolver", "sequential", mine / "answer")
+    assert main(["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--name", "my-solver"]) == 0
+    assert main(["leaderboard", "build", "--out", "site"]) == 0
+    data = {path.relative_to("site/data").as_posix(): path.read_text("utf-8") for path in Path("site/data").rglob("*.js")}
+    assert "my-solver" in data["demo/sequential-noisy.js"]
+    assert "vb-cv" in data["hotel/sequential-noisy.js"]
+
+
 def _solve_with_awk(dataset: Dataset, folder: Path, protocol: str) -> Path:
     boxes, answer = export_csv(dataset, folder / "boxes"), folder / "answer"
     answer.mkdir()

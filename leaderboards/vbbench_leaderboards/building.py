@@ -20,11 +20,12 @@ MARKER = ".vbbench-site"
 SEQUENCES = 24
 
 
-def build(out: Path, results: Path, *, work: Path | None = None, sequences: int = SEQUENCES) -> Site:
-    """Write the site of all results below ``results`` into the folder ``out``, and return what it shows.
+def build(out: Path, *results: Path, work: Path | None = None, sequences: int = SEQUENCES) -> Site:
+    """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
 
     Parameters
     ----------
+    results : folders of result files; of a result in several of them the first counts.
     work : folder of ``vbbench leaderboard rerun``, for the player's data; ``None`` leaves them out.
     sequences : how many sequences of each split can be played.
 
@@ -34,9 +35,9 @@ def build(out: Path, results: Path, *, work: Path | None = None, sequences: int 
         If ``out`` is there and no site, if there are no results, or if one of them is damaged.
     """
     check_site(out)
-    found = read_results(results)
+    found = read_results(*results)
     if not found:
-        raise VbbenchError(f"{results} holds no results; add one with 'vbbench leaderboard add'")
+        raise VbbenchError(f"{', '.join(map(str, results))} holds no results; add one with 'vbbench leaderboard add'")
     draft = out.with_name(out.name + ".partial")
     check_site(draft)
     shutil.rmtree(draft, ignore_errors=True)
@@ -58,11 +59,11 @@ def check_site(folder: Path) -> None:
 
 
 def _write(
-    draft: Path, found: Mapping[Board, tuple[Result, ...]], results: Path, work: Path | None, sequences: int
+    draft: Path, found: Mapping[Board, tuple[Result, ...]], results: tuple[Path, ...], work: Path | None, sequences: int
 ) -> Site:
     site = Site(
         results=found,
-        datasets=read_datasets(results),
+        datasets=read_datasets(*results),
         rankings={board: rank(rows) for board, rows in found.items()},
         playable=write_player(draft, found, work, sequences),
     )

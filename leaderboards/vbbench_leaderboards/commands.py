@@ -124,15 +124,18 @@ def build(
 
     Args:
         out: Folder of the site; replaced only if it is one.
-        results: Folder of the result files; default: those that come with vbbench.
+        results: Folder of the result files; default: leaderboards/results, if it is there, and those that come with
+            vbbench.
         work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it is there.
         sequences: At most so many sequences of a split can be played.
     """
     from vbbench_leaderboards.building import build as make
     from vbbench_leaderboards.results_folder import published_results
 
+    published = published_results()
+    own = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
     found = work or (WORK if WORK.is_dir() else None)
-    make(out, results or published_results(), work=found, sequences=sequences)
+    make(out, *([results] if results else [*own, published]), work=found, sequences=sequences)
     _say(out / "index.html")
 
 
