@@ -1,6 +1,7 @@
 """What the observer sees: boxes, and the rendered picture, depth and ids where they are asked for."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -73,14 +74,19 @@ def _with_seam(boxes: FloatArray, period: float | None) -> tuple[FloatArray, Int
     )
 
 
+def _thin(rr: Any) -> Any:
+    """Lines of one pixel of the screen."""
+    return rr.Radius.ui_points(0.5)
+
+
 def _record_frame(tape: Tape, take: Take, root: str) -> None:
     """The picture's border, and in a panorama the horizon and where its columns look."""
     rr, camera = tape.rr, take.dataset.info.camera
     width, height = picture_size(camera)
-    border = rr.Boxes2D(mins=[(0, 0)], sizes=[(width, height)], colors=[palette.FRAME])
+    border = rr.Boxes2D(mins=[(0, 0)], sizes=[(width, height)], colors=[palette.FRAME], radii=_thin(rr))
     tape.always(f"{root}/border", border)
     if period_of(camera) is not None:
-        horizon = rr.LineStrips2D([[(0, height / 2), (width, height / 2)]], colors=[palette.FRAME])
+        horizon = rr.LineStrips2D([[(0, height / 2), (width, height / 2)]], colors=[palette.FRAME], radii=_thin(rr))
         tape.always(f"{root}/horizon", horizon)
         places = [(width * quarter / 4, 0.04 * height) for quarter in (1, 2, 3)]
         words = ["left 90°", "ahead", "right 90°"]

@@ -3,7 +3,6 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench.frame_errors import LABELS, UNITS
 from vbbench.viewer import palette
 from vbbench.viewer.ground import GIRTH, Ground, People
 from vbbench.viewer.palette import Colour
@@ -32,7 +31,7 @@ def _record_people(ground: Ground, take: Take, answer: Answer, tree: str, colour
     labels = [f"{track} {answer.name}" for track in tracks]
     look = People(np.tile(np.array(colour, np.uint8), (len(tracks), 1)), labels)
     ground.bodies(f"{tree}/people", places, _heights(take), look, solid=False)
-    ground.dots(f"{tree}/people", places, look, 0.5 * GIRTH)
+    ground.dots(f"{tree}/people", places, look, 3.0)
     ground.trails(f"{tree}/trails", places, take.sequence.observed, colour, TRAIL_FRAMES)
     ground.rings(f"{tree}/given", answer.given.positions, palette.GIVEN, 1.5 * GIRTH)
     if answer.estimate.position_covariances is not None:
@@ -62,8 +61,7 @@ def _record_error_series(ground: Ground, answer: Answer, name: str, colour: Colo
     tape = ground.tape
     for key, values in answer.errors.items():
         path, frames = f"{ERRORS}/{key}/{name}", np.flatnonzero(np.isfinite(values))
-        label = f"{LABELS[key]} {answer.name} ({UNITS[key]})"
-        tape.always(path, tape.rr.SeriesLines(colors=[colour], names=[label], widths=[1.5]))
+        tape.always(path, tape.rr.SeriesLines(colors=[colour], names=[answer.name], widths=[1.5]))
         tape.each(path, tape.rr.Scalars, frames, scalars=values[frames])
 
 

@@ -14,6 +14,8 @@ from vbbench.viewer.tape import Tape
 
 WORLD, MAP = "world", "map"
 _LIFT = 0.02  # m over the ground, so that marks do not sink into it
+_MAP_WIDTH = 40.0  # points of the screen on the map for a metre in the world
+_ABOVE_LINES = 31.0  # rerun draws what has a higher number later; points have 30 by themselves, lines 20
 _FLIP = np.array([1.0, -1.0])
 
 GIRTH = 0.22
@@ -22,10 +24,11 @@ GIRTH = 0.22
 
 @dataclass(frozen=True)
 class People:
-    """How people are marked: colours [K, 4], and texts [K] that the viewer shows where there is room."""
+    """How people are marked: colours [K, 4], and texts [K], which show at once or when pointed at."""
 
     colours: Colours
     labels: list[str] | None = None
+    shown: bool = False
 
     def rows(self, there: BoolArray) -> dict[str, Any]:
         """Components of those who are there [T, K], all frames on end."""
@@ -45,10 +48,12 @@ class Ground:
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
 
-    def dots(self, path: str, places: FloatArray, look: People, radius: float) -> None:
-        """Dots of a radius in m on the map alone: places [T, K, 2] in m."""
+    def dots(self, path: str, places: FloatArray, look: People, points: float) -> None:
+        """Dots of a radius in points of the screen, on the map alone, small ones on top: places [T, K, 2] in m."""
         rr, there = self.tape.rr, _there(places)
-        self.tape.always(f"{MAP}/{path}", rr.Points2D.from_fields(radii=radius))
+        radius = rr.Radius.ui_points(points)
+        fields = {"radii": radius, "show_labels": look.shown, "draw_order": _ABOVE_LINES - 0.1 * points}
+        self.tape.always(f"{MAP}/{path}", rr.Points2D.from_fields(**fields))
         values = {"positions": places[there] * _FLIP, **look.rows(there)}
         self.tape.many(f"{MAP}/{path}", rr.Points2D, there.sum(axis=1), **values)
 
@@ -56,7 +61,8 @@ class Ground:
         """Upright ellipsoids, or wire frames of them, in the world alone: places [T, K, 2] and heights [K] in m."""
         rr, there = self.tape.rr, _there(places)
         fill = rr.components.FillMode.Solid if solid else rr.components.FillMode.MajorWireframe
-        self.tape.always(f"{WORLD}/{path}", rr.Ellipsoids3D.from_fields(fill_mode=fill, line_radii=0.01))
+        fields = {"fill_mode": fill, "line_radii": 0.01, "show_labels": look.shown}
+        self.tape.always(f"{WORLD}/{path}", rr.Ellipsoids3D.from_fields(**fields))
         half = 0.5 * np.broadcast_to(heights, there.shape)[there]
         values = {
             "centers": np.column_stack([places[there], half]),
@@ -98,12 +104,13 @@ class Ground:
         self.strips(path, counts, strips, colour, 0.015)
 
     def strips(self, path: str, counts: IntArray, strips: list[FloatArray], colour: Colour, radius: float) -> None:
-        """Lines through points [N, 2] in m, so many in each frame."""
+        """Lines through points [N, 2] in m, so many in each frame; on the map as wide at any zoom."""
         rr = self.tape.rr
         lifted = [np.column_stack([strip, np.full(len(strip), _LIFT)]) for strip in strips]
         flipped = [strip * _FLIP for strip in strips]
         for root, kind, values in ((WORLD, rr.LineStrips3D, lifted), (MAP, rr.LineStrips2D, flipped)):
-            self.tape.always(f"{root}/{path}", kind.from_fields(radii=radius, colors=colour))
+            width = rr.Radius.ui_points(radius * _MAP_WIDTH) if root == MAP else radius
+            self.tape.always(f"{root}/{path}", kind.from_fields(radii=width, colors=colour))
             self.tape.many(f"{root}/{path}", kind, counts, strips=values)
 
     def arrows(self, path: str, poses: FloatArray, colour: Colour, length: float, height: float) -> None:

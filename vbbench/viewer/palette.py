@@ -38,6 +38,6 @@ def solver_colour(number: int) -> Colour:
 
 
 def _id_colour(number: int) -> Colour:
-    hue, light = (number * _GOLDEN) % 1.0, 0.78 + 0.2 * ((number * 7) % 3 - 1)
-    red, green, blue = colorsys.hsv_to_rgb(hue, 0.55, min(light, 1.0))
+    hue, light = (number * _GOLDEN) % 1.0, 0.8 + 0.1 * (number % 3)
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.5, light)
     return round(255 * red), round(255 * green), round(255 * blue), 255

@@ -58,8 +58,9 @@ def record_to_file(
     temporary = path.with_name(path.name + ".partial")
     try:
         with strictly():
-            stream = package.RecordingStream("vbbench")
-            stream.save(temporary, default_blueprint=layout(take, pictures=backend is not None))
+            stream = package.RecordingStream(_application(take))
+            stream.save(temporary)
+            stream.send_blueprint(layout(take, pictures=backend is not None), make_active=True, make_default=True)
             _record(Tape(stream, take.sequence.frames, dataset.info.dt), take, backend, announce)
             stream.disconnect()
         if not temporary.is_file():
@@ -68,6 +69,11 @@ def record_to_file(
     finally:
         temporary.unlink(missing_ok=True)
     return path
+
+
+def _application(take: Take) -> str:
+    """The viewer remembers a layout for each application; that of another sequence does not fit this one."""
+    return f"vbbench {take.dataset.info.split} {take.dataset.info.camera.kind} {take.sequence.index}"
 
 
 def _record(tape: Tape, take: Take, backend: Backend | None, announce: Callable[[str], object]) -> None:

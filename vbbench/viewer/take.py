@@ -58,6 +58,18 @@ class Take:
         return places[:, ever], known[ever]
 
     @cached_property
+    def extent(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner [2] in m of what there is on the ground; wild estimates do not count."""
+        sources = [self.sequence.given] if self.truth is None else [self.truth]
+        guesses = [answer.estimate for answer in self.estimates] if self.truth is None else []
+        there = self.sequence.observed
+        places = np.concatenate([one.positions[there] for one in [*sources, *guesses]])
+        poses = np.concatenate([one.poses[:, :2] for one in [*sources, *guesses]])
+        points = np.concatenate([places, poses])
+        low, high = np.nanpercentile(points, (1.0, 99.0) if guesses else (0.0, 100.0), axis=0)
+        return low, high
+
+    @cached_property
     def false_alarms(self) -> BoolArray:
         """[T, K] which boxes are known to show nobody."""
         if self.truth is None:
@@ -93,10 +105,11 @@ def _answer(name: str, submitted: SubmittedEstimates, sequence: Sequence, truth:
 
 
 def _names(infos: list[SubmissionInfo], folders: list[str]) -> list[str]:
-    """The solver; where that is not enough with its protocol, then with the folder, and then with a number."""
+    """The solver; where that is not enough with its protocol, else with the folder, and if need be with a number."""
     protocols = [f"{info.solver} {info.protocol}" for info in infos]
-    with_folder = [f"{name} ({folder})" for name, folder in zip(protocols, folders, strict=True)]
-    for names in ([info.solver for info in infos], protocols, with_folder):
+    solvers = [info.solver for info in infos]
+    with_folder = [f"{name} ({folder})" for name, folder in zip(solvers, folders, strict=True)]
+    for names in (solvers, protocols, with_folder):
         if len(set(names)) == len(names):
             return names
     return [f"{name} {number}" for number, name in enumerate(with_folder, 1)]

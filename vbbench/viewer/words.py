@@ -31,7 +31,7 @@ def _facts(take: Take) -> str:
     heading, *lines = describe(info).splitlines()
     lines = [line.strip() for line in lines if not line.strip().startswith("caution: ")]
     parts = [
-        f"## {heading}",
+        f"**{heading}**",
         f"**Sequence {sequence.index}**: {sequence.frames} frames, {len(sequence.tracks)} tracks, "
         f"observer {sequence.observer} in scene {sequence.scene}"
         + ("." if take.truth is not None else "; **truth is withheld**."),
@@ -61,16 +61,16 @@ def _frame_text(take: Take, frame: int) -> str:
         given = int(np.isfinite(take.sequence.given.positions[frame, :, 0]).sum())
         lines.append(f"Given (sequential): {_given_words(np.isfinite(take.sequence.given.poses[frame, 0]), given)}")
         return "\n\n".join(lines)
-    head = ["submission", *(f"{LABELS[key]} ({unit})" for key, unit in UNITS.items()), "given"]
-    rows = [head, ["---"] * len(head), *(_frame_row(answer, frame) for answer in take.estimates)]
-    return "\n\n".join([*lines, "\n".join(f"| {' | '.join(row)} |" for row in rows)])
+    return "\n\n".join([*lines, "\n".join(_frame_line(answer, frame) for answer in take.estimates)])
 
 
-def _frame_row(answer: Answer, frame: int) -> list[str]:
-    values = [answer.errors[key][frame] if answer.errors else np.nan for key in UNITS]
+def _frame_line(answer: Answer, frame: int) -> str:
     given = int(np.isfinite(answer.given.positions[frame, :, 0]).sum())
-    pose = bool(np.isfinite(answer.given.poses[frame, 0]))
-    return [answer.name, *(f"{v:.3f}" if np.isfinite(v) else "–" for v in values), _given_words(pose, given)]
+    parts = [f"given {_given_words(bool(np.isfinite(answer.given.poses[frame, 0])), given)}"]
+    for key, values in answer.errors.items():
+        if np.isfinite(values[frame]):
+            parts.append(f"{LABELS[key]} {values[frame]:.3f} {UNITS[key]}")
+    return f"* **{answer.name}**: {', '.join(parts)}"
 
 
 def _given_words(pose: bool, people: int) -> str:

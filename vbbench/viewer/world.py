@@ -34,16 +34,17 @@ def record_world(ground: Ground, take: Take) -> None:
 
 
 def _record_people(ground: Ground, take: Take, places: FloatArray, heights: FloatArray) -> None:
-    look = People(palette.id_colours(take.sequence.tracks), [str(track) for track in take.sequence.tracks])
+    names = [str(track) for track in take.sequence.tracks]
+    look = People(palette.id_colours(take.sequence.tracks), names, shown=True)
     ground.bodies("people", places, heights, look, solid=True)
-    ground.dots("people", places, look, GIRTH)
+    ground.dots("people", places, look, 5.0)
 
 
 def _record_unseen(ground: Ground, take: Take) -> None:
     places, heights = take.unseen
     look = People(np.tile(np.array(palette.UNSEEN, np.uint8), (len(heights), 1)))
     ground.bodies("unseen", places, heights, look, solid=False)
-    ground.dots("unseen", places, look, 0.6 * GIRTH)
+    ground.dots("unseen", places, look, 2.5)
 
 
 def _record_observer(ground: Ground, take: Take, poses: FloatArray) -> None:
