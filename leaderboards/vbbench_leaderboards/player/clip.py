@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.camera import camera_to_dict
-from vbbench.dataset_info import DatasetInfo
+from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
 from vbbench.geometry import wrap_angle
 from vbbench.sequence import Sequence, Truth
@@ -24,7 +23,7 @@ _SMOOTH = 2
 _ORDERS = (0, 1, 2)
 
 
-def encode_clip(info: DatasetInfo, sequence: Sequence, truth: Truth) -> dict[str, Any]:
+def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> dict[str, Any]:
     """What is published of a sequence, and its truth.
 
     ``data`` holds, by `flags`: where the truth is known, who is observed, which positions `sequential` gives; then by
@@ -43,8 +42,8 @@ def encode_clip(info: DatasetInfo, sequence: Sequence, truth: Truth) -> dict[str
         "frames": sequence.frames,
         "first_frame": sequence.first_frame,
         "observer": sequence.observer,
-        "dt": info.dt,
-        "camera": camera_to_dict(info.camera),
+        "dt": dt,
+        "camera": camera_to_dict(camera),
         "tracks": sequence.tracks.tolist(),
         "origin": origin.tolist(),
         "data": pack(columns),

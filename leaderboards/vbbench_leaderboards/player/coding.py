@@ -63,4 +63,5 @@ def _varints(numbers: IntArray) -> bytes:
     limbs = (zigzag[:, None] >> np.arange(0, 7 * _MOST_BYTES, 7)) & 127
     follows = zigzag[:, None] >= 1 << np.arange(7, 7 * (_MOST_BYTES + 1), 7)
     kept = np.column_stack([np.ones(len(numbers), bool), follows[:, :-1]])
-    return (limbs | 128 * follows).astype(np.uint8)[kept].tobytes()
+    data: bytes = (limbs | 128 * follows).astype(np.uint8)[kept].tobytes()
+    return data

@@ -62,11 +62,11 @@ def _write_split(site: Path, playable: Playable, work: Path, count: int) -> None
     available = min(len(dataset) for dataset in playable.datasets.values())
     chosen = choose_sequences(playable.boards, count, available)
     pictures = copy_pictures(work, site, playable.split, chosen)
-    _write(site, playable.split, split_index(playable, chosen, pictures))
+    write_data(site, playable.split, split_index(playable, chosen, pictures))
     for tier, dataset in playable.datasets.items():
         clips = {int(number): _clip(playable, tier, int(number)) for number in chosen}
         for number, (sequence, truth) in clips.items():
-            _write(site, f"{playable.split}/{tier}/{number}", encode_clip(dataset.info, sequence, truth))
+            write_data(site, f"{playable.split}/{tier}/{number}", encode_clip(dataset.info.camera, dataset.info.dt, sequence, truth))
         for board in (board for board in playable.boards if board.tier == tier):
             _write_board(site, playable, board, work, clips)
 
@@ -84,10 +84,10 @@ def _write_board(
         submitted = SubmittedEstimates(playable.datasets[board.tier], submission_folder(work, result))
         for number, (sequence, truth) in clips.items():
             values = encode_estimate(sequence, truth, submitted.of(sequence))
-            _write(site, f"{board.folder.as_posix()}/{number}/{result.solver}", values)
+            write_data(site, f"{board.folder.as_posix()}/{number}/{result.solver}", values)
 
 
-def _write(site: Path, name: str, values: dict[str, Any]) -> None:
+def write_data(site: Path, name: str, values: dict[str, Any]) -> None:
     """One data file, which the page asks for by its name; to flush each of thousands to disk would take most time."""
     key, value = json.dumps(f"player/{name}"), json.dumps(values, ensure_ascii=False, separators=(",", ":"))
     path = site / FOLDER / f"{name}.js"

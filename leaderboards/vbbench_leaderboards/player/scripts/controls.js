@@ -28,11 +28,12 @@
     </div>
     <p class="player-note" data-note role="status" hidden></p>
     <div class="player-body" data-body>
-      <canvas class="player-ego" data-ego role="img"></canvas>
+      <div class="player-sight" data-sight role="group" aria-label="What the observer sees" tabindex="0">
+        <canvas class="player-ego" data-ego role="img"></canvas></div>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
         <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See everybody", "⤢")}</div>
-        <p class="player-legend"><span class="player-true"></span> truth, coloured by person <span class="player-given"></span> given, not scored <span class="player-cone"></span> camera</p>
+        <p class="player-legend"><span class="player-true"></span> true place <span class="player-given"></span> given <span class="player-cone"></span> camera</p>
       </div>
       <div class="player-side">
         <table class="player-solvers">
@@ -71,7 +72,7 @@
   function build(element) {
     element.innerHTML = `<section class="player" aria-label="Sequence player">${TEMPLATE}</section>`;
     const root = element.firstElementChild, found = { root };
-    for (const name of ["board", "sequence", "order", "facts", "note", "body", "ego", "map", "solvers", "person", "person-text",
+    for (const name of ["sight", "board", "sequence", "order", "facts", "note", "body", "ego", "map", "solvers", "person", "person-text",
       "scrub", "clock", "speed", "metric", "strip", "said", "help"]) {
       found[name.replace("-t", "T")] = root.querySelector(`[data-${name}]`);
     }

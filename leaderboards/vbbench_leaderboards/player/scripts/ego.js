@@ -43,6 +43,9 @@
       this.shown = frameOf(clip.camera);
       this.order = Array.from({ length: clip.K }, (_, k) => k);
       this.canvas.style.aspectRatio = `${this.shown.width} / ${this.shown.height}`;
+      const around = this.canvas.parentElement;
+      around.classList.toggle("player-round", clip.camera.kind === "panorama");
+      around.scrollLeft = (around.scrollWidth - around.clientWidth) / 2; // ahead
     }
 
     draw(moment, theme, options) {

@@ -86,15 +86,15 @@
       context.lineWidth = Math.max(1, Math.round(ratio / 2));
       context.strokeStyle = theme.line;
       context.font = `${10 * ratio}px ${parts.FONT}`;
+      this.step = step;
+      const columns = this.marks(0, -ox / k, (canvas.width - ox) / k), rows = this.marks(1, (oy - canvas.height) / k, oy / k);
       context.beginPath();
-      const firstX = Math.ceil(-ox / k / step), lastX = Math.floor((canvas.width - ox) / k / step);
-      for (let n = firstX; n <= lastX; n++) {
-        const x = Math.round(ox + n * step * k) + 0.5;
+      for (const [place] of columns) {
+        const x = Math.round(ox + place * k) + 0.5;
         context.moveTo(x, 0); context.lineTo(x, canvas.height);
       }
-      const firstY = Math.ceil((oy - canvas.height) / k / step), lastY = Math.floor(oy / k / step);
-      for (let n = firstY; n <= lastY; n++) {
-        const y = Math.round(oy - n * step * k) + 0.5;
+      for (const [place] of rows) {
+        const y = Math.round(oy - place * k) + 0.5;
         context.moveTo(0, y); context.lineTo(canvas.width, y);
       }
       context.globalAlpha = 0.7;
@@ -102,19 +102,20 @@
       context.globalAlpha = 1;
       context.fillStyle = theme.faint;
       context.textAlign = "left"; context.textBaseline = "top";
-      for (let n = firstX; n <= lastX; n++) {
-        context.fillText(this.metres(n * step, 0), ox + n * step * k + 3 * ratio, 3 * ratio);
-      }
+      for (const [place, text] of columns) context.fillText(text, ox + place * k + 3 * ratio, 3 * ratio);
       context.textBaseline = "bottom";
-      for (let n = firstY; n <= lastY; n++) {
-        const y = oy - n * step * k;
-        if (y > 26 * ratio) context.fillText(this.metres(n * step, 1), 3 * ratio, y - 2 * ratio);
+      for (const [place, text] of rows) {
+        if (oy - place * k > 26 * ratio) context.fillText(text, 3 * ratio, oy - place * k - 2 * ratio);
       }
-      this.step = step;
     }
 
-    metres(value, axis) {
-      return String(+(value + this.clip.origin[axis]).toFixed(1));
+    /** Places of the grid's lines on an axis, each with its coordinate in the scene, a multiple of the step. */
+    marks(axis, low, high) {
+      const { step } = this, shift = this.clip.origin[axis], found = [];
+      for (let n = Math.ceil((low + shift) / step); n * step <= high + shift; n++) {
+        found.push([n * step - shift, String(+(n * step).toFixed(1))]);
+      }
+      return found;
     }
 
     drawSight(moment, theme) {
@@ -226,7 +227,7 @@
 
     /** An arrowhead that looks where the observer looks. */
     drawCamera(place, colour, rim) {
-      const { context, canvas, k } = this, size = Math.max(0.42 * k, 8 * canvas.ratio);
+      const { context, canvas, k } = this, size = Math.max(0.34 * k, 8 * canvas.ratio);
       if (place.x !== place.x) return;
       const x = this.sx(place.x), y = this.sy(place.y);
       context.beginPath();

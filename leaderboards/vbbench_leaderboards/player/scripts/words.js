@@ -40,7 +40,7 @@
     const { ui, clip, moment, drawn, estimates } = s, t = moment.frame;
     let seen = 0;
     for (let k = 0; k < clip.K; k++) seen += clip.observed[t * clip.K + k];
-    const errors = t < parts.START ? "the pose and everybody's position are given" : estimates
+    const errors = t < parts.START ? "everything is given" : !seen ? "nothing is scored" : estimates
       .map((estimate, n) => `${drawn[n].name}: people off by ${number(estimate.dx[t])} m, camera by ${number(estimate.dt[t])} m`).join("; ");
     const said = `Frame ${t} of ${clip.T - 1}, ${seen} people seen${errors && ": "}${errors}.`;
     if (ui.said.textContent !== said) ui.said.textContent = said;

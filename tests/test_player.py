@@ -1,0 +1,212 @@
+"""The player's data: what is read back, how large it is, and which sequences can be played."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.answers import submit, true_answers
+from tests.made_sequence import DT, MadeSequence, made_sequence
+from tests.make_dataset import Crowd, write_dataset
+from tests.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate, numbers
+from vbbench.camera import PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.geometry import wrap_angle
+from vbbench.scorecard import PerSequence
+from vbbench.scoring import score
+from vbbench.solver import Estimate
+from vbbench_leaderboards import player
+from vbbench_leaderboards.player.choice import choose_sequences
+from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
+from vbbench_leaderboards.player.coding import LARGEST, pack, quantise
+from vbbench_leaderboards.player.writing import FOLDER, player_assets, write_player
+from vbbench_leaderboards.result import Board, Result
+
+Results = dict[Board, tuple[Result, ...]]
+
+SLACK = 1e-6
+"""Of a quantum, for the rounding of floats."""
+
+
+def close(got: object, wanted: object, quantum: float) -> bool:
+    off = np.abs(np.asarray(got) - np.asarray(wanted))
+    return bool(np.array_equal(np.isnan(got), np.isnan(wanted)) and np.all(~(off > (0.5 + SLACK) * quantum)))
+
+
+def moved(values: object, made: MadeSequence) -> object:
+    return np.asarray(values) - np.rint(made.truth.poses[0, :2])
+
+
+@given(st.lists(st.integers(-8 * LARGEST, 8 * LARGEST)))
+def test_numbers_come_back(values: list[int]) -> None:
+    assert list(numbers(pack([np.array(values, np.int64)]))) == values
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    people=st.integers(1, 12),
+    frames=st.integers(1, 9),
+    seed=st.integers(0, 1000),
+    share=st.sampled_from([0.0, 0.3, 0.9, 1.0]),
+    far=st.sampled_from([0.0, -55.5, 5.4e6]),
+    error=st.sampled_from([0.0, 0.02, 1.0, 30.0]),
+)
+def test_a_sequence_comes_back_within_half_a_quantum(
+    people: int, frames: int, seed: int, share: float, far: float, error: float
+) -> None:
+    made = made_sequence(people, frames, seed=seed, share=share, far=far)
+    clip = decode_clip(encode_clip(made.camera, DT, made.sequence, made.truth))
+    assert np.array_equal(clip["observed"], made.sequence.observed)
+    assert np.array_equal(clip["given"], ~np.isnan(made.sequence.given.positions[..., 0]))
+    assert close(clip["poses"][:, :2], moved(made.truth.poses[:, :2], made), METRE)
+    assert close(clip["poses"][:, 2], made.truth.poses[:, 2], RADIAN)
+    assert close(clip["positions"], moved(made.truth.positions, made), METRE)
+    assert close(clip["boxes"], made.sequence.observations, PIXEL)
+    estimate = made.estimate(np.random.default_rng(seed), error)
+    poses, positions = decode_estimate(encode_estimate(made.sequence, made.truth, estimate), clip)
+    assert close(positions, moved(estimate.positions, made), METRE)
+    assert close(poses[:, :2], moved(estimate.poses[:, :2], made), METRE)
+    assert close(wrap_angle(poses[:, 2] - estimate.poses[:, 2]), np.zeros(frames), RADIAN)
+
+
+def test_what_a_solver_says_of_nobody_is_kept_and_what_is_no_number_is_not() -> None:
+    made = made_sequence(5, 6, share=1.0)
+    truth = replace(made.truth, positions=np.where(np.arange(5)[:, None] == 2, np.nan, made.truth.positions))
+    positions = np.array(made.truth.positions)
+    positions[3, 1], positions[4, 0] = np.inf, 1e12
+    estimate = Estimate(poses=made.truth.poses, positions=positions)
+    clip = decode_clip(encode_clip(made.camera, DT, made.sequence, truth))
+    _, read = decode_estimate(encode_estimate(made.sequence, truth, estimate), clip)
+    assert np.isnan(read[3, 1]).all()
+    assert np.allclose(read[4, 0], LARGEST * METRE)
+    assert close(read[:, 2], moved(positions[:, 2], made), METRE)
+
+
+def test_a_picture_with_borders_leaves_people_unseen_whose_place_is_true() -> None:
+    made = made_sequence(9, 7, share=1.0, camera=PerspectiveCamera())
+    clip = decode_clip(encode_clip(made.camera, DT, made.sequence, made.truth))
+    assert clip["known"].all()
+    assert not clip["observed"].all()
+
+
+def test_numbers_are_cut_off_and_nothing_is_nought() -> None:
+    assert quantise(np.array([np.nan, np.inf, -1e30, 0.0016]), 1e-3).tolist() == [0, LARGEST, -LARGEST, 2]
+
+
+@pytest.mark.parametrize("error", [0.05, 3.0])
+def test_students_with_three_solvers_are_small(error: float) -> None:
+    made, rng = made_sequence(51, 46), np.random.default_rng(1)
+    files = [encode_clip(made.camera, DT, made.sequence, made.truth)]
+    files += [encode_estimate(made.sequence, made.truth, made.estimate(rng, error)) for _ in range(3)]
+    assert sum(len(json.dumps(file)) for file in files) <= 60_000
+
+
+def result(board: Board, solver: str, errors: list[float]) -> Result:
+    count = np.arange(len(errors))
+    own = PerSequence(
+        sequence=count * 2,
+        frames=count + 1,
+        positions=count + 1,
+        posed=count + 1,
+        placed=count + 1,
+        figures={name: np.array(errors) for name in ("dx", "dt")},
+    )
+    texts = dict.fromkeys(["version", "reference", "link", "dataset", "package_version", "hardware"], "")
+    values = {"metrics": {"dx": {"mean": float(np.nanmean(errors))}}}
+    return Result(
+        board=board, camera="panorama", seed=0, solver=solver, submission={}, score=values, per_sequence=own, **texts
+    )
+
+
+NOISY = Board(split="made", tier="noisy", protocol="sequential")
+IDEAL = Board(split="made", tier="ideal", protocol="one-step")
+
+
+def test_the_best_and_the_worst_are_played_and_others_between() -> None:
+    errors = [0.5, 0.1, np.nan, 0.9, 0.3, 0.7, 0.2]
+    results = {
+        NOISY: tuple(result(NOISY, name, [e * f for e in errors]) for name, f in [("a", 9.0), ("b", 1.0), ("c", 0.1)]),
+        IDEAL: (result(IDEAL, "a", errors[::-1]),),
+    }
+    assert choose_sequences(results, 3, 100).tolist() == [2, 6, 8]
+    assert (
+        choose_sequences(results, 3, 100).tolist() == choose_sequences(dict(reversed(results.items())), 3, 100).tolist()
+    )
+    assert choose_sequences(results, 1, 100).tolist() == [2]
+    assert choose_sequences(results, 99, 100).tolist() == [0, 2, 6, 8, 10, 12]
+    assert choose_sequences(results, 99, 7).tolist() == [0, 2, 6]
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A dataset and two answers to it."""
+    folder = tmp_path_factory.mktemp("work")
+    dataset = folder / "datasets" / "made-noisy"
+    write_dataset(dataset, Crowd(scenes=1, people=12, frames=30, stay=(12, 16), seed=1))
+    for solver, error in [("near", 0.05), ("wide", 0.8)]:
+        submit(folder / "submissions" / NOISY.folder / solver, dataset, true_answers(dataset, error))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(work: Path) -> dict[Board, tuple[Result, ...]]:
+    dataset, answers = work / "datasets" / "made-noisy", work / "submissions" / NOISY.folder
+    scored = [Result.of(score(answers / solver, dataset), {}, name=solver) for solver in ("near", "wide")]
+    return {NOISY: tuple(replace(row, board=NOISY) for row in scored)}
+
+
+def read_data(path: Path) -> tuple[str, dict[str, object]]:
+    text = path.read_text("utf-8").removeprefix("vbbench.provide(").removesuffix(");\n")
+    key, value = json.loads(f"[{text}]")
+    return key, value
+
+
+def test_the_site_gets_an_index_a_sequence_and_a_file_a_solver(work: Path, results: Results, tmp_path: Path) -> None:
+    assert write_player(tmp_path, results, work, 4) == {NOISY: ("near", "wide")}
+    key, index = read_data(tmp_path / FOLDER / "made.js")
+    assert key == "player/made"
+    assert len(index["sequences"]) == 4
+    board = index["boards"]["sequential-noisy"]
+    assert board["given"] == "arrivals"
+    for name in board["solvers"]:
+        for number in index["sequences"]:
+            key, value = read_data(tmp_path / FOLDER / "made" / "sequential-noisy" / str(number) / f"{name}.js")
+            assert key == f"player/made/sequential-noisy/{number}/{name}"
+            assert set(value) == {"order", "data"}
+    assert read_data(tmp_path / FOLDER / "made" / "noisy" / f"{index['sequences'][0]}.js")[1]["frames"] > 1
+    again = tmp_path / "again"
+    write_player(again, results, work, 4)
+    assert [path.read_bytes() for path in sorted(again.rglob("*.js"))] == [
+        path.read_bytes() for path in sorted(path for path in tmp_path.rglob("*.js") if again not in path.parents)
+    ]
+
+
+def test_nothing_is_played_of_what_is_not_there(work: Path, results: Results, tmp_path: Path) -> None:
+    assert write_player(tmp_path, {IDEAL: (result(IDEAL, "a", [1.0]),)}, work, 4) == {}
+    assert write_player(tmp_path, results, None, 4) == {}
+    assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == ["player.css", "player.js"]
+
+
+def test_pictures_of_a_sequence_go_with_it(work: Path, results: Results, tmp_path: Path) -> None:
+    own = work / "pictures" / "made" / "0"
+    own.mkdir(parents=True)
+    (own / "00000.jpg").write_bytes(b"picture")
+    write_player(tmp_path, results, work, 99)
+    assert read_data(tmp_path / FOLDER / "made.js")[1]["pictures"] == {"0": 1}
+    assert (tmp_path / FOLDER / "pictures" / "made" / "0" / "00000.jpg").read_bytes() == b"picture"
+
+
+def test_another_dataset_than_the_results_are_of_is_refused(work: Path, results: Results, tmp_path: Path) -> None:
+    others = {NOISY: tuple(replace(row, dataset="sha256:other") for row in results[NOISY])}
+    with pytest.raises(VbbenchError, match=r"made-noisy is dataset .* is of sha256:other; run 'vbbench leaderboard"):
+        write_player(tmp_path, others, work, 4)
+
+
+def test_the_script_is_one_file_of_short_parts() -> None:
+    scripts = Path(player.__file__).parent / "scripts"
+    assert all(len(path.read_text("utf-8").splitlines()) <= 300 for path in scripts.glob("*.js"))
+    assert all(path.read_text("utf-8").strip() in player_assets()["player.js"] for path in scripts.glob("*.js"))
