@@ -1,6 +1,6 @@
 # make demo   first result      make test   all tests      make check   lint, types, import contracts
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
-# make golden  what the solvers score against the committed results; make golden-update writes them (minutes)
+# make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
 # make wheel-test   the built wheel in an empty environment, from another folder
 # make browser  the leaderboard's pages in a real browser     make chromium  installs one, on Debian, as root
 PYTHON ?= python3
@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test check lint types contracts bench results golden golden-update wheel-test browser chromium clean
+.PHONY: demo test check lint types contracts bench results golden leaderboard wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -37,10 +37,11 @@ results: $(VENV)/.dev
 	$(BIN)/python benchmarks/results_table.py
 
 golden: $(VENV)/.dev
-	$(BIN)/python -m vbbench_leaderboards.golden --jobs 2
+	$(BIN)/vbbench leaderboard rerun --jobs 2
 
-golden-update: $(VENV)/.dev
-	$(BIN)/python -m vbbench_leaderboards.golden --jobs 2 --update
+leaderboard: $(VENV)/.dev
+	$(BIN)/vbbench leaderboard rerun --jobs 2 --update
+	$(BIN)/vbbench leaderboard check
 
 wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh

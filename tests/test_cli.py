@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vbbench.cli import COMMANDS, main
+from vbbench.cli import all_commands, main
 
 VBBENCH = [sys.executable, "-m", "vbbench"]
 
@@ -84,6 +84,8 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
         (["frobnicate"], "no command is called 'frobnicate'"),
         (["export", "tmu"], "did you mean 'export tum'"),
+        (["leaderboard", "chek"], "did you mean 'leaderboard check'"),
+        (["leaderboard", "add", "nowhere", "--dataset", "x"], "submission.json"),
         (["fetch", "hotle"], "no split is called 'hotle'; did you mean 'hotel'"),
         (["fetch"], "name splits"),
     ],
@@ -103,11 +105,11 @@ def test_a_mistake_is_one_line_on_stderr_and_status_2(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", all_commands())
 def test_every_command_has_help_for_every_option(name: str) -> None:
     text = subprocess.run([*VBBENCH, *name.split(), "--help"], capture_output=True, text=True, check=True).stdout
     assert "usage: vbbench" in text
-    assert COMMANDS[name].__doc__.splitlines()[0].split(":")[0][:30] in " ".join(text.replace("│", " ").split())
+    assert all_commands()[name].__doc__.splitlines()[0].split(":")[0][:30] in " ".join(text.replace("│", " ").split())
 
 
 def test_a_strangers_solver_is_found_where_the_user_stands(dataset: Path, tmp_path: Path) -> None:

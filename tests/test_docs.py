@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from vbbench.camera import PanoramaCamera
-from vbbench.cli import COMMANDS
+from vbbench.cli import all_commands
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.registry import registered
@@ -61,7 +61,7 @@ def test_pictures_are_small_and_shown() -> None:
     assert all(picture.stat().st_size < LARGEST_PICTURE for picture in pictures)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", all_commands())
 def test_every_command_has_an_example(command: str) -> None:
     text = (ROOT / "docs" / "commands.md").read_text("utf-8")
     assert f"## `vbbench {command}`" in text

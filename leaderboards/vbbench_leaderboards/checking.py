@@ -65,7 +65,8 @@ def check(
     if folder.faults:
         raise ResultsError(results, folder.faults)
     boards = len({result.board for result in folder.results})
-    return f"{results}: {len(folder.results)} results on {boards} boards are as they should be, {again} scored again"
+    counts = f"{_count(len(folder.results), 'result')} on {_count(boards, 'board')}"
+    return f"{results}: {counts} checked, all as it should be; {again} scored again"
 
 
 class _Folder:
@@ -147,3 +148,7 @@ class _Folder:
             self.faults.append(str(error))
             return False
         return True
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.arrays import FloatArray
+from vbbench.protocol import get_protocol
 from vbbench.scorecard import DRIFTS, METRICS, ON_PEOPLE
 from vbbench.statistics import known, summarise
 from vbbench_leaderboards.dataset_record import BoardDataset
@@ -59,6 +60,7 @@ def _declared_faults(result: Result, record: BoardDataset) -> Iterator[str]:
         "score.dataset": (score["dataset"], result.dataset),
         "score.split": (score["split"], result.board.split),
         "score.protocol": (score["protocol"], result.board.protocol),
+        "score.protocol_version": (score["protocol_version"], get_protocol(result.board.protocol).version),
         "score.solver": (score["solver"], result.solver),
         "score.solver_version": (score["solver_version"], result.version),
         "score.caution": (score.get("caution"), record.caution),

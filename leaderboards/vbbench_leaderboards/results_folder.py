@@ -41,9 +41,8 @@ def read_results(*folders: Path) -> dict[Board, tuple[Result, ...]]:
     for folder in folders:
         for path in result_paths(folder):
             result = read_result(folder / path)
-            if result.solver not in boards[result.board]:
-                check_place(result, records, folder, path)
-                boards[result.board][result.solver] = result
+            check_place(result, records, folder, path)
+            boards[result.board].setdefault(result.solver, result)
     return {board: tuple(found[name] for name in sorted(found)) for board, found in sorted(boards.items())}
 
 

@@ -1,0 +1,259 @@
+"""`leaderboard check` finds whatever is changed in a result file, with and without a digest made to fit."""
+
+import base64
+import contextlib
+import json
+import re
+import shutil
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.tiny_board import FILE, tiny_board
+from vbbench.cli import main
+from vbbench_leaderboards import json_file
+from vbbench_leaderboards.block import decode, encode
+from vbbench_leaderboards.checking import ResultsError, check
+
+NOT_FROM_SEQUENCES = {
+    ("seconds_per_frame",),
+    ("fallback_frames",),
+    *(
+        (part, name, key)
+        for part, name in (("metrics", "dx"), ("metrics", "dx_rel"))
+        for key in ("frame_mean", "frame_std")
+    ),
+    *(("drift", name, key) for name in ("drift_m", "drift_rad") for key in ("frame_mean", "frame_std")),
+    *(("metrics", name, "frame_std") for name in ("dr", "dt")),
+}
+"""Numbers of a score that do not follow from the per-sequence figures: the digest and scoring again watch over them."""
+
+Change = Callable[[dict[str, Any]], object]
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("check")
+    tiny_board(folder)
+    return folder
+
+
+@pytest.fixture
+def results(room: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(room / "results", tmp_path / "results"))
+
+
+def forge(path: Path, change: Change) -> None:
+    """Change a file's values and make the digest fit."""
+    values = json.loads(path.read_text("utf-8"))
+    change(values)
+    path.write_text(json_file.to_text({k: v for k, v in values.items() if k != "digest"}), encoding="utf-8")
+
+
+def faults(results: Path, **options: Any) -> tuple[str, ...]:
+    with pytest.raises(ResultsError) as caught:
+        check(results, **options)
+    return caught.value.faults
+
+
+def numbers(part: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], float]]:
+    """Every number of a JSON tree with its place."""
+    if isinstance(part, bool) or part is None or isinstance(part, str):
+        return
+    if isinstance(part, (int, float)):
+        yield path, part
+        return
+    for key, value in part.items() if isinstance(part, dict) else enumerate(part):
+        yield from numbers(value, (*path, key))
+
+
+def put(values: Any, path: tuple[Any, ...], value: Any) -> None:
+    for key in path[:-1]:
+        values = values[key]
+    values[path[-1]] = value
+
+
+def test_all_is_well(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["leaderboard", "check", "--results", str(room / "results"), "--work", str(room / "work")]) == 0
+    out, err = capsys.readouterr()
+    assert out == f"{room / 'results'}: 2 results on 1 board checked, all as it should be; 2 scored again\n"
+    assert err == ""
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+@pytest.mark.parametrize("name", ["tiny/sequential-ideal/vb-cv.json", "tiny/ideal.json"])
+def test_any_one_number_changed_is_caught(room: Path, tmp_path: Path, name: str, data: st.DataObject) -> None:
+    results = tmp_path / "any"
+    shutil.rmtree(results, ignore_errors=True)
+    shutil.copytree(room / "results", results)
+    values = json.loads((results / name).read_text("utf-8"))
+    path, old = data.draw(st.sampled_from(sorted(numbers(values), key=str)))
+    other = st.floats(allow_nan=False, allow_infinity=False) if isinstance(old, float) else st.integers()
+    put(values, path, data.draw(other.filter(lambda value: value != old)))
+    (results / name).write_text(json.dumps(values), encoding="utf-8")
+    assert any(name in fault for fault in faults(results))
+
+
+def test_any_one_number_of_the_score_is_caught_though_the_digest_fits(room: Path, tmp_path: Path) -> None:
+    kept = json.loads((room / "results" / FILE).read_text("utf-8"))
+    unseen = []
+    for path, old in numbers(kept["score"]):
+        if path in NOT_FROM_SEQUENCES:
+            continue
+        results = tmp_path / "_".join(map(str, path))
+        shutil.copytree(room / "results", results)
+        more = old * 1.0001 if isinstance(old, float) and old < 1 else old - 1 if old > 1 else 2
+        forge(results / FILE, lambda values, path=path, more=more: put(values["score"], path, more))
+        with contextlib.suppress(ResultsError):
+            check(results)
+            unseen.append(path)
+    assert not unseen
+
+
+def test_those_that_do_not_follow_are_caught_by_scoring_again(room: Path, results: Path) -> None:
+    forge(results / FILE, lambda values: put(values, ("score", "metrics", "dx", "frame_mean"), 0.001))
+    assert check(results)
+    (fault,) = faults(results, work=room / "work")
+    assert "scores differently now: score.metrics.dx.frame_mean: was 0.001, is" in fault
+    submission, dataset = room / "work/submissions" / FILE.with_suffix(""), room / "work/datasets/tiny-ideal"
+    assert len(faults(results, submissions=[submission], datasets=[dataset])) == 1
+
+
+def test_better_figures_of_a_sequence_are_caught(room: Path, results: Path) -> None:
+    def better(values: dict[str, Any]) -> None:
+        columns = decode(values["per_sequence"])
+        columns["dx"][0] *= 0.5
+        values["per_sequence"] = encode(columns)
+
+    forge(results / FILE, better)
+    found = faults(results)
+    assert any("$.score.metrics.dx.mean: is" in fault for fault in found)
+    assert all(str(FILE) in fault for fault in found)
+
+
+def drop_first(values: dict[str, Any]) -> None:
+    values["per_sequence"] = encode({name: column[1:] for name, column in decode(values["per_sequence"]).items()})
+
+
+def twice(values: dict[str, Any]) -> None:
+    columns = decode(values["per_sequence"])
+    columns["sequence"][1] = columns["sequence"][0]
+    values["per_sequence"] = encode(columns)
+
+
+def column(name: str, value: float) -> Change:
+    def put_there(values: dict[str, Any]) -> None:
+        columns = decode(values["per_sequence"])
+        columns[name][0] = value
+        values["per_sequence"] = encode(columns)
+
+    return put_there
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (drop_first, r"\$.per_sequence: lacks sequence \d+; solve and score the whole dataset"),
+        (twice, r"lacks sequence \d+"),
+        (column("sequence", 999), r"has, and the board does not, sequence 999"),
+        (column("frames", 900), r"frames are not the board's in sequence \d+"),
+        (column("positions", 900), r"positions are not the board's in sequence \d+"),
+        (column("posed", 1), r"posed does not go with the failure policy in sequence \d+"),
+        (column("placed", 1), r"placed does not go with the failure policy in sequence \d+"),
+        (column("dx", np.nan), r"dx cannot be so in sequence \d+"),
+        (column("dr", 4.0), r"dr cannot be so in sequence \d+"),
+        (column("drift_rad", 4.0), r"drift_rad cannot be so in sequence \d+"),
+        (lambda v: put(v, ("dataset", "id"), "0" * 16), r"\$.dataset.id: is 0{16}, everything on this board"),
+        (lambda v: put(v, ("dataset", "seed"), 3), r"\$.dataset.seed: is 3, everything else gives 0"),
+        (lambda v: put(v, ("dataset", "tier"), "noisy"), "belongs in tiny/sequential-noisy/cv.json"),
+        (lambda v: put(v, ("dataset", "camera"), "perspective"), r"\$.dataset.camera"),
+        (lambda v: put(v, ("protocol",), "rollout/1"), "belongs in tiny/rollout-ideal/cv.json"),
+        (lambda v: put(v, ("score", "protocol"), "rollout"), r"\$.score.protocol: is 'rollout'"),
+        (lambda v: put(v, ("score", "dataset"), "0" * 16), r"\$.score.dataset"),
+        (lambda v: put(v, ("score", "caution"), "none"), r"\$.score.caution"),
+        (lambda v: put(v, ("score", "fallback_frames"), 9999), "more than the"),
+        (lambda v: put(v, ("score", "metrics", "dt", "frame_std"), 0.0), r"dt.frame_std: is 0.0, the per-sequence"),
+        (lambda v: put(v, ("score", "drift", "drift_m", "frame_mean"), None), "say otherwise"),
+        (lambda v: put(v, ("score", "metrics", "dx", "mean"), None), r"dx.mean: is None"),
+    ],
+)
+def test_a_forged_result_is_caught_and_the_reason_said(results: Path, change: Change, message: str) -> None:
+    forge(results / FILE, change)
+    found = faults(results)
+    assert any(re.search(message, fault) for fault in found), found
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v: put(v, ("id",), "0" * 16), "counts.id"),
+        (lambda v: put(v, ("split",), "big"), "belongs in big/ideal.json"),
+        (lambda v: put(v, ("counts", "sequences"), 3), "is no list of the dataset's scored sequences"),
+        (lambda v: put(v, ("caution",), "do not"), r"score.caution"),
+        (lambda v: put(v, ("command",), "rm -rf"), r"\$.command"),
+    ],
+)
+def test_a_forged_record_is_caught(results: Path, change: Change, message: str) -> None:
+    forge(results / "tiny/ideal.json", change)
+    assert any(message.replace("\\", "") in fault for fault in faults(results))
+
+
+def test_a_record_is_held_against_the_dataset_at_hand(room: Path, results: Path) -> None:
+    forge(results / "tiny/ideal.json", lambda values: put(values, ("counts", "people_max"), 7))
+    forge(results / "tiny/ideal.json", lambda values: put(values, ("title",), "Tinier"))
+    assert check(results)
+    assert len(faults(results, work=room / "work")) == 2
+
+
+def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, other = results / FILE, (results / FILE).with_name("vb-cv.json")
+    swapped = one.read_bytes(), other.read_bytes()
+    other.write_bytes(swapped[0])
+    one.write_bytes(swapped[1])
+    shutil.copy(one, one.with_name("CV.json"))
+    (results / "tiny" / "noisy.json").write_text(swapped[0].decode()[:300])
+    (results / "stray.json").write_text("{}")
+    assert main(["leaderboard", "check", "--results", str(results)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    for words in (
+        "cv.json: holds the result that belongs in",
+        "vb-cv.json: holds",
+        "noisy.json: cannot be read",
+        "stray.json: lies",
+    ):
+        assert words in err
+    assert "but for capitals" in err
+    assert "Traceback" not in err
+
+
+def test_an_empty_folder_is_no_leaderboard(tmp_path: Path) -> None:
+    assert "no result is here" in faults(tmp_path)[0]
+
+
+def test_named_submissions_that_belong_to_nothing_are_said(room: Path, results: Path, tmp_path: Path) -> None:
+    submission = room / "work/submissions" / FILE.with_suffix("")
+    assert "its dataset" in faults(results, submissions=[submission])[0]
+    shutil.copytree(submission, tmp_path / "other")
+    (tmp_path / "other" / "poses.parquet").write_bytes(b"")
+    assert "no result is made of its tables" in faults(results, submissions=[tmp_path / "other"])[0]
+
+
+def test_data_after_the_end_of_a_block_is_caught(results: Path) -> None:
+    def longer(values: dict[str, Any]) -> None:
+        raw = zlib.decompress(base64.b64decode(values["per_sequence"]["data"]))
+        values["per_sequence"]["data"] = base64.b64encode(zlib.compress(raw) + b"more").decode()
+
+    values = json.loads((results / FILE).read_text("utf-8"))
+    longer(values)
+    (results / FILE).write_text(json.dumps(values))
+    assert "does not hold" in faults(results)[0]

@@ -1,0 +1,206 @@
+"""Result files: what is written is read again, and nothing else is."""
+
+import base64
+import json
+import shutil
+import zlib
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+from tests.tiny_board import FILE, tiny_board
+from vbbench.errors import FileError
+from vbbench_leaderboards import json_file
+from vbbench_leaderboards.block import decode, encode
+from vbbench_leaderboards.dataset_record import read_dataset, write_dataset
+from vbbench_leaderboards.result import Board
+from vbbench_leaderboards.result_file import read_result, write_result
+from vbbench_leaderboards.results_folder import published_results, read_datasets, read_results
+
+
+@pytest.fixture(scope="module")
+def board(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tiny_board(tmp_path_factory.mktemp("board"))
+
+
+@pytest.fixture
+def results(board: Path, tmp_path: Path) -> Path:
+    """A copy of the board's results that a test may spoil."""
+    return Path(shutil.copytree(board, tmp_path / "results"))
+
+
+def change(path: Path, **values: Any) -> None:
+    """Write a file with other values, and a digest that fits."""
+    kept = {name: value for name, value in json.loads(path.read_text("utf-8")).items() if name != "digest"}
+    path.write_text(json_file.to_text({**kept, **values}), encoding="utf-8")
+
+
+def assert_equal(one: Any, other: Any) -> None:
+    for field in fields(one):
+        mine, theirs = getattr(one, field.name), getattr(other, field.name)
+        if field.name in ("per_sequence", "scored"):
+            np.testing.assert_equal(vars(mine) if field.name == "per_sequence" else dict(mine), vars(theirs))
+        else:
+            assert mine == theirs
+
+
+def test_a_result_is_read_as_it_was_written(results: Path, tmp_path: Path) -> None:
+    first = read_result(results / FILE)
+    assert write_result(first, tmp_path / "again") == tmp_path / "again" / FILE
+    assert (tmp_path / "again" / FILE).read_bytes() == (results / FILE).read_bytes()
+    assert_equal(first, read_result(tmp_path / "again" / FILE))
+    assert first.board == Board(split="tiny", tier="ideal", protocol="sequential")
+    assert first.protocol_id == "sequential/1"
+
+
+def test_a_record_is_read_as_it_was_written(results: Path, tmp_path: Path) -> None:
+    record = read_dataset(results / "tiny/ideal.json")
+    write_dataset(record, tmp_path / "again")
+    assert (tmp_path / "again/tiny/ideal.json").read_bytes() == (results / "tiny/ideal.json").read_bytes()
+    assert set(record.scored) == {"one-step", "sequential", "rollout"}
+    assert set(record.tables) >= {"truth/poses", "truth/scenes", "truth/people"}
+    assert (
+        record.command == "vbbench generate tiny --camera panorama --tier ideal --sigma-h 0 --seed 0 --out tiny-ideal"
+    )
+
+
+def test_boards_come_sorted_with_their_datasets(results: Path) -> None:
+    ((board, rows),) = read_results(results).items()
+    assert [row.solver for row in rows] == ["cv", "vb-cv"]
+    assert read_datasets(results)[board.split, board.tier].id == rows[0].dataset
+
+
+def test_of_two_folders_the_first_counts(results: Path, tmp_path: Path) -> None:
+    mine = tmp_path / "mine"
+    shutil.copytree(results, mine)
+    (mine / FILE).with_name("vb-cv.json").unlink()
+    write_result(replace(read_result(mine / FILE), reference="mine"), mine)
+    (rows,) = read_results(mine, results).values()
+    assert [(row.solver, row.reference) for row in rows] == [("cv", "mine"), ("vb-cv", "")]
+
+
+def test_the_block_is_read_in_five_lines(results: Path) -> None:
+    block = json.loads((results / FILE).read_text("utf-8"))["per_sequence"]
+    raw = zlib.decompress(base64.b64decode(block["data"]))
+    numbers = np.frombuffer(raw, np.uint8).reshape(4, -1).T.copy().view("<f4")
+    rows = numbers.reshape(len(block["columns"]), block["rows"])
+    table = dict(zip(block["columns"], rows, strict=True))
+    own = read_result(results / FILE).per_sequence
+    np.testing.assert_array_equal(table["dx"], own.figures["dx"])
+    np.testing.assert_array_equal(table["sequence"], own.sequence)
+
+
+def test_the_digest_does_not_depend_on_how_zlib_packs(results: Path) -> None:
+    values = json.loads((results / FILE).read_text("utf-8"))
+    raw = zlib.decompress(base64.b64decode(values["per_sequence"]["data"]))
+    values["per_sequence"]["data"] = base64.b64encode(zlib.compress(raw, 0)).decode()
+    (results / FILE).write_text(json.dumps(values), encoding="utf-8")
+    assert_equal(read_result(results / FILE), read_result(results / FILE))
+
+
+@pytest.mark.parametrize("schema", ["result", "dataset"])
+def test_schemas_are_sound_and_strict(schema: str) -> None:
+    text = (Path(json_file.__file__).parent / "schemas" / f"{schema}.schema.json").read_text("utf-8")
+    values = json.loads(text)
+    Draft202012Validator.check_schema(values)
+
+    def objects(part: Any) -> Any:
+        if isinstance(part, dict):
+            yield from [part] if part.get("type") == "object" else []
+            part = list(part.values())
+        if isinstance(part, list):
+            for value in part:
+                yield from objects(value)
+
+    assert all("additionalProperties" in found for found in objects(values))
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"format_version": 2}, r"\$\.format_version: is 2, this vbbench reads 1"),
+        ({"colour": "red"}, "colour"),
+        ({"protocol": "sequential/2"}, "is sequential/2, this vbbench scores sequential/1"),
+        ({"protocol": "two-step/1"}, r"\$\.protocol"),
+        ({"submission": {"poses.parquet": "x"}}, r"\$\.submission"),
+        ({"solver": {"name": "../cv", "version": "", "reference": "", "link": ""}}, r"\$\.solver\.name"),
+        ({"solver": {"name": "cv", "version": "", "reference": "", "link": "javascript:x"}}, r"\$\.solver\.link"),
+        ({"solver": {"name": "cv"}}, r"\$\.solver: '.*' is a required property"),
+        ({"score": {}}, r"\$\.score"),
+    ],
+)
+def test_a_file_that_breaks_the_schema_is_refused_with_its_place(
+    results: Path, values: dict[str, Any], message: str
+) -> None:
+    change(results / FILE, **values)
+    with pytest.raises(FileError, match=message) as caught:
+        read_result(results / FILE)
+    assert str(caught.value).startswith(str(results / FILE))
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 600
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda text: text[: len(text) // 2], "cannot be read"),
+        (lambda text: "[]", "holds no JSON object"),
+        (lambda text: text.replace('"seed": 0', '"seed": NaN'), "NaN is no JSON number"),
+        (lambda text: text.replace('"seed": 0', '"seed": 0, "seed": 0'), "key 'seed' stands twice"),
+        (lambda text: text.replace('"seed": 0', '"seed": 1'), "it was changed by hand"),
+        (lambda text: text.replace('"data": "', '"data": "AAAA'), "data is damaged"),
+        (lambda text: text.replace('"rows": ', '"rows": 9'), "data does not hold"),
+        (lambda text: text.replace('"rows": ', '"rows": 99999'), "does not hold"),
+        (lambda text: "[" * 100_000, "cannot be read"),
+    ],
+)
+def test_a_damaged_file_is_refused(results: Path, spoil: Any, message: str) -> None:
+    (results / FILE).write_text(spoil((results / FILE).read_text("utf-8")), encoding="utf-8")
+    with pytest.raises(FileError, match=message):
+        read_result(results / FILE)
+
+
+@pytest.mark.parametrize("value", [-1.0, np.inf])
+def test_figures_that_cannot_be_are_refused(results: Path, value: float) -> None:
+    block = json.loads((results / FILE).read_text("utf-8"))["per_sequence"]
+    for name in ("dx", "frames"):
+        columns = decode(block)
+        columns[name][0] = value
+        change(results / FILE, per_sequence=encode(columns))
+        with pytest.raises(FileError, match="per_sequence"):
+            read_result(results / FILE)
+
+
+def test_a_block_that_would_fill_the_memory_is_refused() -> None:
+    bomb = base64.b64encode(zlib.compress(bytes(50_000_000), 9)).decode()
+    with pytest.raises(ValueError, match="does not hold"):
+        decode({"columns": ["a"], "rows": 2, "data": bomb})
+
+
+def test_mixtures_are_refused_with_the_reason(results: Path, tmp_path: Path) -> None:
+    shutil.copy(results / FILE, results / FILE.with_name("other.json"))
+    with pytest.raises(FileError, match=r"belongs in .*cv\.json"):
+        read_results(results)
+    (results / FILE.with_name("other.json")).unlink()
+    score = json.loads((results / FILE).read_text("utf-8"))["score"]
+    facts = {"id": "0" * 16, "split": "tiny", "tier": "ideal", "camera": "panorama", "seed": 0}
+    change(results / FILE, dataset=facts, score={**score, "dataset": "0" * 16})
+    with pytest.raises(FileError, match=r"dataset\.id: is 0{16}, everything on this board is made on"):
+        read_results(results)
+    other = tmp_path / "other"
+    write_dataset(replace(read_dataset(results / "tiny/ideal.json"), id="1" * 16), other)
+    with pytest.raises(FileError, match="cannot be on one page"):
+        read_datasets(results, other)
+    (results / "tiny/ideal.json").unlink()
+    with pytest.raises(FileError, match="has no dataset record"):
+        read_results(results)
+
+
+def test_published_results_are_small_and_found() -> None:
+    folder = published_results()
+    assert sum(path.stat().st_size for path in folder.rglob("*.json")) < 3_000_000
+    assert read_results(folder)

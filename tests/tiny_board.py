@@ -1,0 +1,37 @@
+"""A leaderboard of one tiny dataset and two solvers: shared by the tests of result files."""
+
+from pathlib import Path
+
+from tests.make_dataset import Crowd, write_dataset
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import DatasetInfo
+from vbbench.generation import describe_tables
+from vbbench.solving import solve
+from vbbench.tables import write_text_atomically
+from vbbench_leaderboards.adding import add
+
+FILE = Path("tiny", "sequential-ideal", "cv.json")
+SOLVERS = ("cv", "vb-cv")
+
+
+def tiny_dataset(folder: Path, crowd: Crowd | None = None) -> Path:
+    """A dataset folder with the checksums and counts that ``generate`` would write."""
+    facts = vars(write_dataset(folder, crowd or Crowd(sequences=6)))
+    tables = {str(path.relative_to(folder).with_suffix("")): path for path in folder.rglob("*.parquet")}
+    rows = Dataset(folder).rows
+    counts = {"sequences": len(rows["frames"]), "frames": int(rows["frames"].sum()), "observations": 100}
+    counts |= {"people_min": 1, "people_max": 5}
+    info = DatasetInfo(**{**facts, "tables": describe_tables(tables), "counts": counts})
+    write_text_atomically(folder / "dataset.json", info.to_json())
+    return folder
+
+
+def tiny_board(room: Path) -> Path:
+    """Dataset, submissions and results below ``room``; the folder of results."""
+    dataset = tiny_dataset(room / "work" / "datasets" / "tiny-ideal")
+    for solver in SOLVERS:
+        answers = room / "work" / "submissions" / "tiny" / "sequential-ideal" / solver
+        answers.parent.mkdir(parents=True, exist_ok=True)
+        solve(Dataset(dataset), solver, "sequential", answers)
+        add(answers, dataset, room / "results")
+    return room / "results"
