@@ -10,6 +10,8 @@ _WIDTH, _HEIGHT = 460, 330
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 18, 30, 46
 _LINE_HEIGHT = 15
 _NAME = 22
+_LETTER, _GAP = 7.5, 11
+"""About how wide a letter is, and how far a name stands from its point."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,11 +46,11 @@ def _grid(x: Axis, y: Axis, name: str) -> Iterator[str]:
 
 
 def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) -> Iterator[str]:
-    taken: list[tuple[float, float]] = []
+    taken: list[tuple[float, float, float]] = []
     for point in sorted(points, key=lambda point: point.error):
         across, up = x.place(point.micros), y.place(point.error)
         low, high = point.ci95
-        height = _free(across, up + 4, taken)
+        height = _free(across, up + 4, len(clip(point.series.solver, _NAME)) * _LETTER, taken)
         says = (
             f"{point.series.solver}: {metric} {point.error:.4f} {unit}, 95 % interval {low:.4f} to {high:.4f}; "
             f"{point.micros:.0f} µs a frame"
@@ -56,14 +58,15 @@ def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) ->
         drawn = [
             line(across, y.place(low), across, y.place(high), "bar"),
             f'<circle cx="{across:.1f}" cy="{up:.1f}" r="5.5"/>',
-            label(across + 11, height, clip(point.series.solver, _NAME), "name"),
+            label(across + _GAP, height, clip(point.series.solver, _NAME), "name"),
         ]
         yield mark(point.series, says, drawn)
 
 
-def _free(across: float, height: float, taken: list[tuple[float, float]]) -> float:
-    """The nearest height, upwards, at which no other name stands."""
-    while any(abs(across - x) < 110 and abs(height - y) < _LINE_HEIGHT for x, y in taken):
+def _free(start: float, height: float, width: float, taken: list[tuple[float, float, float]]) -> float:
+    """The nearest height, upwards, at which no other name stands; ``taken`` has starts, ends and heights."""
+    end = start + width + 2 * _GAP
+    while any(start < other_end and other < end and abs(height - y) < _LINE_HEIGHT for other, other_end, y in taken):
         height -= 1.0
-    taken.append((across, height))
+    taken.append((start, end, height))
     return height

@@ -28,7 +28,7 @@ def mark(series: Series, says: str, parts: Iterable[str]) -> str:
     text = escape(says)
     return (
         f'<g class="mark c{series.colour}" data-solver="{escape(series.solver)}" data-tip="{text}" tabindex="0" '
-        f'role="img" aria-label="{text}">{"".join(parts)}</g>'
+        f'role="img" aria-label="{text}"><title></title>{"".join(parts)}</g>'
     )
 
 

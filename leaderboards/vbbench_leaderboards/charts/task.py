@@ -9,9 +9,29 @@ _WIDTH, _HEIGHT = 460, 300
 _STRIP, _MAP = 84, 196
 """Bottom of the strip, and the middle of the map."""
 _SCALE = 21.0
-_PEOPLE = ((1.6, 2.4), (-2.2, 3.0), (3.9, 1.2), (-4.6, 0.9), (5.9, 3.1), (-1.0, -2.6), (2.7, -3.1), (-6.4, -2.2), (7.4, -1.3))
+_PEOPLE = (
+    (1.6, 2.4),
+    (-2.2, 3.0),
+    (3.9, 1.2),
+    (-4.6, 0.9),
+    (5.9, 3.1),
+    (-1.0, -2.6),
+    (2.7, -3.1),
+    (-6.4, -2.2),
+    (7.4, -1.3),
+)
 """Where people stand: right and forward of the camera, in metres."""
-_STEPS = ((0.5, 0.3), (0.1, -0.6), (-0.6, 0.1), (0.5, 0.2), (-0.4, -0.4), (0.2, 0.6), (-0.5, 0.3), (0.6, 0.1), (-0.3, 0.5))
+_STEPS = (
+    (0.5, 0.3),
+    (0.1, -0.6),
+    (-0.6, 0.1),
+    (0.5, 0.2),
+    (-0.4, -0.4),
+    (0.2, 0.6),
+    (-0.5, 0.3),
+    (0.6, 0.1),
+    (-0.3, 0.5),
+)
 """How far they came since the frames that trails show."""
 
 
@@ -28,7 +48,7 @@ def task_drawing() -> str:
 
 
 def _boxes() -> Iterator[str]:
-    for n, (right, forward) in enumerate(_PEOPLE):
+    for n, ((right, forward), _) in enumerate(_PEOPLE):
         tall = 150.0 / math.hypot(right, forward)
         across = (math.atan2(right, forward) / (2 * math.pi) + 0.5) * _WIDTH
         yield (
@@ -41,11 +61,10 @@ def _map() -> Iterator[str]:
     middle = _WIDTH / 2
     for radius in (2, 4, 6):
         yield f'<circle class="ring" cx="{number(middle)}" cy="{_MAP}" r="{number(radius * _SCALE * 0.8)}"/>'
-    for n, (right, forward) in enumerate(_PEOPLE):
+    for n, ((right, forward), (step, ahead)) in enumerate(_PEOPLE):
         x, y = middle + right * _SCALE, _MAP - forward * _SCALE
-        back = _STEPS[n]
         yield f'<g class="c{n % 4 + 1}">'
         yield line(middle, _MAP, x, y, "ray")
-        yield line(x - back[0] * 2 * _SCALE, y + back[1] * 2 * _SCALE, x, y, "trail")
+        yield line(x - step * 2 * _SCALE, y + ahead * 2 * _SCALE, x, y, "trail")
         yield f'<circle class="body" cx="{number(x)}" cy="{number(y)}" r="5"/></g>'
     yield f'<path class="camera" d="M{number(middle)} {_MAP - 9}l7 17l-7 -4l-7 4z"/>'

@@ -29,19 +29,23 @@ def board_html(site: Site, board: Board) -> str:
             _charts(site, board),
             pair_tables(dict(site.rankings[board])),
             _again(site, board),
+            "" if board in site.playable else _NO_FILMS,
         ]
     )
 
 
+_NO_FILMS = (
+    '<p class="note" id="no-films">The sequences of this board cannot be watched: the page was built without them.</p>'
+)
+
+
 def _heading(site: Site, board: Board) -> str:
     protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(TIERS, board.tier)
-    watch = "Watch the sequences" if board in site.playable else ""
-    button = f'<a class="watch" id="watch" href="#/{text(key(board))}/play">{watch}</a>' if watch else ""
-    missing = "" if watch else '<p class="note">The films of this board were not built with the page.</p>'
+    button = f'<a class="watch" id="watch" href="#/{text(key(board))}/play">Watch the sequences</a>'
     return (
-        f'<div class="board-head"><h3 id="board-title" tabindex="-1">{text(site.title(board.split))} '
-        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>{button}</div>'
-        f'<p class="lead">{text(protocol.meaning)} {text(tier.meaning)}</p>{missing}'
+        f'<div class="board-head"><h3 id="board-title" tabindex="-1">{text(board.split)} '
+        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>{button if board in site.playable else ""}</div>'
+        f'<p class="lead">{text(site.title(board.split))}. {text(protocol.meaning)} {text(tier.meaning)}</p>'
     )
 
 
@@ -80,7 +84,7 @@ def _charts(site: Site, board: Board) -> str:
     return (
         '<section class="charts" aria-labelledby="charts-title"><div class="charts-head"><h4 id="charts-title">'
         'Accuracy, time and spread</h4><div class="choices" role="group" aria-label="Metric of the charts">'
-        f'{choices}</div></div>{"".join(_chart_pair(site, board, metric) for metric in METRICS)}</section>'
+        f"{choices}</div></div>{''.join(_chart_pair(site, board, metric) for metric in METRICS)}</section>"
     )
 
 

@@ -16,7 +16,9 @@ def headline_table(site: Site) -> str:
     if not splits:
         return '<p class="note">No board is fit for a headline yet.</p>'
     heads = "".join(
-        f'<th scope="col" data-def="def-{name}"><span>{text(WORDS[name].full)}</span></th>' for name in PROTOCOLS
+        f'<th scope="col"><button type="button" class="term" data-def="def-{name}" aria-describedby="def-{name}">'
+        f"{text(WORDS[name].full)}</button></th>"
+        for name in PROTOCOLS
     )
     rows = "".join(_row(site, split) for split in splits)
     return (
@@ -28,7 +30,7 @@ def headline_table(site: Site) -> str:
 
 def _row(site: Site, split: str) -> str:
     cells = "".join(_cell(site, _board(site, split, protocol)) for protocol in PROTOCOLS)
-    return f'<tr><th scope="row">{text(_short(site.title(split)))}</th>{cells}</tr>'
+    return f'<tr><th scope="row">{text(split)}</th>{cells}</tr>'
 
 
 def _cell(site: Site, board: Board | None) -> str:
@@ -65,10 +67,5 @@ def _left_out(site: Site) -> str:
     }
     if not cautioned:
         return ""
-    names = ", ".join(_short(site.title(split)) for split in site.splits if split in cautioned)
+    names = ", ".join(split for split in site.splits if split in cautioned)
     return f'<p class="note">No headline is taken from {text(names)}: see the caution at its boards.</p>'
-
-
-def _short(title: str) -> str:
-    """A split's title without what stands in brackets."""
-    return title.partition(" (")[0] or title

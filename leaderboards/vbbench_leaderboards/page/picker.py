@@ -38,11 +38,11 @@ def _counts(site: Site, split: str) -> str:
         return ""
     counts = record.counts
     paper = the_paper().table1.get(split)
-    quoted = f"{paper.sequences} sequences, {paper.frames} frames, {paper.people} people" if paper else ""
-    printed = f'<span class="about paper">in the paper: {text(quoted)}</span>' if paper else ""
+    quoted = f"paper: {paper.sequences} × {paper.frames}, {paper.people}" if paper else ""
+    printed = f'<span class="about paper">{text(quoted)}</span>' if paper else ""
     return (
-        f'<span class="about">{counts["sequences"]} sequences, {counts["mean_frames"]:.1f} frames, '
-        f'{counts["people_min"]} / {counts["people_mean"]:.1f} / {counts["people_max"]} people</span>'
+        f'<span class="about">{counts["sequences"]} sequences × {counts["mean_frames"]:.1f} frames</span>'
+        f'<span class="about">{counts["people_min"]} / {counts["people_mean"]:.2f} / {counts["people_max"]} people</span>'
         f"{printed}"
     )
 

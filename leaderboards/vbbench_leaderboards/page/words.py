@@ -100,7 +100,9 @@ PROTOCOLS = {
 }
 
 TIERS = {
-    "ideal": Term(name="ideal", full="Ideal", meaning="Boxes are exact projections: only people's heights are unknown."),
+    "ideal": Term(
+        name="ideal", full="Ideal", meaning="Boxes are exact projections: only people's heights are unknown."
+    ),
     "noisy": Term(
         name="noisy", full="Noisy", meaning="Boxes with Gaussian noise of one pixel. The tier of the headlines."
     ),
