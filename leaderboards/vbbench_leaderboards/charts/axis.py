@@ -30,9 +30,8 @@ class Axis:
             return _linear_ticks(self.low, self.high, most)
         powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
         for factors in ((1, 2, 5), (1, 3), (1,)):
-            found = [
-                f * 10.0**n for n in powers for f in factors if self.low * 0.999 <= f * 10.0**n <= self.high * 1.001
-            ]
+            values = [factor * 10.0**power for power in powers for factor in factors]
+            found = [value for value in values if self.low * 0.999 <= value <= self.high * 1.001]
             if len(found) <= most:
                 return found
         return found[:: math.ceil(len(found) / most)]

@@ -11,11 +11,11 @@ from vbbench_leaderboards.charts.axis import Axis, axis_over, short
 from vbbench_leaderboards.charts.svg import Series, clip, figure, label, line, mark
 
 _WIDTH, _ROW = 460, 62
-_LEFT, _RIGHT, _TOP, _BOTTOM = 84, 12, 26, 34
+_LEFT, _RIGHT, _TOP, _BOTTOM = 92, 12, 26, 34
 _DOTS = 100
 _PITCH = 4.4
 """Distance of neighbouring dots."""
-_NAME = 11
+_NAME = 10
 
 
 @dataclass(frozen=True, kw_only=True)

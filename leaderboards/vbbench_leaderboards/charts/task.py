@@ -10,29 +10,17 @@ _STRIP, _MAP = 84, 196
 """Bottom of the strip, and the middle of the map."""
 _SCALE = 21.0
 _PEOPLE = (
-    (1.6, 2.4),
-    (-2.2, 3.0),
-    (3.9, 1.2),
-    (-4.6, 0.9),
-    (5.9, 3.1),
-    (-1.0, -2.6),
-    (2.7, -3.1),
-    (-6.4, -2.2),
-    (7.4, -1.3),
+    ((1.6, 2.4), (0.5, 0.3)),
+    ((-2.2, 3.0), (0.1, -0.6)),
+    ((3.9, 1.2), (-0.6, 0.1)),
+    ((-4.6, 0.9), (0.5, 0.2)),
+    ((5.9, 3.1), (-0.4, -0.4)),
+    ((-1.0, -2.6), (0.2, 0.6)),
+    ((2.7, -3.1), (-0.5, 0.3)),
+    ((-6.4, -2.2), (0.6, 0.1)),
+    ((7.4, -1.3), (-0.3, 0.5)),
 )
-"""Where people stand: right and forward of the camera, in metres."""
-_STEPS = (
-    (0.5, 0.3),
-    (0.1, -0.6),
-    (-0.6, 0.1),
-    (0.5, 0.2),
-    (-0.4, -0.4),
-    (0.2, 0.6),
-    (-0.5, 0.3),
-    (0.6, 0.1),
-    (-0.3, 0.5),
-)
-"""How far they came since the frames that trails show."""
+"""Where people stand, and how they walk: right and forward of the camera, in metres and metres a frame."""
 
 
 def task_drawing() -> str:

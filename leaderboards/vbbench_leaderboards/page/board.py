@@ -41,10 +41,11 @@ _NO_FILMS = (
 
 def _heading(site: Site, board: Board) -> str:
     protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(TIERS, board.tier)
-    button = f'<a class="watch" id="watch" href="#/{text(key(board))}/play">Watch the sequences</a>'
+    link = f'<a class="watch" id="watch" href="#/{text(key(board))}/play">Watch the sequences</a>'
+    watch = link if board in site.playable else ""
     return (
         f'<div class="board-head"><h3 id="board-title" tabindex="-1">{text(board.split)} '
-        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>{button if board in site.playable else ""}</div>'
+        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>{watch}</div>'
         f'<p class="lead">{text(site.title(board.split))}. {text(protocol.meaning)} {text(tier.meaning)}</p>'
     )
 

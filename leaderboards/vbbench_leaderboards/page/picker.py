@@ -38,11 +38,12 @@ def _counts(site: Site, split: str) -> str:
         return ""
     counts = record.counts
     paper = the_paper().table1.get(split)
-    quoted = f"paper: {paper.sequences} × {paper.frames}, {paper.people}" if paper else ""
+    quoted = f"paper: {paper.sequences} × {paper.frames}; {paper.people}" if paper else ""
     printed = f'<span class="about paper">{text(quoted)}</span>' if paper else ""
+    people = f"{counts['people_min']} / {counts['people_mean']:.2f} / {counts['people_max']}"
     return (
-        f'<span class="about">{counts["sequences"]} sequences × {counts["mean_frames"]:.1f} frames</span>'
-        f'<span class="about">{counts["people_min"]} / {counts["people_mean"]:.2f} / {counts["people_max"]} people</span>'
+        f'<span class="about">{counts["sequences"]} × {counts["mean_frames"]:.1f} frames</span>'
+        f'<span class="about">{people} people</span>'
         f"{printed}"
     )
 

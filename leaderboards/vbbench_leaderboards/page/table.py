@@ -38,7 +38,6 @@ def _heads() -> Iterator[str]:
     yield _head("solver", Term(name="Solver", full="solver", meaning=""), "", kind="name")
     for metric, term in METRICS.items():
         yield _head(metric, term, metric, kind="num")
-    for metric, term in METRICS.items():
         for summary, how in SUMMARIES.items():
             own = Term(name=f"{term.name} {how.name}", full=how.full, unit=term.unit, meaning="")
             yield _head(f"{metric}_{summary}", own, summary, kind=f"num {_MORE}")
@@ -62,11 +61,11 @@ def _head(column: str, term: Term, definition: str, kind: str) -> str:
 def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> str:
     score, places = result.score, site.rankings[board]
     ranks = {metric: [getattr(places[metric].places[result.solver], end) for end in _ENDS] for metric in RANKED}
+    every = text(json.dumps(ranks, separators=(",", ":")))
     cells = [
-        f'<td class="num rank" data-ranks="{text(json.dumps(ranks, separators=(",", ":")))}">{_rank(*ranks["dx"])}</td>',
+        f'<td class="num rank" data-ranks="{every}">{_rank(*ranks["dx"])}</td>',
         _solver(site, result),
-        *(_mean_cell(score["metrics"][metric], digits[metric]) for metric in METRICS),
-        *_summary_cells(score["metrics"], digits),
+        *(cell for metric in METRICS for cell in _metric_cells(score["metrics"][metric], digits[metric])),
         *(_number_cell(score["drift"][drift]["mean"], digits[drift], _MORE) for drift in DRIFTS),
         _coverage(score["coverage"]),
         _time(score["seconds_per_frame"]),
@@ -99,10 +98,10 @@ def _mean_cell(summary: dict[str, Any], digits: int) -> str:
     return f'<td class="num" data-value="{mean:.9g}">{mean:.{digits}f}{between}</td>'
 
 
-def _summary_cells(metrics: dict[str, Any], digits: dict[str, int]) -> Iterator[str]:
-    for metric in METRICS:
-        for summary in SUMMARIES:
-            yield _number_cell(metrics[metric][summary], digits[metric], _MORE)
+def _metric_cells(figures: dict[str, Any], digits: int) -> Iterator[str]:
+    yield _mean_cell(figures, digits)
+    for summary in SUMMARIES:
+        yield _number_cell(figures[summary], digits, _MORE)
 
 
 def _number_cell(value: float | None, digits: int, kind: str = "") -> str:
@@ -137,8 +136,9 @@ def _quoted_rows(rows: tuple[Quoted, ...]) -> str:
 
 
 def _quoted_row(row: Quoted) -> str:
+    more = f'<td class="{_MORE}"></td>'
     figures = [row.figures.get(metric) for metric in METRICS]
-    cells = "".join(f'<td class="num">{NONE if value is None else f"{value:.3f}"}</td>' for value in figures)
-    empty = f'<td class="{_MORE}"></td>' * (len(METRICS) * len(SUMMARIES) + len(DRIFTS))
-    rest = f'{empty}<td></td><td></td><td class="{_MORE}"></td><td class="{_MORE}"></td>'
+    means = [f'<td class="num">{NONE if value is None else f"{value:.3f}"}</td>' for value in figures]
+    cells = "".join(mean + more * len(SUMMARIES) for mean in means)
+    rest = f"{more * len(DRIFTS)}<td></td><td></td>{more}{more}"
     return f'<tr><td></td><th scope="row" class="name">{text(row.solver)}</th>{cells}{rest}</tr>'

@@ -100,12 +100,8 @@ PROTOCOLS = {
 }
 
 TIERS = {
-    "ideal": Term(
-        name="ideal", full="Ideal", meaning="Boxes are exact projections: only people's heights are unknown."
-    ),
-    "noisy": Term(
-        name="noisy", full="Noisy", meaning="Boxes with Gaussian noise of one pixel. The tier of the headlines."
-    ),
+    "ideal": Term(name="ideal", full="Ideal", meaning="Boxes are exact: only people's heights are unknown."),
+    "noisy": Term(name="noisy", full="Noisy", meaning="Boxes carry Gaussian noise of one pixel."),
     "occluded": Term(
         name="occluded", full="Occluded", meaning="Nearer people hide those behind; boxes are cut to what shows."
     ),
