@@ -15,9 +15,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.tiny_board import FILE, tiny_board
+from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
-from vbbench_leaderboards import json_file
 from vbbench_leaderboards.block import decode, encode
 from vbbench_leaderboards.checking import ResultsError, check
 
@@ -53,7 +52,7 @@ def forge(path: Path, change: Change) -> None:
     """Change a file's values and make the digest fit."""
     values = json.loads(path.read_text("utf-8"))
     change(values)
-    path.write_text(json_file.to_text({k: v for k, v in values.items() if k != "digest"}), encoding="utf-8")
+    seal(path, values)
 
 
 def faults(results: Path, **options: Any) -> tuple[str, ...]:

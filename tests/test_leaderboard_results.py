@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
-from tests.tiny_board import FILE, tiny_board
+from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.errors import FileError
 from vbbench_leaderboards import json_file
 from vbbench_leaderboards.block import decode, encode
@@ -36,7 +36,7 @@ def results(board: Path, tmp_path: Path) -> Path:
 def change(path: Path, **values: Any) -> None:
     """Write a file with other values, and a digest that fits."""
     kept = {name: value for name, value in json.loads(path.read_text("utf-8")).items() if name != "digest"}
-    path.write_text(json_file.to_text({**kept, **values}), encoding="utf-8")
+    seal(path, {**kept, **values})
 
 
 def assert_equal(one: Any, other: Any) -> None:

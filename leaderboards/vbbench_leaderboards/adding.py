@@ -59,9 +59,10 @@ def add(
     check_sums(opened)
     judged = score(submission, dataset, truth)
     result = Result.of(judged, table_hashes(submission), name=solver, reference=reference, link=link)
+    written = write_result(result, results)
     if not (results / record_path(opened.info.split, opened.info.tier)).is_file():
         write_dataset(record or BoardDataset.of(opened), results)
-    return write_result(result, results)
+    return written
 
 
 def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:

@@ -17,10 +17,9 @@ from vbbench.info import summary
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scored_rows import scored_rows
-from vbbench.tables import write_text_atomically
 from vbbench.truth_rows import NOBODY, TruthRows
 from vbbench_leaderboards.block import decode, encode
-from vbbench_leaderboards.json_file import read_object, to_text
+from vbbench_leaderboards.json_file import read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION
 
 SCHEMA = "dataset"
@@ -125,9 +124,8 @@ def read_dataset(path: Path) -> BoardDataset:
 def write_dataset(record: BoardDataset, results: Path) -> Path:
     """Write a record below the folder ``results``, whole or not at all, and return its path."""
     scored = {name: encode(vars(part)) for name, part in record.scored.items()}
-    path = results / record.path
-    write_text_atomically(path, to_text({"format_version": FORMAT_VERSION, **vars(record), "scored": scored}))
-    return path
+    values = {"format_version": FORMAT_VERSION, **vars(record), "scored": scored}
+    return write_object(values, results / record.path, SCHEMA)
 
 
 def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:

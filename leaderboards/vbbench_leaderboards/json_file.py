@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vbbench.errors import FileError
+from vbbench.tables import write_text_atomically
 from vbbench_leaderboards.block import fingerprint
 
 if TYPE_CHECKING:
@@ -29,9 +30,7 @@ def read_object(path: Path, schema: str) -> Values:
         If it is missing, damaged, or does not keep to them; the first fault is named with its place in the file.
     """
     values = _parse(path)
-    fault = next(iter(sorted(_validator(schema).iter_errors(values), key=_place)), None)
-    if fault is not None:
-        raise FileError(path, f"{fault.json_path}: {_complaint(fault)}; see {schema}.schema.json")
+    _check(values, schema, path)
     try:
         fresh = digest(values)
     except ValueError as error:
@@ -43,9 +42,18 @@ def read_object(path: Path, schema: str) -> Values:
     return values
 
 
-def to_text(values: Values) -> str:
-    """The text of a file: ``values`` with their digest."""
-    return json.dumps({**values, "digest": digest(values)}, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+def write_object(values: Values, path: Path, schema: str) -> Path:
+    """Write ``values`` with their digest, whole or not at all, and return the path.
+
+    Raises
+    ------
+    FileError
+        If they do not keep to the schema; nothing is written then.
+    """
+    sealed = {**values, "digest": digest(values)}
+    _check(json.loads(json.dumps(sealed)), schema, path)
+    write_text_atomically(path, json.dumps(sealed, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    return path
 
 
 def digest(values: Values) -> str:
@@ -53,6 +61,12 @@ def digest(values: Values) -> str:
     facts = {name: _plain(value) for name, value in values.items() if name != "digest"}
     text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _check(values: Values, schema: str, path: Path) -> None:
+    fault = next(iter(sorted(_validator(schema).iter_errors(values), key=_place)), None)
+    if fault is not None:
+        raise FileError(path, f"{fault.json_path}: {_complaint(fault)}; see {schema}.schema.json")
 
 
 def _plain(value: Any) -> Any:

@@ -7,9 +7,8 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.protocol import get_protocol
 from vbbench.scorecard import DRIFTS, METRICS, PerSequence
-from vbbench.tables import write_text_atomically
 from vbbench_leaderboards.block import Block, decode, encode
-from vbbench_leaderboards.json_file import Values, read_object, to_text
+from vbbench_leaderboards.json_file import Values, read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION, Board, Result
 
 SCHEMA = "result"
@@ -36,10 +35,14 @@ def read_result(path: Path) -> Result:
 
 
 def write_result(result: Result, results: Path) -> Path:
-    """Write the file of a result below the folder ``results``, whole or not at all, and return its path."""
-    path = results / result.path
-    write_text_atomically(path, to_text(_values(result)))
-    return path
+    """Write the file of a result below the folder ``results``, whole or not at all, and return its path.
+
+    Raises
+    ------
+    FileError
+        If the result does not keep to the schema.
+    """
+    return write_object(_values(result), results / result.path, SCHEMA)
 
 
 def _values(result: Result) -> Values:
