@@ -29,7 +29,7 @@ def record_estimate(ground: Ground, take: Take, number: int) -> None:
 def _record_people(ground: Ground, take: Take, answer: Answer, tree: str, colour: Colour) -> None:
     places, tracks = answer.estimate.positions, take.sequence.tracks
     labels = [f"{track} {answer.name}" for track in tracks]
-    look = People(np.tile(np.array(colour, np.uint8), (len(tracks), 1)), labels)
+    look = People(np.tile(np.array(colour, np.uint8), (len(tracks), 1)), labels, shown=take.truth is None)
     ground.bodies(f"{tree}/people", places, _heights(take), look, solid=False)
     ground.dots(f"{tree}/people", places, look, 3.0)
     ground.trails(f"{tree}/trails", places, take.sequence.observed, colour, TRAIL_FRAMES)

@@ -59,12 +59,12 @@ def record_to_file(
     try:
         with strictly():
             stream = package.RecordingStream(_application(take))
+            if not package.is_enabled(stream):
+                raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
             stream.save(temporary)
             stream.send_blueprint(layout(take, pictures=backend is not None), make_active=True, make_default=True)
             _record(Tape(stream, take.sequence.frames, dataset.info.dt), take, backend, announce)
             stream.disconnect()
-        if not temporary.is_file():
-            raise VbbenchError("rerun has written nothing; unset the environment variable RERUN")
         replace_durably(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
