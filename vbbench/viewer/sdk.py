@@ -25,10 +25,11 @@ def rerun() -> Any:
 @contextmanager
 def strictly() -> Iterator[None]:
     """Inside, what rerun cannot take is an error; by itself it leaves such data out and warns."""
-    package = rerun()
-    before = package.strict_mode()
-    package.set_strict_mode(True)
+    from rerun import error_utils
+
+    before = error_utils.strict_mode()
+    error_utils.set_strict_mode(True)
     try:
         yield
     finally:
-        package.set_strict_mode(before)
+        error_utils.set_strict_mode(before)
