@@ -141,6 +141,16 @@ def test_missing_rows(dataset: Dataset, mine: Path, capsys: pytest.CaptureFixtur
     assert not (mine / "results").exists()
 
 
+@pytest.mark.parametrize(
+    "body", ["def step(self, frame): pass", "step = None\n    def solve(self, *facts): return [0]"]
+)
+def test_a_solver_that_answers_with_something_else(dataset: Dataset, mine: Path, mistake: Said, body: str) -> None:
+    name = f"odd{len(body)}"
+    (mine / f"{name}.py").write_text(f"class Odd:\n    def start(self, problem): pass\n    {body}\n", encoding="utf-8")
+    said = mistake("solve", dataset.folder, "--solver", f"{name}:Odd", "--protocol", "sequential", "--out", "odd")
+    assert "sequence 0: the solver returned a" in said
+
+
 def test_added_twice(dataset: Dataset, mine: Path, mistake: Said) -> None:
     answer = solve(dataset, "cv", "sequential", mine / "answer")
     add = ["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--results", str(mine / "results")]
@@ -153,7 +163,9 @@ def test_the_page_shows_ones_own_result_beside_the_published(dataset: Dataset, m
     answer = solve(dataset, "mysolver:MySolver", "sequential", mine / "answer")
     assert main(["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--name", "my-solver"]) == 0
     assert main(["leaderboard", "build", "--out", "site"]) == 0
-    data = {path.relative_to("site/data").as_posix(): path.read_text("utf-8") for path in Path("site/data").rglob("*.js")}
+    data = {
+        path.relative_to("site/data").as_posix(): path.read_text("utf-8") for path in Path("site/data").rglob("*.js")
+    }
     assert "my-solver" in data["demo/sequential-noisy.js"]
     assert "vb-cv" in data["hotel/sequential-noisy.js"]
 

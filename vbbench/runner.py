@@ -6,6 +6,7 @@ Every array that a solver gets is a copy: neither its values nor its memory lead
 from collections.abc import Iterator
 from itertools import islice
 from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +20,7 @@ WINDOW = 2
 """Past frames that a solver is shown beside the current one."""
 
 WARM_UP_FRAMES = 4
+Answer = TypeVar("Answer", FrameEstimate, Estimate)
 
 
 def run_sequence(
@@ -95,8 +97,9 @@ def _run_frames(
     solver.start(problem)
     for frame in frames_of(sequence, given, known):
         started = perf_counter()
-        answers.append(solver.step(frame))
+        answer = solver.step(frame)
         seconds += perf_counter() - started
+        answers.append(_checked_kind(answer, FrameEstimate, sequence))
     return Estimate.of_frames(answers), seconds
 
 
@@ -135,12 +138,21 @@ def _timed_solve(
     started = perf_counter()
     estimate = solver.solve(problem, observations, shown)
     seconds = perf_counter() - started
+    _checked_kind(estimate, Estimate, sequence)
     if estimate.positions.shape != shown.positions.shape:
         raise VbbenchError(
             f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
             f"not {list(shown.positions.shape)}"
         )
     return estimate, seconds
+
+
+def _checked_kind(answer: Answer, kind: type[Answer], sequence: Sequence) -> Answer:
+    if not isinstance(answer, kind):
+        raise VbbenchError(
+            f"sequence {sequence.index}: the solver returned a {type(answer).__name__}, no {kind.__name__}"
+        )
+    return answer
 
 
 def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
