@@ -166,6 +166,6 @@ def check_same_dataset(record: BoardDataset, dataset: str, where: Path) -> None:
     """
     if dataset != record.id:
         raise VbbenchError(
-            f"{where} is made on dataset {dataset}, the boards of {record.split} {record.tier} hold results on "
+            f"{where} is of dataset {dataset}, the boards of {record.split} {record.tier} hold results on "
             f"{record.id} alone; {record.way}"
         )
