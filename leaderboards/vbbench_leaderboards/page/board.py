@@ -55,8 +55,8 @@ def _caution(site: Site, board: Board) -> str:
     if not caution:
         return ""
     return (
-        f'<div class="caution" role="note" id="caution"><strong>Caution</strong> {text(caution)}. '
-        "No headline is taken from this board.</div>"
+        f'<div class="caution" role="note" id="caution"><strong>Caution</strong><p>{text(caution)}. '
+        "No headline is taken from this board.</p></div>"
     )
 
 

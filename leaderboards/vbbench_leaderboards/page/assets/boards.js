@@ -26,7 +26,7 @@
 
   /** @param {Record<string, string>} options */
   function apply(options) {
-    const column = options.by || BY;
+    const column = hasColumn(options.by) ? options.by : BY;
     const down = options.order ? options.order === "down" : vbbench.table.startsDown(column);
     const table = /** @type {HTMLTableElement} */ (document.getElementById("board-table"));
     vbbench.table.sort(table, column, down);
@@ -37,9 +37,14 @@
     say(column, down, table);
   }
 
+  /** @param {string | undefined} name @returns {boolean} */
+  function hasColumn(name) {
+    return Boolean(name) && document.querySelector('#board-table th[data-column="' + CSS.escape(name) + '"]') !== null;
+  }
+
   /** @param {Record<string, string>} options */
   function choose(options) {
-    const chosen = options.show === undefined ? null : new Set(options.show.split(",").map(decodeURIComponent));
+    const chosen = options.show === undefined ? null : new Set(options.show.split(",").map(vbbench.state.decoded));
     for (const box of place.querySelectorAll("#chips input")) box.checked = chosen === null || chosen.has(box.value);
     const field = /** @type {HTMLInputElement} */ (document.getElementById("filter"));
     if (document.activeElement !== field) field.value = options.find || "";

@@ -44,5 +44,5 @@
     history.replaceState(null, "", format(state));
   }
 
-  vbbench.state = { parse, format, replace };
+  vbbench.state = { parse, format, replace, decoded };
 })();
