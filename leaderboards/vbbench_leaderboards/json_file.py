@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 _SHORT = 160
 """Characters of a schema's complaint that are printed."""
 
+_DEEPEST = 3
+"""Objects in objects that are laid out by lines."""
+
 Values = dict[str, Any]
 
 
@@ -52,7 +55,7 @@ def write_object(values: Values, path: Path, schema: str) -> Path:
     """
     sealed = {**values, "digest": digest(values)}
     _check(json.loads(json.dumps(sealed)), schema, path)
-    write_text_atomically(path, json.dumps(sealed, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    write_text_atomically(path, _lines(sealed) + "\n")
     return path
 
 
@@ -67,6 +70,14 @@ def _check(values: Values, schema: str, path: Path) -> None:
     fault = next(iter(sorted(_validator(schema).iter_errors(values), key=_place)), None)
     if fault is not None:
         raise FileError(path, f"{fault.json_path}: {_complaint(fault)}; see {schema}.schema.json")
+
+
+def _lines(value: Any, depth: int = 0) -> str:
+    """JSON for people and for diffs: a key a line, and what lies deeper than a summary of a metric in one."""
+    if depth == _DEEPEST or not isinstance(value, dict):
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    parts = (f"{' ' * (depth + 1)}{json.dumps(name)}: {_lines(part, depth + 1)}" for name, part in value.items())
+    return "\n".join(["{", ",\n".join(parts), f"{' ' * depth}}}"])
 
 
 def _plain(value: Any) -> Any:
