@@ -177,6 +177,25 @@ def test_secret_seeds_are_long_differ_and_are_for_withheld_truth(
     assert DatasetInfo.read(tmp_path / "a").id != DatasetInfo.read(tmp_path / "b").id
 
 
+def test_a_challenge_has_boards_of_its_own(
+    challenge: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    solve(Dataset(challenge), "cv", "sequential", "answer")
+    truth = challenge.with_name("challenge.truth")
+    add = ["leaderboard", "add", "answer", "--dataset", str(challenge), "--truth", str(truth), "--results", "board"]
+    assert main(add) == 0
+    record = json.loads(Path("board/sim/noisy.json").read_text("utf-8"))
+    assert (record["id"], record["seed"]) == (Dataset(challenge).info.id, None)
+    assert record["tables"]["truth/poses"] == Dataset(challenge).info.truth_tables["poses.parquet"]["sha256"]
+    assert main(["leaderboard", "build", "--results", "board", "--out", "site"]) == 0
+    whole = generate("sim", "told", options())
+    capsys.readouterr()
+    check = ["leaderboard", "check", "--results", "board", "--submission", "answer", "--dataset", str(whole.folder)]
+    assert main(check) == 0
+    assert "1 scored again" in capsys.readouterr().out
+
+
 def _here(work, ranges, _scheduler):  # type: ignore[no-untyped-def]
     from vbbench.partitions import pack, part_name
 

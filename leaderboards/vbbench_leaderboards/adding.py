@@ -66,9 +66,13 @@ def add(
 
 
 def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:
-    """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none."""
+    """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none.
+
+    A dataset whose truth is withheld is a challenge of its own, not one of the published boards.
+    """
     path = record_path(dataset.info.split, dataset.info.tier)
-    place = next((folder for folder in (results, published_results()) if (folder / path).is_file()), None)
+    folders = [results] if dataset.info.seed is None else [results, published_results()]
+    place = next((folder for folder in folders if (folder / path).is_file()), None)
     return None if place is None else read_dataset(place / path)
 
 
