@@ -77,7 +77,7 @@ def test_the_figures_are_those_of_the_files(open_page: Open, boards: Boards) -> 
         row = page.locator(f"#board-rows tr[data-solver='{result.solver}']")
         for metric in METRICS:
             mean = result.score["metrics"][metric]["mean"]
-            shown = row.locator("td[data-value]").nth(METRICS.index(metric)).inner_text().split()[0]
+            shown = row.locator(f"td[data-column={metric}]").inner_text().split()[0]
             digits = len(shown.partition(".")[2])
             assert digits >= 3
             assert shown.startswith(f"{mean:.{digits}f}"), (result.solver, metric)

@@ -15,7 +15,7 @@ from vbbench_leaderboards.result import Board, Result
 _MORE = "more"
 """Class of the columns that are shown on request only."""
 
-_TIMES = 1e6
+_MICROS = 1e6
 
 
 def board_table(site: Site, board: Board) -> str:
@@ -59,16 +59,16 @@ def _head(column: str, term: Term, definition: str, kind: str) -> str:
 
 
 def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> str:
-    score, places = result.score, site.rankings[board]
+    score, places, seconds = result.score, site.rankings[board], result.score["seconds_per_frame"]
     ranks = {metric: [getattr(places[metric].places[result.solver], end) for end in _ENDS] for metric in RANKED}
     every = text(json.dumps(ranks, separators=(",", ":")))
     cells = [
         f'<td class="num rank" data-ranks="{every}">{_rank(*ranks["dx"])}</td>',
         _solver(site, result),
-        *(cell for metric in METRICS for cell in _metric_cells(score["metrics"][metric], digits[metric])),
-        *(_number_cell(score["drift"][drift]["mean"], digits[drift], _MORE) for drift in DRIFTS),
+        *(cell for metric in METRICS for cell in _metric_cells(metric, score["metrics"][metric], digits[metric])),
+        *(_cell(drift, score["drift"][drift]["mean"], digits[drift], kind=_MORE) for drift in DRIFTS),
         _coverage(score["coverage"]),
-        _time(score["seconds_per_frame"]),
+        _cell("time", None if seconds is None else _MICROS * seconds, 0),
         f'<td class="{_MORE}">{text(result.version) or NONE}</td>',
         f'<td class="{_MORE} hardware">{text(result.hardware) or NONE}</td>',
     ]
@@ -90,35 +90,25 @@ def _solver(site: Site, result: Result) -> str:
     return f'<th scope="row" class="name" data-value="{text(result.solver)}">{name}{about}</th>'
 
 
-def _mean_cell(summary: dict[str, Any], digits: int) -> str:
-    mean, (low, high) = summary["mean"], summary["ci95"]
-    if mean is None:
-        return _number_cell(None, digits)
-    between = f'<span class="ci">{low:.{digits}f}–{high:.{digits}f}</span>' if low is not None else ""
-    return f'<td class="num" data-value="{mean:.9g}">{mean:.{digits}f}{between}</td>'
-
-
-def _metric_cells(figures: dict[str, Any], digits: int) -> Iterator[str]:
-    yield _mean_cell(figures, digits)
+def _metric_cells(metric: str, figures: dict[str, Any], digits: int) -> Iterator[str]:
+    low, high = figures["ci95"]
+    between = "" if low is None else f'<span class="ci">{low:.{digits}f}–{high:.{digits}f}</span>'
+    yield _cell(metric, figures["mean"], digits, after=between)
     for summary in SUMMARIES:
-        yield _number_cell(figures[summary], digits, _MORE)
+        yield _cell(f"{metric}_{summary}", figures[summary], digits, kind=_MORE)
 
 
-def _number_cell(value: float | None, digits: int, kind: str = "") -> str:
+def _cell(column: str, value: float | None, digits: int, *, kind: str = "", after: str = "") -> str:
+    """A number, with its exact value for sorting; a dash where there is none."""
+    classes = f"num {kind}".strip()
     if value is None:
-        return f'<td class="num {kind}" data-value="">{NONE}</td>'
-    return f'<td class="num {kind}" data-value="{value:.9g}">{value:.{digits}f}</td>'
+        return f'<td class="{classes}" data-column="{column}" data-value="">{NONE}</td>'
+    return f'<td class="{classes}" data-column="{column}" data-value="{value:.9g}">{value:,.{digits}f}{after}</td>'
 
 
 def _coverage(share: float) -> str:
     low = "" if share == 1 else " low"
-    return f'<td class="num{low}" data-value="{share:.9g}">{100 * share:.4g} %</td>'
-
-
-def _time(seconds: float | None) -> str:
-    if seconds is None:
-        return _number_cell(None, 0)
-    return f'<td class="num" data-value="{_TIMES * seconds:.9g}">{_TIMES * seconds:,.0f}</td>'
+    return f'<td class="num{low}" data-column="coverage" data-value="{share:.9g}">{100 * share:.4g} %</td>'
 
 
 def _mean(result: Result, metric: str) -> float:

@@ -90,7 +90,7 @@
       document.title = board.title + ", " + board.protocol + ", " + board.tier + ": results of vbbench";
       if (wanted.play && board.playable.length) await showPlayer(board, wanted, own);
       else showTable(board, { ...wanted, play: false });
-      if (own === 1 && state && state.board) document.getElementById("boards").scrollIntoView();
+      if (own === 1 && state && state.board) document.getElementById("boards").scrollIntoView({ behavior: "instant" });
     } catch (error) {
       stopPlayer();
       boardPlace.hidden = false;

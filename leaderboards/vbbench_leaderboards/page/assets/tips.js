@@ -33,6 +33,10 @@
     tip.style.top = (below ? at.bottom + 8 : Math.max(8, at.top - own.height - 8)) + "px";
   }
 
+  function follow() {
+    if (owner) place(owner.getBoundingClientRect());
+  }
+
   function hide() {
     owner = null;
     tip.hidden = true;
@@ -54,7 +58,7 @@
   document.addEventListener("focusin", enter);
   document.addEventListener("mouseout", leave);
   document.addEventListener("focusout", leave);
-  document.addEventListener("scroll", hide, { capture: true, passive: true });
+  document.addEventListener("scroll", follow, { capture: true, passive: true });
   document.addEventListener("keydown", function (event) {
     if (event.key === "Escape") hide();
   });

@@ -1,0 +1,310 @@
+"""The site as files: whole or not at all, the same bytes every time, small, self-contained, and safe from strangers."""
+
+import json
+import re
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.board_results import BOARD, result
+from vbbench.cli import main
+from vbbench.errors import VbbenchError
+from vbbench_leaderboards.building import MARKER, build
+from vbbench_leaderboards.dataset_record import BoardDataset
+from vbbench_leaderboards.page.files import provided, site_files
+from vbbench_leaderboards.page.markup import is_web_address
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.page.words import definitions
+from vbbench_leaderboards.ranking import rank
+from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results_folder import published_results
+
+HOSTILE = "\"><img src=x onerror=alert(1)></script><!--&'"
+FIRST_PAGE, AIM = 300_000, 150_000
+RNG = np.random.default_rng(3)
+ERRORS = RNG.gamma(4.0, 0.02, 40)
+PAPERS = Board(split="hotel", tier="ideal", protocol="one-step")
+
+
+class Outline(HTMLParser):
+    """Elements of a page, and what is wrong with its nesting."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in {"meta", "link", "input"}:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    def values(self, attribute: str) -> list[str]:
+        return [attributes[attribute] or "" for _, attributes in self.elements if attribute in attributes]
+
+
+def site_of(*results: Result, playable: bool = False, **datasets: BoardDataset) -> Site:
+    boards = {found.board for found in results}
+    rows = {board: tuple(found for found in results if found.board == board) for board in boards}
+    return Site(
+        results=rows,
+        datasets={(record.split, record.tier): record for record in datasets.values()},
+        rankings={board: rank(found) for board, found in rows.items()},
+        playable=dict.fromkeys(boards, ("a",)) if playable else {},
+    )
+
+
+def pages(site: Site) -> dict[str, str]:
+    return dict(site_files(site))
+
+
+def board_of(site: Site, board: Board = BOARD) -> dict[str, Any]:
+    text = pages(site)[f"data/{board.folder.as_posix()}.js"]
+    found = re.fullmatch(r"vbbench\.provide\((\"[^\"]+\"),(.*)\);\n", text, flags=re.S)
+    assert found
+    values: dict[str, Any] = json.loads(found[2])
+    return values
+
+
+@pytest.fixture(scope="module")
+def committed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("committed") / "site"
+    build(out, published_results())
+    return out
+
+
+def test_the_first_page_is_small(committed: Path) -> None:
+    first = Outline((committed / "index.html").read_text("utf-8"))
+    board = first.values("data-first")[0]
+    own = [address for address in (*first.values("src"), *first.values("href")) if address.startswith("assets/")]
+    assert len(own) >= 8
+    size = sum((committed / name).stat().st_size for name in ("index.html", *own, f"data/{board}.js"))
+    assert size < AIM < FIRST_PAGE
+
+
+def test_every_board_has_its_file_and_its_link(committed: Path) -> None:
+    keys = Outline((committed / "index.html").read_text("utf-8")).values("data-boards")[0].split()
+    assert len(keys) >= 24
+    for key in keys:
+        assert (committed / "data" / f"{key}.js").is_file()
+    assert {path.relative_to(committed / "data").as_posix() for path in (committed / "data").glob("*/*-*.js")} == {
+        f"{key}.js" for key in keys
+    }
+
+
+def test_nothing_is_asked_of_other_places(committed: Path) -> None:
+    for path in committed.rglob("*"):
+        if path.suffix in (".css", ".js") and "data" not in path.parts:
+            text = path.read_text("utf-8")
+            assert not re.search(r"https?://(?!www\.w3\.org/)|@import|url\(|\bfetch\(|\bimport\b[ (]", text), path.name
+    page = Outline((committed / "index.html").read_text("utf-8"))
+    needed = [*page.values("src"), *(attributes["href"] or "" for attributes in page.all("link"))]
+    assert all(address.startswith(("assets/", "data:")) for address in needed)
+
+
+def test_the_page_is_well_formed_and_has_its_landmarks(committed: Path) -> None:
+    page = Outline((committed / "index.html").read_text("utf-8"))
+    assert not page.open
+    names = [name for name, _ in page.elements]
+    assert [names.count(name) for name in ("h1", "main", "header", "footer", "noscript")] == [1, 1, 1, 1, 1]
+    assert page.all("html")[0]["lang"] == "en"
+    ids = page.values("id")
+    assert len(ids) == len(set(ids))
+    assert {f"def-{key}" for key in definitions()} <= set(ids)
+    headings = [int(name[1]) for name in names if re.fullmatch(r"h\d", name)]
+    assert all(after - before <= 1 for before, after in pairwise(headings))
+
+
+def test_boards_are_well_formed_and_explain_their_columns(committed: Path) -> None:
+    front = Outline((committed / "index.html").read_text("utf-8")).values("id")
+    for path in sorted((committed / "data").glob("hotel/*-*.js")):
+        value = json.loads(path.read_text("utf-8").partition(",")[2].removesuffix(");\n"))
+        board = Outline(value["html"])
+        assert not board.open
+        ids = board.values("id")
+        assert len(ids) == len(set(ids))
+        assert not set(ids) & set(front)
+        assert set(board.values("data-def")) <= set(front)
+        rows = re.findall(r"<tr.*?</tr>", value["html"].partition("</table>")[0])
+        assert len({_width(row) for row in rows}) == 1, path.name
+
+
+def _width(row: str) -> int:
+    spans = [int(span) for span in re.findall(r'colspan="(\d+)"', row)]
+    return len(re.findall(r"<t[hd][ >]", row)) + sum(spans) - len(spans)
+
+
+def test_the_same_results_give_the_same_bytes(committed: Path, tmp_path: Path) -> None:
+    build(tmp_path / "again", published_results())
+    first, again = (
+        {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        for folder in (committed, tmp_path / "again")
+    )
+    assert first == again
+
+
+def test_strangers_words_stay_words() -> None:
+    odd = result("a", ERRORS, reference=HOSTILE, version=HOSTILE, hardware=HOSTILE, link="javascript:alert(1)")
+    files = pages(site_of(odd, result(HOSTILE, ERRORS * 2)))
+    assert "<img" not in files["index.html"]
+    assert "</script><!--" not in files["index.html"]
+    data = files["data/hotel/one-step-noisy.js"]
+    assert "<" not in data
+    html = board_of(site_of(odd, result(HOSTILE, ERRORS * 2)))["html"]
+    page = Outline(html)
+    assert not page.all("img")
+    assert not page.all("script")
+    assert not [address for address in page.values("href") if not address.startswith("#/")]
+    assert HOSTILE in page.values("data-solver")
+
+
+@pytest.mark.parametrize("address", ["https://example.org/a?b=1&c=2", "http://example.org"])
+def test_web_addresses_become_links(address: str) -> None:
+    html = board_of(site_of(result("a", ERRORS, link=address)))["html"]
+    assert address in Outline(html).values("href")
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "javascript:alert(1)",
+        "data:text/html,x",
+        "//example.org",
+        "file:///etc",
+        "https:",
+        "java\nscript:x",
+        "ftp://a",
+        "",
+        "http://[",
+    ],
+)
+def test_nothing_else_becomes_a_link(address: str) -> None:
+    assert not is_web_address(address)
+
+
+def test_the_papers_rows_stand_apart() -> None:
+    html = board_of(site_of(result("a", ERRORS, board=PAPERS)), PAPERS)["html"]
+    quoted = html.partition('<tbody class="quoted">')[2].partition("</tbody>")[0]
+    assert quoted.count("<tr>") == 5
+    assert "not measured here, not ranked" in quoted
+    assert "data-ranks" not in quoted
+    assert "VB-CV" not in html.partition('<section class="charts"')[2]
+    assert "quoted" not in board_of(site_of(result("a", ERRORS)))["html"]
+
+
+def test_a_caution_stands_at_its_board_and_gives_no_headline() -> None:
+    spoilt = result("a", ERRORS, score={"caution": "saturated truth"})
+    files = pages(site_of(spoilt))
+    assert "saturated truth" in board_of(site_of(spoilt))["html"]
+    assert 'id="headline"' not in files["index.html"]
+    assert "No board is fit for a headline yet" in files["index.html"]
+
+
+def test_solvers_that_share_the_first_place_share_the_headline() -> None:
+    twins = [result("one", ERRORS), result("two", ERRORS), result("worse", ERRORS + 0.1)]
+    table = re.search(r'<table class="headline".*?</table>', pages(site_of(*twins))["index.html"], re.S)
+    assert table
+    assert [name in table[0] for name in ("one ", "two ", "worse")] == [True, True, False]
+
+
+def test_only_boards_with_films_lead_to_the_player() -> None:
+    assert 'id="watch"' in board_of(site_of(result("a", ERRORS), playable=True))["html"]
+    silent = board_of(site_of(result("a", ERRORS)))["html"]
+    assert 'id="watch"' not in silent
+    assert 'id="no-films"' in silent
+
+
+def test_figures_that_are_not_there_are_dashes() -> None:
+    nothing = result("a", np.full(5, np.nan), score={"seconds_per_frame": None, "coverage": 0.5})
+    html = board_of(site_of(nothing, result("b", np.ones(5))))["html"]
+    assert "nan" not in html.lower().replace("finance", "")
+    assert "50 %" in html
+
+
+def test_data_files_are_harmless_wherever_they_are_pasted() -> None:
+    text = provided("a/b", {"html": "</script>\u2028"})
+    assert text == 'vbbench.provide("a/b",{"html":"\\u003c/script>\\u2028"});\n'
+
+
+def luminance(colour: str) -> float:
+    parts = [int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return float(np.dot(linear, (0.2126, 0.7152, 0.0722)))
+
+
+def contrast(one: str, other: str) -> float:
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_colours_can_be_told_from_the_paper(committed: Path) -> None:
+    css = (committed / "assets" / "page.css").read_text("utf-8")
+    blocks = [
+        dict(re.findall(r"--([\w-]+): (#\w{6})", block)) for block in re.findall(r"\{([^{}]*--paper: #[^{}]*)\}", css)
+    ]
+    light, dark, system = blocks
+    assert dark == system
+    for colours in (light, dark):
+        for n in range(1, 9):
+            assert contrast(colours[f"solver-{n}"], colours["paper"]) >= 3
+        for name in ("ink", "faint", "accent"):
+            for ground in ("paper", "raised"):
+                assert contrast(colours[name], colours[ground]) >= 4.5
+        assert contrast(colours["warn"], colours["warn-paper"]) >= 4.5
+
+
+def test_only_a_site_is_replaced(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.txt").write_text("keep", encoding="utf-8")
+    with pytest.raises(VbbenchError, match="no site"):
+        build(out, published_results())
+    assert (out / "mine.txt").read_text("utf-8") == "keep"
+    (out / MARKER).write_text("", encoding="utf-8")
+    (tmp_path / "out.partial").mkdir()
+    with pytest.raises(VbbenchError, match=r"out\.partial exists"):
+        build(out, published_results())
+
+
+def test_a_build_that_fails_leaves_the_old_site(tmp_path: Path) -> None:
+    out, results = tmp_path / "out", tmp_path / "results"
+    results.mkdir()
+    out.mkdir()
+    (out / MARKER).write_text("", encoding="utf-8")
+    (out / "index.html").write_text("old", encoding="utf-8")
+    with pytest.raises(VbbenchError, match="holds no results"):
+        build(out, results)
+    assert (out / "index.html").read_text("utf-8") == "old"
+    assert not (tmp_path / "out.partial").exists()
+
+
+def test_a_failure_halfway_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise VbbenchError("no more")
+
+    monkeypatch.setattr("vbbench_leaderboards.building.site_files", fail)
+    monkeypatch.setattr("vbbench_leaderboards.building.rank", lambda rows: {})
+    with pytest.raises(VbbenchError, match="no more"):
+        build(tmp_path / "out", published_results())
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_mistake_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "full").mkdir()
+    assert main(["leaderboard", "build", "--out", str(tmp_path / "full")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
