@@ -7,7 +7,7 @@ from vbbench.viewer import palette
 from vbbench.viewer.ground import GIRTH, Ground, People
 from vbbench.viewer.palette import Colour
 from vbbench.viewer.take import Answer, Take
-from vbbench.viewer.world import TRAIL_FRAMES
+from vbbench.viewer.world import OBSERVER_FRAMES, TRAIL_FRAMES
 
 ERRORS = "errors"
 CONFIDENCE = 2.4477
@@ -42,7 +42,9 @@ def _record_people(ground: Ground, take: Take, answer: Answer, tree: str, colour
 def _record_observer(ground: Ground, answer: Answer, tree: str, colour: Colour) -> None:
     poses = answer.estimate.poses
     ground.arrows(f"{tree}/observer", poses, colour, 1.2, 0.05)
-    ground.trails(f"{tree}/observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, len(poses))
+    ground.trails(
+        f"{tree}/observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, OBSERVER_FRAMES
+    )
     if answer.estimate.pose_covariances is not None:
         spread = answer.estimate.pose_covariances[:, None, :2, :2]
         ground.ellipses(f"{tree}/observer-95-percent", poses[:, None, :2], spread, colour, reach=CONFIDENCE)

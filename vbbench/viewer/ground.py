@@ -83,32 +83,25 @@ class Ground:
         turn = np.linspace(0.0, 2.0 * np.pi, 25)
         circle = reach * np.stack([np.cos(turn), np.sin(turn)])
         outline = (axes * np.sqrt(np.clip(variances, 0.0, None))[:, None, :]) @ circle
-        self.strips(path, there.sum(axis=1), list(places[there][:, None] + np.swapaxes(outline, 1, 2)), colour, 0.01)
+        self.strips(path, there.sum(axis=1), places[there][:, None] + np.swapaxes(outline, 1, 2), colour, 0.01)
 
     def lines(self, path: str, starts: FloatArray, ends: FloatArray, colour: Colour, radius: float) -> None:
         """Straight lines from starts to ends, both [T, K, 2] in m."""
         there = _there(starts) & _there(ends)
-        self.strips(path, there.sum(axis=1), list(np.stack([starts[there], ends[there]], axis=1)), colour, radius)
+        self.strips(path, there.sum(axis=1), np.stack([starts[there], ends[there]], axis=1), colour, radius)
 
     def trails(self, path: str, places: FloatArray, now: BoolArray, colour: Colour, past: int) -> None:
         """The last ``past`` steps of everybody who is there ``now`` [T, K]: places [T, K, 2] in m."""
-        there = _there(places)
-        first = np.maximum(np.arange(len(places)) - past, 0)
-        counts, strips = np.zeros(len(places), np.int64), []
-        for frame, person in zip(*np.nonzero(now & there), strict=True):
-            window = slice(first[frame], frame + 1)
-            trail = places[window, person][there[window, person]]
-            if len(trail) > 1:
-                strips.append(trail)
-                counts[frame] += 1
-        self.strips(path, counts, strips, colour, 0.015)
+        frame, person = np.nonzero(now & _there(places))
+        window = np.maximum(frame[:, None] + np.arange(-past, 1), 0)
+        strips = _held(places)[window, person[:, None]]
+        self.strips(path, np.bincount(frame, minlength=len(places)), strips, colour, 0.015)
 
-    def strips(self, path: str, counts: IntArray, strips: list[FloatArray], colour: Colour, radius: float) -> None:
-        """Lines through points [N, 2] in m, so many in each frame; on the map as wide at any zoom."""
+    def strips(self, path: str, counts: IntArray, strips: FloatArray, colour: Colour, radius: float) -> None:
+        """Lines through as many points each, [N, P, 2] in m, so many in each frame; on the map as wide at any zoom."""
         rr = self.tape.rr
-        lifted = [np.column_stack([strip, np.full(len(strip), _LIFT)]) for strip in strips]
-        flipped = [strip * _FLIP for strip in strips]
-        for root, kind, values in ((WORLD, rr.LineStrips3D, lifted), (MAP, rr.LineStrips2D, flipped)):
+        lifted = np.concatenate([strips, np.full((*strips.shape[:2], 1), _LIFT)], axis=2)
+        for root, kind, values in ((WORLD, rr.LineStrips3D, lifted), (MAP, rr.LineStrips2D, strips * _FLIP)):
             width = rr.Radius.ui_points(radius * _MAP_WIDTH) if root == MAP else radius
             self.tape.always(f"{root}/{path}", kind.from_fields(radii=width, colors=colour))
             self.tape.many(f"{root}/{path}", kind, counts, strips=values)
@@ -128,3 +121,10 @@ class Ground:
 
 def _there(places: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(places).all(axis=-1))
+
+
+def _held(places: FloatArray) -> FloatArray:
+    """Places [T, K, 2] with gaps filled: where somebody was last, and before that where they are first."""
+    row = np.where(_there(places), np.arange(len(places))[:, None], -1)
+    last, first = np.maximum.accumulate(row, axis=0), np.argmax(row >= 0, axis=0)
+    return np.asarray(np.take_along_axis(places, np.where(last < 0, first, last)[..., None], axis=0))

@@ -9,8 +9,8 @@ from vbbench.viewer.ground import GIRTH, MAP, WORLD, Ground, People
 from vbbench.viewer.take import Take
 
 CAMERA = f"{WORLD}/observer/camera"
-TRAIL_FRAMES = 12
-"""Frames of the past in which trails show."""
+TRAIL_FRAMES, OBSERVER_FRAMES = 12, 200
+"""Frames of the past in which trails show, people's and the observer's."""
 
 _FRUSTUM = 2.5  # m from the camera to the picture that is drawn before it
 
@@ -62,7 +62,7 @@ def _record_observer(ground: Ground, take: Take, poses: FloatArray) -> None:
     tape.always(f"{WORLD}/observer/body", body)
     gaze = rr.Arrows3D(origins=[(0, 0, mount)], vectors=[(1.2, 0, 0)], colors=[colour], radii=0.04)
     tape.always(f"{WORLD}/observer/gaze", gaze)
-    ground.trails("observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, len(poses))
+    ground.trails("observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, OBSERVER_FRAMES)
     ahead = 1.2 * np.stack([np.cos(poses[:, 2]), -np.sin(poses[:, 2])], axis=1)
     origins = poses[:, :2] * (1.0, -1.0)
     tape.always(f"{MAP}/observer", rr.Arrows2D.from_fields(colors=colour, radii=0.08))
