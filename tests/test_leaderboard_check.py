@@ -235,6 +235,13 @@ def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
     assert "Traceback" not in err
 
 
+def test_a_damaged_record_is_one_fault_whatever_stands_on_its_boards(results: Path) -> None:
+    (results / "tiny/ideal.json").write_text("{")
+    assert len(faults(results)) == 1
+    (results / "tiny/ideal.json").unlink()
+    assert ["has no dataset record tiny/ideal.json" in fault for fault in faults(results)] == [True, True]
+
+
 def test_an_empty_folder_is_no_leaderboard(tmp_path: Path) -> None:
     assert "no result is here" in faults(tmp_path)[0]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset
+from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.recount import count_faults, summary_faults
 from vbbench_leaderboards.rescoring import (
     datasets_at_hand,
@@ -55,8 +55,7 @@ def check(
     """
     folder = _Folder(results)
     folder.read()
-    known = [result for result in folder.results if (result.board.split, result.board.tier) in folder.records]
-    for result in known:
+    for result in folder.results:
         for fault in count_faults(result, folder.records[result.board.split, result.board.tier]):
             folder.add(result.path, fault)
     for result, fault in summary_faults(folder.results):
@@ -94,7 +93,9 @@ class _Folder:
                 self._check_record(record)
         for path in results:
             result = self._attempt(read_result, self.folder / path)
-            if result is not None and self._is_placed(check_place, result, self.records, self.folder, path):
+            if result is None or self._lost_record(result):
+                continue
+            if self._is_placed(check_place, result, self.records, self.folder, path):
                 self.results.append(result)
 
     def score_again(self, work: Path | None, datasets: Sequence[Path], submissions: Sequence[Path]) -> int:
@@ -133,6 +134,11 @@ class _Folder:
             ascending = bool((part.sequence[1:] > part.sequence[:-1]).all())
             if not ascending or part.sequence[-1] >= counts["sequences"] or part.frames.min() < 1:
                 self.add(record.path, f"$.scored.{protocol}: is no list of the dataset's scored sequences")
+
+    def _lost_record(self, result: Result) -> bool:
+        """Whether the record of the result's board is there and has faults, which are listed once."""
+        split, tier = result.board.split, result.board.tier
+        return (split, tier) not in self.records and (self.folder / record_path(split, tier)).is_file()
 
     def _attempt(self, read: Callable[[Path], Read], path: Path) -> Read | None:
         try:
