@@ -34,9 +34,9 @@ def decode_clip(values: dict[str, Any]) -> dict[str, Any]:
         "known": known,
         "observed": observed,
         "given": given,
-        "poses": np.column_stack(pose) * [METRE, METRE, RADIAN],
-        "positions": np.stack(places, axis=-1) * METRE,
-        "boxes": np.stack(boxes, axis=-1) * PIXEL,
+        "poses": np.column_stack(pose) * [METRE, METRE, RADIAN] * values["coarse"],
+        "positions": np.stack(places, axis=-1) * METRE * values["coarse"],
+        "boxes": np.stack(boxes, axis=-1) * PIXEL * values["coarse"],
     }
 
 
@@ -47,8 +47,8 @@ def decode_estimate(values: dict[str, Any], clip: dict[str, Any]) -> tuple[Float
     places = [read_column(stream, clip["observed"] ^ changed, values["order"]) for _ in "xy"]
     assert next(stream, None) is None
     return (
-        poses * [METRE, METRE, RADIAN] + clip["poses"],
-        np.stack(places, axis=-1) * METRE + np.nan_to_num(clip["positions"]),
+        poses * [METRE, METRE, RADIAN] * values["coarse"] + clip["poses"],
+        np.stack(places, axis=-1) * METRE * values["coarse"] + np.nan_to_num(clip["positions"]),
     )
 
 

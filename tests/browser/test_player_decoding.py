@@ -28,7 +28,7 @@ READ = """async () => {
 
 
 @pytest.mark.parametrize(
-    ("people", "frames", "share", "error"), [(45, 46, 0.9, 0.1), (3, 2, 0.4, 30.0), (1, 1, 0.0, 0.0)]
+    ("people", "frames", "share", "error"), [(60, 99, 0.9, 0.1), (3, 2, 0.4, 30.0), (1, 1, 0.0, 0.0)]
 )
 def test_the_script_reads_what_python_wrote(
     browser: "Browser", tmp_path: Path, people: int, frames: int, share: float, error: float
@@ -36,7 +36,7 @@ def test_the_script_reads_what_python_wrote(
     made = made_sequence(people, frames, share=share, far=4321.0)
     clip = encode_clip(made.camera, DT, made.sequence, made.truth)
     answer = made.estimate(np.random.default_rng(0), error)
-    estimate = encode_estimate(made.sequence, made.truth, answer)
+    estimate = encode_estimate(made.sequence, made.truth, answer, clip["coarse"])
     got = read_in_browser(browser, tmp_path, {"clip": clip, "estimate": estimate})
     wanted = decode_clip(clip)
     for name in ("known", "observed", "given"):

@@ -1,8 +1,10 @@
 """A sequence, and what a solver says of it, as the page's player gets them.
 
-Millimetres, tenths of a pixel and tenths of a milliradian, counted from a whole metre near the observer's start.
+Millimetres, tenths of a pixel and tenths of a milliradian, counted from a whole metre near the observer's start; in
+long sequences with many people some of these at a time, so that files stay small.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,8 +16,14 @@ from vbbench.geometry import wrap_angle
 from vbbench.sequence import Sequence, Truth
 from vbbench_leaderboards.player.coding import differences, flags, pack, quantise
 
-METRE, PIXEL, RADIAN = 1e-3, 0.1, 1e-4
-"""Quanta of lengths (m), of boxes (px) and of angles (rad)."""
+POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
+"""Quanta of poses (m, m, rad), of places (m) and of boxes (px)."""
+
+COARSE = (1, 2, 5, 10)
+"""How many quanta are taken at a time: the fewest with which a file keeps to its size."""
+
+CLIP_SIZE, ESTIMATE_SIZE = 21_000, 12_500
+"""Bytes of text for a sequence and for a solver: with three solvers under 60 kB."""
 
 _SMOOTH = 2
 """People and boxes move evenly: their second differences are small."""
@@ -29,60 +37,78 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
     ``data`` holds, by `flags`: where the truth is known, who is observed, which positions `sequential` gives; then by
     `differences` of second order x, y, yaw of the observer, x, y of the people, u, v, l of the boxes.
     """
-    known, observed = ~np.isnan(truth.positions[..., 0]), sequence.observed
-    origin = _origin(truth)
-    poses, positions = _path_quanta(truth.poses, truth.positions, origin)
-    boxes = quantise(sequence.observations, PIXEL)
-    always = np.ones((sequence.frames, 1), bool)
-    columns = [flags(known), flags(observed), flags(~np.isnan(sequence.given.positions[..., 0]))]
-    columns += _columns(poses[:, None], always, _SMOOTH)
-    columns += _columns(positions, known, _SMOOTH) + _columns(boxes, observed, _SMOOTH)
+
+    def columns(coarse: int) -> list[IntArray]:
+        poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
+        boxes = quantise(sequence.observations, PIXEL * coarse)
+        path = _columns(poses[:, None], always, _SMOOTH) + _columns(positions, known, _SMOOTH)
+        return [*masks, *path, *_columns(boxes, sequence.observed, _SMOOTH)]
+
+    known, always = ~np.isnan(truth.positions[..., 0]), np.ones((sequence.frames, 1), bool)
+    masks = [flags(mask) for mask in (known, sequence.observed, ~np.isnan(sequence.given.positions[..., 0]))]
     return {
         "sequence": sequence.index,
         "frames": sequence.frames,
-        "first_frame": sequence.first_frame,
-        "observer": sequence.observer,
         "dt": dt,
         "camera": camera_to_dict(camera),
         "tracks": sequence.tracks.tolist(),
-        "origin": origin.tolist(),
-        "data": pack(columns),
+        "origin": _origin(truth)[:2].tolist(),
+        **_packed(columns, CLIP_SIZE),
     }
 
 
-def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate) -> dict[str, Any]:
-    """What a solver says, as its difference from the truth (from the origin where there is none).
+def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_coarse: int) -> dict[str, Any]:
+    """What a solver says, as its difference from the truth in the clip (from the origin where there is none).
 
     ``data`` holds by `flags` in which frames there is a pose, and where there is a position but no box or the other
     way round; then by `differences` of the ``order`` that is shortest x, y, yaw of the observer, x, y of the people.
+
+    Parameters
+    ----------
+    clip_coarse : ``coarse`` of the sequence's own file.
     """
     posed = np.isfinite(estimate.poses.sum(axis=-1, keepdims=True))
     placed = np.isfinite(estimate.positions.sum(axis=-1))
-    turned = truth.poses[:, 2] + wrap_angle(estimate.poses[:, 2] - truth.poses[:, 2])
-    poses = np.column_stack([estimate.poses[:, :2], turned])
-    own = _path_quanta(poses, estimate.positions, _origin(truth))
-    true = _path_quanta(truth.poses, truth.positions, _origin(truth))
-    candidates = [
-        _columns((own[0] - true[0])[:, None], posed, order) + _columns(own[1] - true[1], placed, order)
-        for order in _ORDERS
-    ]
-    order = int(np.argmin([_bits(columns) for columns in candidates]))
+    pose_error, error = _errors(truth, estimate, clip_coarse)
+
+    def candidates(coarse: int) -> list[list[IntArray]]:
+        poses, positions = _quanta(pose_error, error, coarse)
+        return [_columns(poses[:, None], posed, order) + _columns(positions, placed, order) for order in _ORDERS]
+
+    order = int(np.argmin([_bits(columns) for columns in candidates(1)]))
     masks = [flags(posed), flags(placed ^ sequence.observed)]
-    return {"order": _ORDERS[order], "data": pack([*masks, *candidates[order]])}
+    packed = _packed(lambda coarse: [*masks, *candidates(coarse)[order]], ESTIMATE_SIZE)
+    return {"order": _ORDERS[order], **packed}
+
+
+def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, FloatArray]:
+    """The estimate less the truth as the page reads it: [T, 3] and [T, K, 2]."""
+    poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
+    pose_error = estimate.poses - _origin(truth) - poses * (POSE * coarse)
+    pose_error[:, 2] = wrap_angle(pose_error[:, 2])
+    return pose_error, estimate.positions - _origin(truth)[:2] - positions * (METRE * coarse)
 
 
 def _origin(truth: Truth) -> FloatArray:
-    """Whole metres near the start, so that places far from a map's origin are small numbers, too."""
-    return np.rint(truth.poses[0, :2])
+    """A pose at whole metres near the start, so that places far from a map's origin are small numbers, too."""
+    return np.append(np.rint(truth.poses[0, :2]), 0.0)
 
 
-def _path_quanta(poses: FloatArray, positions: FloatArray, origin: FloatArray) -> tuple[IntArray, IntArray]:
-    places = quantise(poses[:, :2] - origin, METRE)
-    return np.column_stack([places, quantise(poses[:, 2], RADIAN)]), quantise(positions - origin, METRE)
+def _quanta(poses: FloatArray, positions: FloatArray, coarse: int) -> tuple[IntArray, IntArray]:
+    return quantise(poses, POSE * coarse), quantise(positions, METRE * coarse)
 
 
 def _columns(values: IntArray, present: BoolArray, order: int) -> list[IntArray]:
     return [differences(values[..., axis], present, order) for axis in range(values.shape[-1])]
+
+
+def _packed(columns: Callable[[int], list[IntArray]], size: int) -> dict[str, Any]:
+    """The columns as text, as fine as ``size`` allows."""
+    for coarse in COARSE:
+        text = pack(columns(coarse))
+        if len(text) <= size:
+            break
+    return {"coarse": coarse, "data": text}
 
 
 def _bits(columns: list[IntArray]) -> float:

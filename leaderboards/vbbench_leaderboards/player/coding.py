@@ -18,7 +18,7 @@ _MOST_BYTES = 5
 _LEVEL = 9
 
 
-def quantise(values: FloatArray, quantum: float) -> IntArray:
+def quantise(values: FloatArray, quantum: float | FloatArray) -> IntArray:
     """Whole multiples of ``quantum`` nearest to the values, cut off at `LARGEST`; NaN becomes 0."""
     steps = np.rint(np.nan_to_num(values / quantum, nan=0.0, posinf=LARGEST, neginf=-LARGEST))
     return np.clip(steps, -LARGEST, LARGEST).astype(np.int64)

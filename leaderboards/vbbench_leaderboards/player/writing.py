@@ -1,7 +1,8 @@
 """Writing the player's data into a site: an index a split, a file a sequence and tier, a file a sequence and solver."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,23 @@ FOLDER = Path("data", "player")
 """Where the data lie in a site."""
 
 _HERE = Path(__file__).parent
-_PARTS = "data moment theme ego map legend strip gestures controls words session player"
+_PARTS = "data moment theme ego trails map legend strip gestures controls words session player"
 """Files of which the page's ``player.js`` is made, in the order in which they need one another."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """A sequence whose file is written.
+
+    Parameters
+    ----------
+    sequence, truth : what it is of.
+    coarse : how many quanta its file takes at a time.
+    """
+
+    sequence: Sequence
+    truth: Truth
+    coarse: int
 
 
 def write_player(site: Path, results: Boards, work: Path | None, sequences: int) -> dict[Board, tuple[str, ...]]:
@@ -63,28 +79,29 @@ def _write_split(site: Path, playable: Playable, work: Path, count: int) -> None
     chosen = choose_sequences(playable.boards, count, available)
     pictures = copy_pictures(work, site, playable.split, chosen)
     write_data(site, playable.split, split_index(playable, chosen, pictures))
-    for tier, dataset in playable.datasets.items():
-        clips = {int(number): _clip(playable, tier, int(number)) for number in chosen}
-        for number, (sequence, truth) in clips.items():
-            write_data(site, f"{playable.split}/{tier}/{number}", encode_clip(dataset.info.camera, dataset.info.dt, sequence, truth))
+    for tier in playable.datasets:
+        clips = list(_write_clips(site, playable, tier, chosen.tolist()))
         for board in (board for board in playable.boards if board.tier == tier):
             _write_board(site, playable, board, work, clips)
 
 
-def _clip(playable: Playable, tier: str, number: int) -> tuple[Sequence, Truth]:
+def _write_clips(site: Path, playable: Playable, tier: str, chosen: list[int]) -> Iterator[Clip]:
     dataset = playable.datasets[tier]
-    sequence = dataset.sequence(number)
-    return sequence, dataset.truth(sequence)
+    for number in chosen:
+        sequence = dataset.sequence(number)
+        truth = dataset.truth(sequence)
+        values = encode_clip(dataset.info.camera, dataset.info.dt, sequence, truth)
+        write_data(site, f"{playable.split}/{tier}/{number}", values)
+        yield Clip(sequence=sequence, truth=truth, coarse=values["coarse"])
 
 
-def _write_board(
-    site: Path, playable: Playable, board: Board, work: Path, clips: Mapping[int, tuple[Sequence, Truth]]
-) -> None:
+def _write_board(site: Path, playable: Playable, board: Board, work: Path, clips: list[Clip]) -> None:
     for result in playable.boards[board]:
         submitted = SubmittedEstimates(playable.datasets[board.tier], submission_folder(work, result))
-        for number, (sequence, truth) in clips.items():
-            values = encode_estimate(sequence, truth, submitted.of(sequence))
-            write_data(site, f"{board.folder.as_posix()}/{number}/{result.solver}", values)
+        for clip in clips:
+            estimate = submitted.of(clip.sequence)
+            values = encode_estimate(clip.sequence, clip.truth, estimate, clip.coarse)
+            write_data(site, f"{board.folder.as_posix()}/{clip.sequence.index}/{result.solver}", values)
 
 
 def write_data(site: Path, name: str, values: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
     ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see everybody"], ["f", "follow the camera"],
-    ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion"],
+    ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
     ["[ ]", "previous or next person"], ["?", "this help"],
   ];
 
@@ -46,7 +46,7 @@
           <p data-person-text></p></div>
         <div class="player-flags">
           ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}
-          ${check("ids", "Ids", "i")}${check("smooth", "Smooth motion", "m")}${check("loop", "Loop", "l")}
+          ${check("ids", "Ids", "i")}${check("smooth", "Smooth", "m")}${check("loop", "Loop", "l")}
         </div>
       </div>
       <div class="player-transport">

@@ -74,10 +74,11 @@ vbbench.player = { parts: {} };
     const reader = new Reader(await inflate(value.data));
     const T = value.frames, K = value.tracks.length, always = new Uint8Array(T).fill(1);
     const clip = { ...value, T, K, known: reader.flags(T, K), observed: reader.flags(T, K), given: reader.flags(T, K) };
-    const own = (quantum) => reader.column(always, T, 1, SMOOTH, quantum);
+    const column = (mask, width, quantum) => reader.column(mask, T, width, SMOOTH, quantum * value.coarse);
+    const own = (quantum) => column(always, 1, quantum);
     [clip.x, clip.y, clip.yaw] = [own(METRE), own(METRE), own(RADIAN)];
-    [clip.px, clip.py] = [0, 1].map(() => reader.column(clip.known, T, K, SMOOTH, METRE));
-    [clip.u, clip.v, clip.l] = [0, 1, 2].map(() => reader.column(clip.observed, T, K, SMOOTH, PIXEL));
+    [clip.px, clip.py] = [0, 1].map(() => column(clip.known, K, METRE));
+    [clip.u, clip.v, clip.l] = [0, 1, 2].map(() => column(clip.observed, K, PIXEL));
     delete clip.data;
     return clip;
   }
@@ -88,7 +89,7 @@ vbbench.player = { parts: {} };
     const { T, K } = clip, posed = reader.flags(T, 1), placed = reader.flags(T, K);
     for (let i = 0; i < placed.length; i++) placed[i] ^= clip.observed[i];
     const read = (mask, width, quantum, truth) => {
-      const out = reader.column(mask, T, width, value.order, quantum);
+      const out = reader.column(mask, T, width, value.order, quantum * value.coarse);
       for (let i = 0; i < out.length; i++) if (!Number.isNaN(truth[i])) out[i] += truth[i];
       return out;
     };

@@ -2,7 +2,6 @@
 "use strict";
 (function (parts) {
   const PERSON = 0.22; // radius of a person in m
-  const TRAIL = 4; // seconds
   const STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
   const MARGIN = 1.5; // m around the crowd
 
@@ -11,6 +10,7 @@
       this.canvas = canvas;
       this.context = canvas.getContext("2d");
       this.view = { x: 0, y: 0, scale: 40 }; // centre in m, CSS px a metre
+      this.trails = new parts.Trails();
       this.home = true; // still as `fitAll` left it
       this.following = false; // when it is true, the centre is counted from the camera
     }
@@ -69,9 +69,10 @@
       context.setTransform(1, 0, 0, 1, 0, 0);
       context.fillStyle = theme.paper;
       context.fillRect(0, 0, canvas.width, canvas.height);
+      this.between = moment.share > 0;
       this.drawGrid(theme);
       this.drawSight(moment, theme);
-      if (options.trails) this.drawTrails(moment, solvers, theme);
+      if (options.trails) this.trails.draw(this, moment, solvers, theme);
       this.drawPeople(moment, theme, options);
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(moment.truth, theme.ink, theme.paper);
@@ -139,39 +140,6 @@
       context.globalAlpha = 1;
     }
 
-    drawTrails(moment, solvers, theme) {
-      this.trail(moment, moment.truth, theme.ink, 0.28, 1.5);
-      moment.estimates.forEach((room, n) => this.trail(moment, room, solvers[n].colour, 0.6, 1.2));
-    }
-
-    /** The last seconds of everybody, observer included, as one path. */
-    trail(moment, room, colour, alpha, width) {
-      const { context, clip, canvas } = this, { source } = room;
-      const from = Math.max(0, moment.frame - Math.round(TRAIL / clip.dt));
-      context.beginPath();
-      for (let k = 0; k < clip.K; k++) {
-        if (room.px[k] !== room.px[k]) continue;
-        let drawn = false;
-        for (let t = from, i = from * clip.K + k; t <= moment.frame; t++, i += clip.K) {
-          if (source.px[i] !== source.px[i]) { drawn = false; continue; }
-          if (drawn) context.lineTo(this.sx(source.px[i]), this.sy(source.py[i]));
-          else context.moveTo(this.sx(source.px[i]), this.sy(source.py[i]));
-          drawn = true;
-        }
-        if (drawn) context.lineTo(this.sx(room.px[k]), this.sy(room.py[k]));
-      }
-      for (let t = from; t <= moment.frame; t++) {
-        context[t > from ? "lineTo" : "moveTo"](this.sx(source.x[t]), this.sy(source.y[t]));
-      }
-      context.lineTo(this.sx(room.x), this.sy(room.y));
-      context.globalAlpha = alpha;
-      context.lineWidth = width * canvas.ratio;
-      context.lineJoin = "bevel";
-      context.strokeStyle = colour;
-      context.stroke();
-      context.globalAlpha = 1;
-    }
-
     drawPeople(moment, theme, options) {
       const { context, clip, canvas, k } = this, { px, py } = moment.truth;
       const radius = Math.max(PERSON * k, 2.5 * canvas.ratio), base = moment.frame * clip.K;
@@ -191,11 +159,9 @@
         context.moveTo(x + r, y);
         context.arc(x, y, r, 0, 2 * Math.PI);
       }
-      context.setLineDash([2 * canvas.ratio, 2 * canvas.ratio]);
       context.lineWidth = 1.2 * canvas.ratio;
       context.strokeStyle = theme.ink;
       context.stroke();
-      context.setLineDash([]);
     }
 
     drawEstimate(moment, room, solver, options) {

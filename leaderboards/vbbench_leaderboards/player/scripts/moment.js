@@ -68,6 +68,7 @@
       const { clip } = this, whole = Math.floor(at), share = smooth ? at - whole : 0;
       this.at = at;
       this.frame = whole;
+      this.share = share;
       this.fill(this.truth, whole, share);
       for (const room of this.estimates) this.fill(room, whole, share);
       const turn = clip.camera.kind === "panorama" ? clip.camera.width : 0;

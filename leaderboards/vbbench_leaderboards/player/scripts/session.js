@@ -43,9 +43,10 @@
         name, number: colours.get(name), shape: parts.SHAPES[(colours.get(name) - 1) % parts.SHAPES.length],
       }));
       const wanted = typeof state.solvers === "string" ? state.solvers.split(",") : state.solvers || [];
-      const known = wanted.filter((name) => names.includes(name)).slice(0, MOST);
+      const known = names.filter((name) => wanted.includes(name)).slice(0, MOST);
       const mean = (name) => board.solvers[name].dx.reduce((sum, value) => sum + (value ?? 0), 0);
-      this.chosen = known.length ? known : [...names].sort((a, b) => mean(a) - mean(b)).slice(0, MOST);
+      const best = [...names].sort((a, b) => mean(a) - mean(b)).slice(0, MOST);
+      this.chosen = known.length ? known : names.filter((name) => best.includes(name));
       const number = Number(state.sequence ?? NaN);
       this.sequence = index.sequences.includes(number) ? number : this.sorted()[0];
       parts.listBoards(this);
@@ -101,7 +102,7 @@
       if (!this.clip) return;
       this.theme = parts.readTheme(this.clip.K);
       for (const solver of this.solvers) solver.colour = this.theme.solver(solver.number);
-      this.drawn = this.chosen.map((name) => this.solvers.find((solver) => solver.name === name));
+      this.drawn = this.solvers.filter((solver) => this.chosen.includes(solver.name));
       parts.solverRows(this.ui, this.solvers, this.chosen, (name, on) => this.toggle(name, on));
       this.curves();
       this.last = -1;
@@ -115,7 +116,8 @@
 
     toggle(name, on) {
       const rest = this.chosen.filter((other) => other !== name);
-      this.chosen = on && rest.length < MOST ? [...rest, name] : rest;
+      const wanted = on && rest.length < MOST ? [...rest, name] : rest;
+      this.chosen = Object.keys(this.board.solvers).filter((other) => wanted.includes(other));
       parts.listSequences(this);
       this.show(this.at).then(() => this.tell());
     }

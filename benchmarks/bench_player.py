@@ -1,0 +1,140 @@
+"""The page's player: how long its data take to write, how large they are, and how long a picture takes to draw.
+
+    python -m benchmarks.bench_player [--work out/leaderboard] [--results leaderboards/results] [--sequences 24]
+
+Sizes are of the data files as they lie on disk. Drawing is timed in headless Chromium, without a graphics card, on the
+sequence of Students whose size is the middle one, and on a made crowd of 500 people over 300 frames; a pixel is read
+back after each picture, so that nothing is put off. Figures: median and 95th percentile of a call.
+"""
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.browser.browsing import chromium
+from tests.made_sequence import DT, made_sequence
+from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
+from vbbench_leaderboards.player.writing import FOLDER, player_assets, write_data, write_player
+from vbbench_leaderboards.results_folder import read_results
+
+CROWD = {"people": 500, "frames": 300}
+SHOWN = 3
+PAGE_ASSETS = Path(__file__).parents[1] / "leaderboards" / "vbbench_leaderboards" / "page" / "assets"
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+
+DRAW = """async ([key, state]) => {
+  const { player } = vbbench, names = state.solvers.split(",");
+  player.mount(document.body, { board: { key, solvers: names.map((name, n) => ({ name, colour: n + 1 })) }, state });
+  while (!player.session.moment) await new Promise((done) => setTimeout(done, 20));
+  const s = player.session, times = { played: [], scrubbed: [] };
+  s.playing = true;
+  for (const [way, pace] of [["played", 1 / 60 / s.clip.dt], ["scrubbed", 1.37]]) {
+    for (let n = 0; n < 250; n++) {
+      s.at = 2 + ((n * pace) % (s.clip.T - 3));
+      const start = performance.now();
+      s.draw();
+      for (const view of Object.values(s.views)) view.context.getImageData(0, 0, 1, 1);
+      if (n >= 50) times[way].push(performance.now() - start);
+    }
+    times[way].sort((a, b) => a - b);
+  }
+  s.playing = false;
+  s.flags.loop = true;
+  s.play(true);
+  let frames = 0;
+  const begin = performance.now(), count = () => { frames++; requestAnimationFrame(count); };
+  requestAnimationFrame(count);
+  await new Promise((done) => setTimeout(done, 3000));
+  const rate = (1000 * frames) / (performance.now() - begin);
+  s.play(false);
+  const at = (row, share) => row[Math.floor(share * row.length)].toFixed(1);
+  const told = Object.entries(times).map(([way, row]) => `${way} ${at(row, 0.5)} ms, p95 ${at(row, 0.95)} ms`);
+  return `${s.clip.K} people, ${s.clip.T} frames: ${told.join("; ")}; ${rate.toFixed(0)} pictures a second`;
+}"""
+
+
+def main(work: Path, results: Path, sequences: int) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        site = Path(name)
+        start = time.perf_counter()
+        boards = read_results(results)
+        reading = time.perf_counter() - start
+        played = write_player(site, boards, work, sequences)
+        writing = time.perf_counter() - start - reading
+        count = sum(1 for _ in site.rglob("*.js"))
+        print(f"{len(played)} boards, {count} files: written in {writing:.1f} s (results read in {reading:.1f} s)")
+        for split in sorted({board.split for board in played}):
+            report_sizes(split, list(sizes(site, split)))
+        report_drawing(site)
+
+
+def sizes(site: Path, split: str) -> Iterator[tuple[int, str, int]]:
+    """Bytes of a sequence with its three largest solvers, board, and number, on every board of a split."""
+    folder = site / FOLDER / split
+    for board in sorted(path for path in folder.iterdir() if "-" in path.name):
+        for number in board.iterdir():
+            solvers = sorted((path.stat().st_size for path in number.iterdir()), reverse=True)[:SHOWN]
+            clip = folder / board.name.rpartition("-")[2] / f"{number.name}.js"
+            yield clip.stat().st_size + sum(solvers), board.name, int(number.name)
+
+
+def report_sizes(split: str, found: list[tuple[int, str, int]]) -> None:
+    data = np.array([size for size, _, _ in found]) / 1e3
+    largest = f"{data.max():6.1f} kB ({max(found)[1]}, sequence {max(found)[2]})"
+    print(f"{split:<20}median {np.median(data):6.1f} kB, max {largest}, {np.mean(data <= 60.0):.0%} at most 60 kB")
+
+
+def report_drawing(site: Path) -> None:
+    from playwright.sync_api import sync_playwright
+
+    cases = [("made/sequential-noisy", made_crowd(site))]
+    found = list(sizes(site, "students")) if (site / FOLDER / "students").is_dir() else []
+    if found:
+        _, board, number = sorted(found)[len(found) // 2]
+        cases.insert(0, (f"students/{board}", {"sequence": number, "solvers": "cv,vb-cv,vb-sf"}))
+    write_page(site)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS)
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.goto((site / "bench.html").as_uri())
+        for key, state in cases:
+            print(f"{key:<28}{page.evaluate(DRAW, [key, state])}")
+        browser.close()
+
+
+def made_crowd(site: Path) -> dict[str, Any]:
+    """A large crowd that was never solved, as if it had been."""
+    made, rng = made_sequence(**CROWD, share=1.0), np.random.default_rng(0)
+    clip = encode_clip(made.camera, DT, made.sequence, made.truth)
+    write_data(site, "made/noisy/0", clip)
+    names = ["cv", "vb-cv", "vb-sf"]
+    for name in names:
+        values = encode_estimate(made.sequence, made.truth, made.estimate(rng, 0.2), clip["coarse"])
+        write_data(site, f"made/sequential-noisy/0/{name}", values)
+    board = {"tier": "noisy", "given": "arrivals", "solvers": {name: {"dx": [0.2], "dt": [0.2]} for name in names}}
+    index = {"split": "made", "sequences": [0], "people": [500], "frames": [300], "pictures": {}}
+    write_data(site, "made", {**index, "boards": {"sequential-noisy": board}})
+    return {"sequence": 0, "solvers": ",".join(names)}
+
+
+def write_page(site: Path) -> None:
+    """A page with nothing but the player."""
+    scripts = [(PAGE_ASSETS / f"{name}.js").read_text("utf-8") for name in ("store", "state")]
+    scripts.append(player_assets()["player.js"])
+    text = "".join(f"<script>{script}</script>" for script in scripts)
+    head = f"<!doctype html><meta charset=utf-8><style>{player_assets()['player.css']}</style>"
+    (site / "bench.html").write_text(f"{head}<body>{text}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--work", type=Path, default=Path("out/leaderboard"))
+    parser.add_argument("--results", type=Path, default=Path("leaderboards/results"))
+    parser.add_argument("--sequences", type=int, default=24)
+    arguments = parser.parse_args()
+    main(arguments.work, arguments.results, arguments.sequences)
