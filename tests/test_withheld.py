@@ -189,6 +189,7 @@ def test_a_challenge_has_boards_of_its_own(
     assert (record["id"], record["seed"]) == (Dataset(challenge).info.id, None)
     assert record["tables"]["truth/poses"] == Dataset(challenge).info.truth_tables["poses.parquet"]["sha256"]
     assert main(["leaderboard", "build", "--results", "board", "--out", "site"]) == 0
+    assert Dataset(challenge).info.truth_sha256 in Path("site/data/sim/sequential-noisy.js").read_text("utf-8")
     whole = generate("sim", "told", options())
     capsys.readouterr()
     check = ["leaderboard", "check", "--results", "board", "--submission", "answer", "--dataset", str(whole.folder)]

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -83,9 +84,8 @@ class DatasetInfo:
 
     @property
     def truth_sha256(self) -> str:
-        """One hash of all truth tables: that of what ``sha256sum *.parquet`` prints in their folder."""
-        lines = "".join(f"{facts['sha256']}  {name}\n" for name, facts in self.truth_tables.items())
-        return hashlib.sha256(lines.encode()).hexdigest()
+        """One hash of all truth tables; see `truth_sha256`."""
+        return truth_sha256({name: facts["sha256"] for name, facts in self.tables.items()})
 
     def to_json(self) -> str:
         """The text of ``dataset.json``."""
@@ -125,6 +125,16 @@ class DatasetInfo:
         if info.id != written_id:
             raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
         return info
+
+
+def truth_sha256(tables: Mapping[str, str]) -> str:
+    """One hash of the truth tables among ``tables`` (name → SHA-256).
+
+    It is that of what ``sha256sum *.parquet`` prints in their folder.
+    """
+    truth = {Path(name).name: digest for name, digest in sorted(tables.items()) if name.startswith("truth/")}
+    lines = "".join(f"{digest}  {name}.parquet\n" for name, digest in truth.items())
+    return hashlib.sha256(lines.encode()).hexdigest()
 
 
 _NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution")

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vbbench.dataset_info import truth_sha256
 from vbbench.statistics import known
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
@@ -128,10 +129,11 @@ def _again(site: Site, board: Board) -> str:
     make = record.command if record else f"vbbench generate {board.split} --tier {board.tier} --out {folder}"
     solver = results[0].solver
     answers = f"{folder}-{board.protocol}-{solver}"
+    withheld = record is not None and record.seed is None
     lines = [
-        make,
+        *([] if withheld else [make]),
         f"vbbench solve {folder} --solver {solver} --protocol {board.protocol} --out {answers}",
-        f"vbbench leaderboard add {answers} --dataset {folder}",
+        f"vbbench leaderboard add {answers} --dataset {folder}" + " --truth TRUTH" * withheld,
     ]
     return (
         '<details class="again" id="again"><summary>Make these figures again</summary>'
@@ -150,6 +152,7 @@ def _facts(site: Site, board: Board) -> str:
         "Scored by": "vbbench " + ", ".join(sorted({result.package_version for result in results})),
     }
     if record is not None:
-        facts |= {"Licence": record.licence, "Cite": record.citation}
+        withheld = "" if record.seed is not None else f"withheld, SHA-256 {truth_sha256(record.tables)}"
+        facts |= {"Truth": withheld, "Licence": record.licence, "Cite": record.citation}
     rows = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts.items() if value)
     return f'<dl class="facts">{rows}</dl>'
