@@ -19,4 +19,6 @@ assert 'site-packages' in vbbench.__file__, vbbench.__file__
 "
 published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results_folder import published_results as p; print(p())")
 "$room/venv/bin/vbbench" leaderboard check --results "$published"
+"$room/venv/bin/vbbench" leaderboard template mine
+test -s mine/mysolver.py
 echo "wheel: installed and used from another folder"
