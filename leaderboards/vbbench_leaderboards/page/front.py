@@ -15,10 +15,11 @@ from vbbench_leaderboards.ranking import LEVEL
 
 _COMMANDS = [
     "pip install vbbench",
-    "vbbench fetch hotel",
-    "vbbench generate hotel --tier noisy --out hotel-noisy",
-    "vbbench solve hotel-noisy --solver mysolver:Solver --protocol sequential --out answers",
-    "vbbench leaderboard add answers --dataset hotel-noisy",
+    "vbbench leaderboard template mine && cd mine",
+    "vbbench generate sim --tier noisy --out sim-noisy",
+    "vbbench solve sim-noisy --solver mysolver:MySolver --protocol sequential --out answer",
+    "vbbench leaderboard add answer --dataset sim-noisy --name my-solver",
+    "vbbench leaderboard build --out site",
 ]
 
 

@@ -8,6 +8,7 @@
   const first = picker.dataset.first;
   const boardPlace = document.getElementById("board");
   const playerPlace = document.getElementById("player");
+  const back = document.getElementById("back");
   let turn = 0;
   let playing = "";
 
@@ -48,6 +49,7 @@
     if (playing) vbbench.player.unmount();
     playing = "";
     playerPlace.hidden = true;
+    back.hidden = true;
   }
 
   /** @returns {Promise<void>} */
@@ -64,12 +66,16 @@
   async function showPlayer(board, state, own) {
     await fetchPlayer();
     if (own !== turn) return;
+    const arrives = !playing;
     if (playing) vbbench.player.unmount();
     playing = board.key;
+    back.hidden = false;
+    back.firstElementChild.href = format({ board: board.key, play: false, options: {} });
     boardPlace.hidden = true;
     playerPlace.hidden = false;
     const onState = (options) => replace({ board: board.key, play: true, options: asText(options) });
     vbbench.player.mount(playerPlace, { board, state: state.options, onState });
+    if (arrives) back.scrollIntoView({ behavior: "instant" });
   }
 
   /** @param {Record<string, any>} options @returns {Record<string, string>} */
@@ -90,7 +96,7 @@
       document.title = board.title + ", " + board.protocol + ", " + board.tier + ": results of vbbench";
       if (wanted.play && board.playable.length) await showPlayer(board, wanted, own);
       else showTable(board, { ...wanted, play: false });
-      if (own === 1 && state && state.board) document.getElementById("boards").scrollIntoView({ behavior: "instant" });
+      if (own === 1 && !playing && state && state.board) document.getElementById("boards").scrollIntoView({ behavior: "instant" });
     } catch (error) {
       stopPlayer();
       boardPlace.hidden = false;
