@@ -113,6 +113,9 @@ def _chosen(
     group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
     if group and arguments[1:] and arguments[1] in ("-h", "--help"):
         return group, arguments[1:]
+    if group and len(arguments) == 1:
+        known = ", ".join(sorted(name.partition(" ")[2] for name in group))
+        raise VbbenchError(f"'{arguments[0]}' wants one of {known}; see 'vbbench {arguments[0]} --help'")
     name = " ".join(arguments[:2])
     if name not in commands:
         raise UnknownNameError("command", name, group or commands)
