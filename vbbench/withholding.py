@@ -45,10 +45,16 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
     """Raise VbbenchError if ``kept``, where withheld truth is to go, is in the way: only truth is ever replaced."""
     if not kept.exists():
         return
-    if not kept.is_dir() or any(path.name != SEED_FILE and path.suffix != ".parquet" for path in kept.iterdir()):
+    if not kept.is_dir() or not all(_is_of_truth(path.name) for path in kept.iterdir()):
         raise VbbenchError(f"{kept} exists and is no withheld truth; move it or choose another --out")
     if not overwrite:
         raise VbbenchError(f"{kept} exists and may be the only copy of a truth; add --overwrite to replace it")
+
+
+def _is_of_truth(name: str) -> bool:
+    """Whether this is a file of withheld truth, whole or half-written."""
+    whole = name.removesuffix(".partial")
+    return whole == SEED_FILE or whole.endswith(".parquet")
 
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
