@@ -112,6 +112,17 @@ def test_drift_is_found_named_and_mended(remade: Path, capsys: pytest.CaptureFix
     assert path.read_bytes() == before
 
 
+def test_damaged_files_are_drift_and_mended(remade: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    paths = [remade / "results" / KEPT, remade / "results/demo/ideal.json"]
+    before = [path.read_bytes() for path in paths]
+    for path in paths:
+        path.write_text("{")
+    assert command(remade) == 1
+    assert capsys.readouterr().out.count("cannot be read") == 2
+    assert command(remade, "--update") == 0
+    assert [path.read_bytes() for path in paths] == before
+
+
 def test_a_time_alone_is_no_drift(remade: Path) -> None:
     path = remade / "results" / KEPT
     before, result = path.read_bytes(), read_result(path)

@@ -2,12 +2,12 @@
 
 import itertools
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vbbench.dataset import Dataset
-from vbbench.errors import SourceMissingError
+from vbbench.errors import FileError, SourceMissingError
 from vbbench.generation import generate
 from vbbench.generator import Options, Tier
 from vbbench.protocol import PROTOCOLS
@@ -123,9 +123,7 @@ class Rerun:
     def _record(self, dataset: Dataset) -> Outcome:
         path = record_path(dataset.info.split, dataset.info.tier)
         kept = self.results / path
-        found = ["no record was kept"]
-        if kept.is_file():
-            found = list(record_faults(read_dataset(kept), dataset.folder))
+        found = _held_against(kept, lambda: record_faults(read_dataset(kept), dataset.folder), "no record was kept")
         if found and self.update:
             write_dataset(BoardDataset.of(dataset), self.results)
         return Outcome(path=path, found=tuple(found), updated=self.update)
@@ -135,10 +133,20 @@ class Rerun:
         judged = score(folder, dataset.folder)
         fresh = Result.of(judged, table_hashes(folder), name=solver, reference=REFERENCES.get(solver, ""))
         kept = self.results / fresh.path
-        found = drift(read_result(kept), fresh) if kept.is_file() else ["no result was kept"]
+        found = _held_against(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
         if found and self.update:
             write_result(fresh, self.results)
         return Outcome(path=fresh.path, found=tuple(found), updated=self.update)
+
+
+def _held_against(kept: Path, differences: Callable[[], Iterable[str]], missing: str) -> list[str]:
+    """What is new against the file ``kept``; one that cannot be used differs, too."""
+    if not kept.is_file():
+        return [missing]
+    try:
+        return list(differences())
+    except FileError as error:
+        return [str(error)]
 
 
 def bundled_solvers() -> list[str]:
