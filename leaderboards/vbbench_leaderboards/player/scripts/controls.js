@@ -90,9 +90,10 @@
 
   /** A row a solver: its check box with the mark it has on the map, and cells for its errors. */
   function solverRows(ui, solvers, chosen, toggle) {
+    const held = ui.solvers.contains(document.activeElement) ? document.activeElement.value : null;
     ui.solvers.replaceChildren(...solvers.map((solver) => {
       const row = document.createElement("tr"), head = document.createElement("th"), label = document.createElement("label");
-      const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: chosen.includes(solver.name) });
+      const box = Object.assign(document.createElement("input"), { type: "checkbox", value: solver.name, checked: chosen.includes(solver.name) });
       box.disabled = !box.checked && chosen.length >= 3;
       box.addEventListener("change", () => toggle(solver.name, box.checked));
       label.append(box, mark(solver), solver.name);
@@ -102,6 +103,7 @@
       solver.cells = row.querySelectorAll("td");
       return row;
     }));
+    if (held !== null) ui.solvers.querySelector(`input[value="${CSS.escape(held)}"]`)?.focus();
   }
 
   function mark(solver) {
