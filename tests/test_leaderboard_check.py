@@ -254,6 +254,14 @@ def test_named_submissions_that_belong_to_nothing_are_said(room: Path, results: 
     assert "no result is made of its tables" in faults(results, submissions=[tmp_path / "other"])[0]
 
 
+def test_a_damaged_work_folder_stops_no_check(room: Path, results: Path, tmp_path: Path) -> None:
+    work = Path(shutil.copytree(room / "work", tmp_path / "work"))
+    (work / "submissions" / FILE.with_suffix("") / "submission.json").write_text("{")
+    assert check(results, work=work).endswith("; 1 scored again")
+    (work / "datasets/tiny-ideal/dataset.json").write_text("{")
+    assert check(results, work=work).endswith("; 0 scored again")
+
+
 def test_data_after_the_end_of_a_block_is_caught(results: Path) -> None:
     def longer(values: dict[str, Any]) -> None:
         raw = zlib.decompress(base64.b64decode(values["per_sequence"]["data"]))

@@ -1,5 +1,6 @@
 """Scores the submissions at hand again, for the results that were made of them."""
 
+import contextlib
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -18,10 +19,12 @@ from vbbench_leaderboards.result import Result
 
 
 def datasets_at_hand(work: Path | None, named: Sequence[Path]) -> dict[str, Path]:
-    """Dataset folders by id: those named, and those of the work folder."""
-    below = sorted(work.glob(f"datasets/*/{INFO_FILE}")) if work else []
-    folders = [*named, *(path.parent for path in below)]
-    return {DatasetInfo.read(folder).id: folder for folder in reversed(folders)}
+    """Dataset folders by id: those named, and those of the work folder that can be read."""
+    found = {}
+    for path in sorted(work.glob(f"datasets/*/{INFO_FILE}")) if work else []:
+        with contextlib.suppress(VbbenchError):
+            found[DatasetInfo.read(path.parent).id] = path.parent
+    return found | {DatasetInfo.read(folder).id: folder for folder in named}
 
 
 def submissions_at_hand(work: Path | None, named: Sequence[Path]) -> list[Path]:
@@ -78,7 +81,10 @@ def _scored_faults(record: BoardDataset, fresh: BoardDataset, folder: Path) -> I
 
 
 def _made_of(folder: Path, results: Sequence[Result]) -> list[Result]:
-    hashes, info = table_hashes(folder), SubmissionInfo.read(folder)
+    try:
+        hashes, info = table_hashes(folder), SubmissionInfo.read(folder)
+    except VbbenchError:
+        return []
     return [
         result
         for result in results
