@@ -63,7 +63,8 @@ def read_datasets(*folders: Path) -> Records:
             if record.id != first.id:
                 raise FileError(
                     folder / path,
-                    f"is of dataset {record.id}, results of {first.id} stand beside it; they cannot be on one page",
+                    f"is of dataset {record.id}, results of {first.id} stand beside it; they cannot be on one page, "
+                    "name one folder with --results",
                 )
     return dict(sorted(records.items()))
 
