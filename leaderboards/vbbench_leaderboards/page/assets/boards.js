@@ -64,7 +64,8 @@
     const head = table.querySelector('th[data-column="' + CSS.escape(column) + '"]');
     const rows = Array.from(table.tBodies[0].rows).filter((row) => !row.hidden).length;
     const order = down ? "largest first" : "smallest first";
-    const words = rows + " solvers, sorted by " + (head ? head.textContent.trim() : column) + ", " + order;
+    const count = rows + (rows === 1 ? " solver" : " solvers");
+    const words = count + ", sorted by " + (head ? head.textContent.trim() : column) + ", " + order;
     const region = document.getElementById("board-says");
     if (region.textContent !== words) region.textContent = words;
   }

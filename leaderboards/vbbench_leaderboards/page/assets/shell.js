@@ -8,6 +8,7 @@
   const first = picker.dataset.first;
   const boardPlace = document.getElementById("board");
   const playerPlace = document.getElementById("player");
+  const boards = document.getElementById("boards");
   const back = document.getElementById("back");
   let turn = 0;
   let playing = "";
@@ -96,7 +97,7 @@
       document.title = board.title + ", " + board.protocol + ", " + board.tier + ": results of vbbench";
       if (wanted.play && board.playable.length) await showPlayer(board, wanted, own);
       else showTable(board, { ...wanted, play: false });
-      if (own === 1 && !playing && state && state.board) document.getElementById("boards").scrollIntoView({ behavior: "instant" });
+      if (own === 1 && !playing && state && state.board) boards.scrollIntoView({ behavior: "instant" });
     } catch (error) {
       stopPlayer();
       boardPlace.hidden = false;

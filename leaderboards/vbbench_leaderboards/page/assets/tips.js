@@ -51,7 +51,7 @@
   /** @param {MouseEvent | FocusEvent} event */
   function leave(event) {
     const to = event.relatedTarget instanceof Node ? event.relatedTarget : null;
-    if (owner && !owner.contains(to) && !tip.contains(to)) hide();
+    if (owner && owner.contains(/** @type {Node} */ (event.target)) && !owner.contains(to)) hide();
   }
 
   document.addEventListener("mouseover", enter);
