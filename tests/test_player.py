@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 from tests.answers import submit, true_answers
 from tests.made_sequence import DT, MadeSequence, made_sequence
@@ -16,6 +17,7 @@ from tests.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_esti
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import wrap_angle
+from vbbench.rendering import Backend
 from vbbench.scorecard import PerSequence
 from vbbench.scoring import score
 from vbbench.solver import Estimate
@@ -23,6 +25,7 @@ from vbbench_leaderboards import player
 from vbbench_leaderboards.player.choice import choose_sequences
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.player.coding import LARGEST, pack, quantise
+from vbbench_leaderboards.player.pictures import WIDTH
 from vbbench_leaderboards.player.writing import FOLDER, player_assets, write_player
 from vbbench_leaderboards.result import Board, Result
 
@@ -98,7 +101,7 @@ def test_numbers_are_cut_off_and_nothing_is_nought() -> None:
 
 
 @pytest.mark.parametrize(
-    ("people", "frames", "error", "coarse"), [(51, 46, 0.05, 1), (51, 46, 3.0, 1), (75, 90, 0.05, 5)]
+    ("people", "frames", "error", "coarse"), [(51, 46, 0.05, 1), (51, 46, 3.0, 1), (75, 90, 0.05, 10)]
 )
 def test_students_with_three_solvers_are_small(people: int, frames: int, error: float, coarse: int) -> None:
     made, rng = made_sequence(people, frames), np.random.default_rng(1)
@@ -207,6 +210,18 @@ def test_pictures_of_a_sequence_go_with_it(work: Path, results: Results, tmp_pat
     write_player(tmp_path, results, work, 99)
     assert read_data(tmp_path / FOLDER / "made.js")[1]["pictures"] == {"0": 1}
     assert (tmp_path / FOLDER / "pictures" / "made" / "0" / "00000.jpg").read_bytes() == b"picture"
+
+
+def test_pictures_are_made_where_they_are_asked_for(work: Path, results: Results, tmp_path: Path) -> None:
+    backend = Backend(name="tests.flat_renderer:FlatRenderer")
+    write_player(tmp_path, results, work, 2, backend)
+    index = read_data(tmp_path / FOLDER / "made.js")[1]
+    for number, frames in zip(index["sequences"], index["frames"], strict=True):
+        made = sorted((tmp_path / FOLDER / "pictures" / "made" / str(number)).iterdir())
+        assert index["pictures"][str(number)] == len(made)
+        assert len(made) in (1, frames)  # one where another test has put it
+    with Image.open(made[-1]) as picture:
+        assert picture.width == WIDTH
 
 
 def test_another_dataset_than_the_results_are_of_is_refused(work: Path, results: Results, tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def copy_pictures(work: Path, site: Path, split: str, chosen: IntArray) -> dict[
     return counts
 
 
-def make_pictures(dataset: Dataset, chosen: Iterable[int], work: Path, backend: Backend) -> None:
+def make_pictures(dataset: Dataset, split: str, chosen: Iterable[int], work: Path, backend: Backend) -> None:
     """Render the chosen sequences into the work folder, those that are there already left alone.
 
     Raises
@@ -45,7 +45,7 @@ def make_pictures(dataset: Dataset, chosen: Iterable[int], work: Path, backend: 
         If the truth is withheld, or the backend cannot work here.
     """
     for number in chosen:
-        folder = picture_folder(work, dataset.info.split, number)
+        folder = picture_folder(work, split, number)
         if folder.is_dir():
             continue
         sequence = dataset.sequence(number)

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vbbench.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench.submitted import SubmittedEstimates
 from vbbench.tables import write_text_atomically
 from vbbench_leaderboards.player.choice import choose_sequences
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.player.index import split_index
-from vbbench_leaderboards.player.pictures import copy_pictures
+from vbbench_leaderboards.player.pictures import copy_pictures, make_pictures
 from vbbench_leaderboards.player.playable import Boards, Playable, find_playable, submission_folder
 from vbbench_leaderboards.result import Board
 
@@ -39,7 +40,9 @@ class Clip:
     coarse: int
 
 
-def write_player(site: Path, results: Boards, work: Path | None, sequences: int) -> dict[Board, tuple[str, ...]]:
+def write_player(
+    site: Path, results: Boards, work: Path | None, sequences: int, pictures: Backend | None = None
+) -> dict[Board, tuple[str, ...]]:
     """Write the player and, for all that lies under ``work``, its data into a site.
 
     Parameters
@@ -48,6 +51,7 @@ def write_player(site: Path, results: Boards, work: Path | None, sequences: int)
     results : the results on the page, by board.
     work : work folder of ``vbbench leaderboard rerun``; None writes no data.
     sequences : at most so many of a split.
+    pictures : who draws pictures to stand behind the boxes, into ``work``; by default those that are there are shown.
 
     Returns
     -------
@@ -63,7 +67,7 @@ def write_player(site: Path, results: Boards, work: Path | None, sequences: int)
     played: dict[Board, tuple[str, ...]] = {}
     if work is not None and sequences > 0:
         for playable in find_playable(work, results):
-            _write_split(site, playable, work, sequences)
+            _write_split(site, playable, work, sequences, pictures)
             played |= {board: tuple(row.solver for row in rows) for board, rows in playable.boards.items()}
     return played
 
@@ -74,9 +78,12 @@ def player_assets() -> dict[str, str]:
     return {"player.js": script, "player.css": (_HERE / "assets" / "player.css").read_text(encoding="utf-8")}
 
 
-def _write_split(site: Path, playable: Playable, work: Path, count: int) -> None:
+def _write_split(site: Path, playable: Playable, work: Path, count: int, backend: Backend | None) -> None:
     available = min(len(dataset) for dataset in playable.datasets.values())
     chosen = choose_sequences(playable.boards, count, available)
+    if backend is not None:
+        dataset = next(iter(playable.datasets.values()))
+        make_pictures(dataset, playable.split, chosen.tolist(), work, backend)
     pictures = copy_pictures(work, site, playable.split, chosen)
     write_data(site, playable.split, split_index(playable, chosen, pictures))
     for tier in playable.datasets:

@@ -2,6 +2,8 @@
 "use strict";
 (function (parts) {
   const ASPECT = 0.38; // width of a person's box over its height
+  const FILL = 0.22, FILL_ON_PICTURE = 0.1; // opacity
+  const SMALL = 6; // half the width in CSS px under which boxes have corners
   const ABOVE = 60, BELOW = 190; // rows of a panorama that are shown above and below the horizon
   const MARKS = [["back", 0], ["left", 0.25], ["ahead", 0.5], ["right", 0.75], ["back", 1]];
 
@@ -90,16 +92,30 @@
       const copies = clip.camera.kind === "panorama" && (u[k] < half || u[k] > clip.camera.width - half) ? 2 : 1;
       for (let copy = 0; copy < copies; copy++) {
         const centre = copy ? u[k] + (u[k] < half ? 1 : -1) * clip.camera.width : u[k];
-        context.beginPath();
-        context.roundRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k], 0.5 * half);
-        context.globalAlpha = 0.22;
-        context.fillStyle = theme.people[k];
-        context.fill();
-        context.globalAlpha = 1;
+        context.fillStyle = context.strokeStyle = theme.people[k];
         context.lineWidth = 1.4 * thin;
-        context.strokeStyle = theme.people[k];
-        context.stroke();
+        if (half < SMALL * thin) this.drawRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);
+        else this.drawRound(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);
       }
+    }
+
+    /** Far people, of whom there are many: corners are too small to be round, and a plain box is quickly drawn. */
+    drawRect(left, top, width, height) {
+      const { context } = this;
+      context.globalAlpha = this.pictures ? FILL_ON_PICTURE : FILL;
+      context.fillRect(left, top, width, height);
+      context.globalAlpha = 1;
+      context.strokeRect(left, top, width, height);
+    }
+
+    drawRound(left, top, width, height) {
+      const { context } = this;
+      context.beginPath();
+      context.roundRect(left, top, width, height, 0.25 * width);
+      context.globalAlpha = this.pictures ? FILL_ON_PICTURE : FILL;
+      context.fill();
+      context.globalAlpha = 1;
+      context.stroke();
     }
 
     drawCompass(theme) {
@@ -110,7 +126,7 @@
         const x = share * shown.width;
         context.textAlign = share === 0 ? "left" : share === 1 ? "right" : "center";
         parts.label(context, name, x + (share === 0 ? 0.5 : share === 1 ? -0.5 : 0) * size, shown.top + 0.5 * size,
-          theme.faint, theme.paper);
+          this.pictures ? theme.ink : theme.faint, theme.paper);
         context.fillStyle = theme.faint;
         context.fillRect(x - 0.05 * size, shown.top, 0.1 * size, 0.4 * size);
       }

@@ -180,15 +180,27 @@
         context.lineWidth = 1.6 * canvas.ratio;
         context.stroke();
       }
-      context.beginPath();
+      const stamp = this.stamp(solver, radius), half = stamp.width / 2;
       for (let n = 0; n < clip.K; n++) {
         if (room.px[n] === room.px[n] && !options.isGiven(moment.frame, n)) {
-          parts.addShape(context, solver.shape, this.sx(room.px[n]), this.sy(room.py[n]), radius);
+          context.drawImage(stamp, Math.round(this.sx(room.px[n]) - half), Math.round(this.sy(room.py[n]) - half));
         }
       }
-      context.lineWidth = 1.6 * canvas.ratio;
-      context.stroke();
       this.drawCamera(room, solver.colour, null);
+    }
+
+    /** A solver's mark, drawn once for a size: thousands of them are stamped in a picture. */
+    stamp(solver, radius) {
+      if (solver.radius === radius && solver.stamp) return solver.stamp;
+      const stamp = document.createElement("canvas"), half = Math.ceil(1.3 * radius + 2 * this.canvas.ratio);
+      stamp.width = stamp.height = 2 * half;
+      const context = stamp.getContext("2d");
+      parts.addShape(context, solver.shape, half, half, radius);
+      context.lineWidth = 1.6 * this.canvas.ratio;
+      context.strokeStyle = solver.colour;
+      context.stroke();
+      Object.assign(solver, { stamp, radius });
+      return stamp;
     }
 
     /** An arrowhead that looks where the observer looks. */

@@ -63,18 +63,19 @@
       };
     }
 
-    /** Go to frame `at`, which may lie between two; `smooth` draws what lies between, otherwise the earlier frame. */
-    go(at, smooth) {
+    /** Go to frame `at`, between two if `smooth`, otherwise to the earlier; boxes stay with a picture of it if `pictured`. */
+    go(at, smooth, pictured) {
       const { clip } = this, whole = Math.floor(at), share = smooth ? at - whole : 0;
       this.at = at;
       this.frame = whole;
       this.share = share;
       this.fill(this.truth, whole, share);
       for (const room of this.estimates) this.fill(room, whole, share);
+      const boxShare = pictured ? 0 : share;
       const turn = clip.camera.kind === "panorama" ? clip.camera.width : 0;
-      blend(clip.u, this.boxes.u, whole * clip.K, clip.K, share, turn);
-      blend(clip.v, this.boxes.v, whole * clip.K, clip.K, share, 0);
-      blend(clip.l, this.boxes.l, whole * clip.K, clip.K, share, 0);
+      blend(clip.u, this.boxes.u, whole * clip.K, clip.K, boxShare, turn);
+      blend(clip.v, this.boxes.v, whole * clip.K, clip.K, boxShare, 0);
+      blend(clip.l, this.boxes.l, whole * clip.K, clip.K, boxShare, 0);
     }
 
     fill(room, frame, share) {

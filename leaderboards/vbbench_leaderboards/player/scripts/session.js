@@ -101,7 +101,7 @@
     recolour() {
       if (!this.clip) return;
       this.theme = parts.readTheme(this.clip.K);
-      for (const solver of this.solvers) solver.colour = this.theme.solver(solver.number);
+      for (const solver of this.solvers) Object.assign(solver, { colour: this.theme.solver(solver.number), stamp: null });
       this.drawn = this.solvers.filter((solver) => this.chosen.includes(solver.name));
       parts.solverRows(this.ui, this.solvers, this.chosen, (name, on) => this.toggle(name, on));
       this.curves();
@@ -160,7 +160,7 @@
 
     draw() {
       const { moment, views, flags, theme, drawn } = this;
-      moment.go(this.at, flags.smooth && this.playing);
+      moment.go(this.at, flags.smooth && this.playing, views.ego.pictures);
       const options = this.options || (this.options = { isGiven: this.isGiven });
       Object.assign(options, flags);
       options.selected = this.hovered >= 0 ? this.hovered : this.pinned;

@@ -2,6 +2,7 @@
 "use strict";
 (function (parts) {
   const SECONDS = 4;
+  const POINTS = 3000; // a crowd's trails are shorter, so that they take no longer
   const MARGIN = 96; // device px around the canvas, so that a following camera need not draw anew at once
   const TRUE = { alpha: 0.28, width: 1.5 }, GUESSED = { alpha: 0.6, width: 1.2 };
 
@@ -44,7 +45,7 @@
     /** Past frames of those who are there, and of the observer. */
     paintPaths(map, moment, { source }, look) {
       const { context } = this, { K, dt } = map.clip, { frame } = moment;
-      const from = Math.max(0, frame - Math.round(SECONDS / dt));
+      const from = Math.max(0, frame - Math.min(Math.round(SECONDS / dt), Math.ceil(POINTS / K)));
       style(context, look, map.canvas.ratio);
       const x = (value) => this.ox + MARGIN + value * this.k, y = (value) => this.oy + MARGIN - value * this.k;
       for (let k = 0; k < K; k++) {
