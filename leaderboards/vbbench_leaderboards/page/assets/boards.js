@@ -26,20 +26,32 @@
 
   /** @param {Record<string, string>} options */
   function apply(options) {
-    const column = hasColumn(options.by) ? options.by : BY;
+    const column = headOf(options.by) ? options.by : BY;
     const down = options.order ? options.order === "down" : vbbench.table.startsDown(column);
     const table = /** @type {HTMLTableElement} */ (document.getElementById("board-table"));
     vbbench.table.sort(table, column, down);
-    table.classList.toggle("all", options.columns === "all");
-    pressed(document.getElementById("more-columns"), options.columns === "all");
+    const all = showsAll(options);
+    table.classList.toggle("all", all);
+    pressed(document.getElementById("more-columns"), all);
     choose(options);
     showMetric(vbbench.table.metricOf(column));
     say(column, down, table);
   }
 
-  /** @param {string | undefined} name @returns {boolean} */
-  function hasColumn(name) {
-    return Boolean(name) && document.querySelector('#board-table th[data-column="' + CSS.escape(name) + '"]') !== null;
+  /** @param {string | undefined} name @returns {Element | null} */
+  function headOf(name) {
+    return name ? document.querySelector('#board-table th[data-column="' + CSS.escape(name) + '"]') : null;
+  }
+
+  /** @param {string | undefined} name @returns {boolean} whether it is a column that is shown on request */
+  function isMore(name) {
+    const head = headOf(name);
+    return head !== null && head.classList.contains("more");
+  }
+
+  /** @param {Record<string, string>} options @returns {boolean} all columns, asked for or sorted by one of them */
+  function showsAll(options) {
+    return options.columns === "all" || isMore(options.by);
   }
 
   /** @param {Record<string, string>} options */
@@ -61,7 +73,7 @@
 
   /** @param {string} column @param {boolean} down @param {HTMLTableElement} table */
   function say(column, down, table) {
-    const head = table.querySelector('th[data-column="' + CSS.escape(column) + '"]');
+    const head = headOf(column);
     const rows = Array.from(table.tBodies[0].rows).filter((row) => !row.hidden).length;
     const order = down ? "largest first" : "smallest first";
     const count = rows + (rows === 1 ? " solver" : " solvers");
@@ -83,9 +95,7 @@
 
   /** @param {string} column */
   function sortBy(column) {
-    const table = document.getElementById("board-table");
-    const head = table.querySelector('th[data-column="' + CSS.escape(column) + '"]');
-    const sorted = head.getAttribute("aria-sort");
+    const sorted = headOf(column).getAttribute("aria-sort");
     const down = sorted ? sorted === "ascending" : vbbench.table.startsDown(column);
     set({ by: column, order: down === vbbench.table.startsDown(column) ? undefined : down ? "down" : "up" });
   }
@@ -98,7 +108,9 @@
       button.addEventListener("click", () => set({ by: button.dataset.choose, order: undefined }));
     }
     document.getElementById("more-columns").addEventListener("click", function () {
-      set({ columns: now.state.options.columns === "all" ? undefined : "all" });
+      const all = showsAll(now.state.options);
+      const unsorted = all && isMore(now.state.options.by) ? { by: undefined, order: undefined } : {};
+      set({ columns: all ? undefined : "all", ...unsorted });
     });
     document.getElementById("filter").addEventListener("input", function (event) {
       set({ find: event.target.value || undefined });
