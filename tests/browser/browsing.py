@@ -84,7 +84,8 @@ class Visitor:
 @contextmanager
 def visit(browser: Browser, site: Path | str, **options: Any) -> Iterator[Visitor]:
     """A visitor with a window of its own; ``options`` as for Playwright's ``new_context``."""
-    context = browser.new_context(**{"viewport": DESKTOP, "color_scheme": "light", **options})
+    usual = {"viewport": DESKTOP, "color_scheme": "light", "reduced_motion": "reduce"}  # no scrolling that takes time
+    context = browser.new_context(**{**usual, **options})
     try:
         yield Visitor(context, site)
     finally:

@@ -1,0 +1,242 @@
+"""The sequence player: time, solvers, the map, shared addresses, and what it says where there is nothing to play."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.browser.browsing import Visitor
+
+Open = Callable[..., Page]
+
+BOARD = "#/demo/sequential-noisy"
+PLAY = f"{BOARD}/play"
+DRAWN = "vbbench.player.session.ui.map.toDataURL()"
+
+
+def clock(page: Page) -> Locator:
+    return page.locator("[data-clock]")
+
+
+def frame(page: Page) -> int:
+    found = re.match(r"\d+", clock(page).inner_text())
+    assert found
+    return int(found[0])
+
+
+def do(page: Page, name: str) -> None:
+    page.locator(f".player [data-do={name}]").click()
+
+
+def chosen(page: Page) -> list[str]:
+    return [box.locator("xpath=..").inner_text().strip() for box in page.locator("[data-solvers] input:checked").all()]
+
+
+@pytest.fixture
+def player(open_page: Open) -> Page:
+    page = open_page(PLAY)
+    expect(clock(page)).to_contain_text("0 /")
+    return page
+
+
+def last_frame(page: Page) -> int:
+    return int(clock(page).inner_text().split("/")[1].split()[0])
+
+
+def test_it_plays_pauses_and_stops_at_the_end(player: Page) -> None:
+    do(player, "play")
+    expect(player.get_by_role("button", name="Pause", exact=True)).to_be_visible()
+    expect(clock(player)).not_to_contain_text(re.compile(r"^[01] /"))
+    do(player, "play")
+    expect(player.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    paused = frame(player)
+    player.wait_for_timeout(600)
+    assert frame(player) == paused
+    player.locator("[data-speed]").select_option("4")
+    do(player, "play")
+    expect(clock(player)).to_contain_text(f"{last_frame(player)} /", timeout=15_000)
+    expect(player.get_by_role("button", name="Play", exact=True)).to_be_visible()
+
+
+def test_speed_is_kept(player: Page) -> None:
+    """At a quarter of the speed hardly a frame passes in the time that four times the speed takes for many."""
+    reached = {}
+    for speed in ("0.25", "4"):
+        player.locator("[data-speed]").select_option(speed)
+        do(player, "start")
+        do(player, "play")
+        player.wait_for_timeout(900)
+        do(player, "play")
+        reached[speed] = frame(player)
+    assert reached["0.25"] <= 2 < 4 <= reached["4"]
+
+
+def test_it_steps_by_buttons_and_keys(player: Page) -> None:
+    last = last_frame(player)
+    for name, wanted in (("next", 1), ("next", 2), ("previous", 1), ("end", last), ("start", 0), ("previous", 0)):
+        do(player, name)
+        expect(clock(player)).to_contain_text(f"{wanted} /")
+    player.locator("[data-map]").focus()
+    for key, wanted in (("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1), ("End", last), ("Home", 0)):
+        player.keyboard.press(key)
+        expect(clock(player)).to_contain_text(f"{wanted} /")
+    player.keyboard.press("Space")
+    expect(player.get_by_role("button", name="Pause", exact=True)).to_be_visible()
+    player.keyboard.press("Space")
+    for key, flag in (("t", "trails"), ("e", "errors"), ("i", "ids"), ("l", "loop"), ("f", "follow")):
+        box = player.locator(f"[data-flag={flag}]")
+        before = box.is_checked()
+        player.keyboard.press(key)
+        assert box.is_checked() is not before, flag
+
+
+def test_scrubbing_and_the_error_strip_go_there(player: Page) -> None:
+    player.locator("[data-scrub]").fill("7")
+    expect(clock(player)).to_contain_text("7 /")
+    before = player.evaluate(DRAWN)
+    strip = player.locator("[data-strip]")
+    box = strip.bounding_box()
+    assert box
+    strip.click(position={"x": box["width"] - 8, "y": box["height"] / 2})
+    expect(clock(player)).to_contain_text(f"{last_frame(player)} /")
+    player.wait_for_timeout(100)
+    assert player.evaluate(DRAWN) != before
+    expect(player).to_have_url(re.compile(rf"frame={last_frame(player)}\b"))
+
+
+def test_three_solvers_and_no_fourth(player: Page) -> None:
+    solvers = player.locator("[data-solvers]")
+    assert len(chosen(player)) == 3
+    assert solvers.locator("tr").count() == 5
+    assert solvers.locator("input:not(:checked)").evaluate_all("all => all.every(one => one.disabled)")
+    out = chosen(player)[0]
+    solvers.get_by_label(out, exact=True).press("Space")
+    expect(solvers.locator("input:checked")).to_have_count(2)
+    expect(solvers.get_by_label(out, exact=True)).to_be_focused()
+    other = next(name for name in ("cv", "sf") if name not in (out, *chosen(player)))
+    solvers.get_by_label(other, exact=True).press("Space")
+    expect(solvers.locator("input:checked")).to_have_count(3)
+    expect(player).to_have_url(re.compile(rf"solvers=[^&]*\b{other}\b"))
+    do(player, "end")
+    for row in solvers.locator("tr").all():
+        figures = re.findall(r"\d\.\d{3}", row.inner_text())
+        assert len(figures) == (3 if row.locator("input").is_checked() else 1)
+
+
+def test_the_map_zooms_and_moves(player: Page) -> None:
+    pictures = [player.evaluate(DRAWN)]
+
+    def changed() -> None:
+        player.wait_for_timeout(80)
+        pictures.append(player.evaluate(DRAWN))
+        assert pictures[-1] != pictures[-2]
+
+    do(player, "in")
+    changed()
+    player.locator("[data-map]").hover()
+    player.mouse.wheel(0, -300)
+    changed()
+    player.mouse.down()
+    player.mouse.move(400, 300, steps=4)
+    player.mouse.up()
+    changed()
+    do(player, "fit")
+    player.mouse.move(0, 0)
+    player.wait_for_timeout(80)
+    assert player.evaluate(DRAWN) == pictures[0]
+
+
+def test_a_shared_address_opens_the_same_frame(visitor: Callable[..., Visitor]) -> None:
+    guest = visitor(permissions=["clipboard-read", "clipboard-write"])
+    page = guest.open(PLAY)
+    expect(clock(page)).to_contain_text("0 /")
+    page.locator("[data-sequence]").select_option(index=2)
+    sequence = page.locator("[data-sequence]").input_value()
+    page.wait_for_function(f"vbbench.player.session.clip.sequence === {sequence}")
+    page.locator("[data-scrub]").fill("5")
+    page.locator("[data-solvers]").get_by_label(chosen(page)[0], exact=True).press("Space")
+    expect(page.locator("[data-solvers] input:checked")).to_have_count(2)
+    do(page, "link")
+    expect(page.get_by_role("button", name=re.compile("link|copied", re.I))).to_contain_text("Copied")
+    link = page.evaluate("navigator.clipboard.readText()")
+    assert "/play?" in link
+    other = guest.context.new_page()
+    other.goto(link)
+    expect(clock(other)).to_contain_text("5 /")
+    assert other.locator("[data-sequence]").input_value() == sequence
+    assert chosen(other) == chosen(page)
+
+
+def test_back_leaves_the_player_and_forward_returns(open_page: Open) -> None:
+    page = open_page(BOARD)
+    page.locator("#watch").click()
+    expect(clock(page)).to_contain_text("0 /")
+    expect(page.locator("#board-table")).to_be_hidden()
+    page.go_back()
+    expect(page.locator("#board-table")).to_be_visible()
+    expect(page.locator(".player")).to_have_count(0)
+    page.keyboard.press("Space")
+    page.go_forward()
+    expect(clock(page)).to_contain_text("0 /")
+
+
+def test_an_address_gone_astray_plays_what_there_is(open_page: Open) -> None:
+    page = open_page(f"{PLAY}?sequence=99999&frame=-4&solvers=nobody,,%25")
+    expect(clock(page)).to_contain_text("0 /")
+    assert len(chosen(page)) == 3
+    again = open_page(f"{PLAY}?frame=1e9")
+    expect(clock(again)).to_contain_text(f"{last_frame(again)} /")
+
+
+def test_a_board_without_films_says_so(open_page: Open) -> None:
+    page = open_page("#/hotel/sequential-noisy")
+    expect(page.locator("#board")).to_contain_text("cannot be watched")
+    expect(page.locator("#watch")).to_have_count(0)
+
+
+def test_a_missing_file_is_told_kindly(open_page: Open, visitor: Callable[..., Visitor]) -> None:
+    guest = visitor()
+    page = guest.open(BOARD)
+    page.route("**/data/player/demo/noisy/*.js", lambda route: route.abort())
+    page.locator("#watch").click()
+    expect(page.locator(".player [data-note]")).to_be_visible()
+    guest.faults.clear()  # the browser itself tells the console that the file is not there
+
+
+def test_it_turns_dark_with_the_page(player: Page) -> None:
+    before = player.evaluate(DRAWN)
+    player.locator("#theme").click()
+    player.wait_for_timeout(150)
+    assert player.evaluate(DRAWN) != before
+
+
+def test_a_person_can_be_chosen_and_is_described(player: Page) -> None:
+    do(player, "end")
+    expect(clock(player)).to_contain_text(f"{last_frame(player)} /")
+    player.keyboard.press("]")
+    expect(player.locator("[data-person-text]")).to_contain_text(
+        re.compile(r"Person \d+, \d+\.\d m away.*Off by: .* m")
+    )
+    expect(player.locator("[data-said]")).to_contain_text("people off by")
+    for view in ("ego", "map"):
+        assert player.locator(f"[data-{view}]").get_attribute("aria-label")
+
+
+def test_frames_are_drawn_in_time(player: Page) -> None:
+    """Far from the limit of 60 frames a second, so that a busy machine does not fail it."""
+    times = player.evaluate(
+        """() => { const s = vbbench.player.session, times = [];
+        for (let n = 0; n < 60; n++) { s.at = (n / 60) * (s.clip.T - 1); const t = performance.now();
+          s.draw(); times.push(performance.now() - t); }
+        return times.sort((a, b) => a - b); }"""
+    )
+    assert times[len(times) // 2] < 16
+
+
+def test_nothing_plays_by_itself_for_those_who_want_it_still(open_page: Open) -> None:
+    page = open_page(PLAY, reduced_motion="reduce")
+    expect(clock(page)).to_contain_text("0 /")
+    assert not page.locator("[data-flag=smooth]").is_checked()
+    page.wait_for_timeout(300)
+    assert frame(page) == 0
