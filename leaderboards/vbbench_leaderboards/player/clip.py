@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
 from vbbench.geometry import wrap_angle
@@ -41,8 +41,8 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
     def columns(coarse: int) -> list[IntArray]:
         poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
         boxes = quantise(sequence.observations, PIXEL * coarse)
-        path = _columns(poses[:, None], always, _SMOOTH) + _columns(positions, known, _SMOOTH)
-        return [*masks, *path, *_columns(boxes, sequence.observed, _SMOOTH)]
+        told = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
+        return [*masks, *(differences(values, present, _SMOOTH) for values, present in told)]
 
     known, always = ~np.isnan(truth.positions[..., 0]), np.ones((sequence.frames, 1), bool)
     masks = [flags(mask) for mask in (known, sequence.observed, ~np.isnan(sequence.given.positions[..., 0]))]
@@ -71,13 +71,16 @@ def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_c
     placed = np.isfinite(estimate.positions.sum(axis=-1))
     pose_error, error = _errors(truth, estimate, clip_coarse)
 
-    def candidates(coarse: int) -> list[list[IntArray]]:
+    def columns(coarse: int, order: int) -> list[IntArray]:
         poses, positions = _quanta(pose_error, error, coarse)
-        return [_columns(poses[:, None], posed, order) + _columns(positions, placed, order) for order in _ORDERS]
+        return [differences(poses[:, None], posed, order), differences(positions, placed, order)]
 
-    order = int(np.argmin([_bits(columns) for columns in candidates(1)]))
+    fine = [columns(1, order) for order in _ORDERS]
+    order = int(np.argmin([_bits(found) for found in fine]))
     masks = [flags(posed), flags(placed ^ sequence.observed)]
-    packed = _packed(lambda coarse: [*masks, *candidates(coarse)[order]], ESTIMATE_SIZE)
+    packed = _packed(
+        lambda coarse: [*masks, *(fine[order] if coarse == 1 else columns(coarse, _ORDERS[order]))], ESTIMATE_SIZE
+    )
     return {"order": _ORDERS[order], **packed}
 
 
@@ -96,10 +99,6 @@ def _origin(truth: Truth) -> FloatArray:
 
 def _quanta(poses: FloatArray, positions: FloatArray, coarse: int) -> tuple[IntArray, IntArray]:
     return quantise(poses, POSE * coarse), quantise(positions, METRE * coarse)
-
-
-def _columns(values: IntArray, present: BoolArray, order: int) -> list[IntArray]:
-    return [differences(values[..., axis], present, order) for axis in range(values.shape[-1])]
 
 
 def _packed(columns: Callable[[int], list[IntArray]], size: int) -> dict[str, Any]:

@@ -25,21 +25,22 @@ def quantise(values: FloatArray, quantum: float | FloatArray) -> IntArray:
 
 
 def differences(values: IntArray, present: BoolArray, order: int) -> IntArray:
-    """The [T, K] values where they are ``present``, a track after the other, as differences in time.
+    """The [T, K, A] values where they are ``present`` [T, K], as [A, N] differences in time, a track after the other.
 
     Order 0 leaves them as they are. Order 1 takes from each value the one before of the same track, and from a track's
     first value the first of the track before. Order 2 does so once more within a track, from its third value on.
     """
-    row = values.T[present.T]
+    row = values.transpose(1, 0, 2)[present.T].T
     if order == 0:
         return row
     rank = np.cumsum(present, axis=0).T[present.T]
-    begins = rank == 1
-    result = np.diff(row, prepend=0)
-    result[begins] = np.diff(row[begins], prepend=0)
+    begins = np.flatnonzero(rank == 1)
+    result = row.copy()
+    result[:, 1:] -= row[:, :-1]
+    result[:, begins[1:]] = row[:, begins[1:]] - row[:, begins[:-1]]
     if order == 2:
         later = np.flatnonzero(rank > 2)
-        result[later] -= result[later - 1]
+        result[:, later] -= result[:, later - 1]
     return result
 
 
@@ -51,9 +52,9 @@ def flags(mask: BoolArray) -> IntArray:
 
 
 def pack(columns: Iterable[IntArray]) -> str:
-    """Columns of whole numbers on end, as base64."""
+    """Whole numbers on end, column after column, as base64."""
     coder = zlib.compressobj(_LEVEL, wbits=-15)
-    data = coder.compress(_varints(np.concatenate(list(columns)))) + coder.flush()
+    data = coder.compress(_varints(np.concatenate([column.ravel() for column in columns]))) + coder.flush()
     return base64.b64encode(data).decode("ascii")
 
 

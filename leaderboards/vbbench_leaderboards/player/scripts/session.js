@@ -69,19 +69,20 @@
     /** Load what is chosen, and go to a frame of it. */
     async show(frame) {
       const turn = (this.turn += 1), { index, name, board, sequence } = this;
+      this.wanted = frame; // until it is loaded; the slider may want another by then
       try {
         const folder = `${index.split}/${board.tier}/${sequence}`;
         const clip = this.clip && this.folder === folder ? this.clip : await parts.decodeClip(await parts.load(folder));
         const scored = parts.scoredPositions(clip, board.given);
         const estimates = await Promise.all(this.chosen.map(async (solver) =>
           parts.addErrors(await parts.decodeEstimate(await parts.load(`${index.split}/${name}/${sequence}/${solver}`), clip), clip, scored)));
-        if (turn === this.turn) this.begin(folder, clip, estimates, frame);
+        if (turn === this.turn) this.begin(folder, clip, estimates);
       } catch (error) {
         if (turn === this.turn) this.refuse(error);
       }
     }
 
-    begin(folder, clip, estimates, frame) {
+    begin(folder, clip, estimates) {
       const { ui, views, index, sequence } = this, fresh = clip !== this.clip;
       ui.note.hidden = true;
       ui.body.hidden = false;
@@ -95,7 +96,8 @@
       }
       ui.scrub.max = clip.T - 1;
       this.recolour();
-      this.go(Number(frame ?? this.at) || 0);
+      this.go(Number(this.wanted ?? this.at) || 0);
+      this.wanted = null;
     }
 
     recolour() {
@@ -119,11 +121,12 @@
       const wanted = on && rest.length < MOST ? [...rest, name] : rest;
       this.chosen = Object.keys(this.board.solvers).filter((other) => wanted.includes(other));
       parts.listSequences(this);
-      this.show(this.at).then(() => this.tell());
+      this.show(this.wanted ?? this.at).then(() => this.tell());
     }
 
     go(at) {
       this.at = Math.min(Math.max(at, 0), this.clip.T - 1);
+      if (this.wanted !== null) this.wanted = this.at;
       this.ask();
     }
 
