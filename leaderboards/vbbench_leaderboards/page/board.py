@@ -137,7 +137,7 @@ def _again(site: Site, board: Board) -> str:
     ]
     return (
         '<details class="again" id="again"><summary>Make these figures again</summary>'
-        f"{code(lines)}{_facts(site, board)}</details>"
+        f"{code(lines, 'Lines that make these figures')}{_facts(site, board)}</details>"
     )
 
 

@@ -37,7 +37,7 @@ def front_page(site: Site) -> str:
         columns=_terms(COLUMNS),
         level=f"{LEVEL:g}",
         paper=link(the_paper().link, the_paper().source),
-        commands=code(_COMMANDS),
+        commands=code(_COMMANDS, "Lines that add a solver"),
         count=sum(map(len, site.results.values())),
         boards_count=len(site.results),
     )

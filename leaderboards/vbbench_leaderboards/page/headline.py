@@ -22,7 +22,7 @@ def headline_table(site: Site) -> str:
     )
     rows = "".join(_row(site, split) for split in splits)
     return (
-        '<div class="scroll" tabindex="0" role="region" aria-label="Best solvers"><table class="headline" '
+        '<div class="scroll" tabindex="0" role="region" aria-label="Table of best solvers"><table class="headline" '
         f'id="headline"><thead><tr><th scope="col">Split</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
         f"{_left_out(site)}"
     )

@@ -34,7 +34,7 @@ def decimals(values: list[float]) -> int:
     return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
 
 
-def code(lines: list[str]) -> str:
-    """Command lines as a block that can be reached and scrolled by keyboard."""
+def code(lines: list[str], name: str) -> str:
+    """Command lines as a block called ``name`` that can be reached and scrolled by keyboard."""
     body = "\n".join(text(line) for line in lines)
-    return f'<pre tabindex="0" role="region" aria-label="Command lines"><code>{body}</code></pre>'
+    return f'<pre tabindex="0" role="region" aria-label="{text(name)}"><code>{body}</code></pre>'
