@@ -8,6 +8,7 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
 from vbbench_generators.occlusion import Outline
+from vbbench_generators.precision import Precision
 from vbbench_generators.tracking import TrackingSettings, get_tracking
 
 PIXEL_STD = {"ideal": 0.0, "noisy": 1.0, "occluded": 0.0}
@@ -43,11 +44,13 @@ class Corruption:
     pixel_std : noise in px on column, top and bottom.
     hiding : ``None`` where everybody is seen through everybody.
     tracking : detector and tracker whose boxes are seen instead of people's own; ``None`` for these.
+    precision : what boxes are rounded to in the end; ``None`` = not at all.
     """
 
     pixel_std: float = 0.0
     hiding: Hiding | None = None
     tracking: TrackingSettings | None = None
+    precision: Precision | None = None
 
     def told_std(self, camera: Camera) -> float:
         """What solvers are told of the noise on column, top and bottom, in px."""
@@ -56,9 +59,15 @@ class Corruption:
     @property
     def definition(self) -> dict[str, Any]:
         """What a dataset's definition says of it beside the tier and the noise."""
+        precision = {} if self.precision is None else {"precision": asdict(self.precision)}
         if self.tracking is not None:
-            return {"outline": asdict((self.hiding or Hiding()).outline), "tracking": asdict(self.tracking)}
-        return {} if self.hiding is None else {"hiding": asdict(self.hiding)}
+            outline = asdict((self.hiding or Hiding()).outline)
+            return {"outline": outline, "tracking": asdict(self.tracking), **precision}
+        return precision if self.hiding is None else {"hiding": asdict(self.hiding), **precision}
+
+    def written(self, boxes: FloatArray, camera: Camera) -> FloatArray:
+        """Boxes [..., 3] in px as they are written."""
+        return boxes if self.precision is None else self.precision.rounded(boxes, camera)
 
 
 def corruption_of(tier: str, *, whole: bool = False) -> Corruption:

@@ -1,6 +1,6 @@
 """From scenes and the user's options to the plan of a reprojected dataset."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from vbbench.camera import PanoramaCamera
@@ -11,6 +11,7 @@ from vbbench.scene import Scene
 from vbbench_generators.corruption import corruption_of
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.option_checks import check_options
+from vbbench_generators.precision import Precision
 from vbbench_generators.reprojection import Reprojection, draw_heights
 
 HEIGHT_MEAN = 1.70
@@ -20,9 +21,15 @@ REVISION = 1
 
 
 def plan_reprojection(
-    card: Card, rules: Rules, scenes: list[Scene], options: Options, definition: dict[str, Any]
+    card: Card,
+    rules: Rules,
+    scenes: list[Scene],
+    options: Options,
+    definition: dict[str, Any],
+    *,
+    precision: Precision | None = None,
 ) -> Reprojection:
-    """Lay out every sequence of ``scenes``.
+    """Lay out every sequence of ``scenes``, its boxes rounded to ``precision``.
 
     Raises
     ------
@@ -35,7 +42,8 @@ def plan_reprojection(
             "--scenario, --sequences, --people and --engine are for the splits sim and street; "
             f"{card.name} has its own people"
         )
-    corruption, camera = corruption_of(options.tier), options.camera or PanoramaCamera()
+    corruption = replace(corruption_of(options.tier), precision=precision)
+    camera = options.camera or PanoramaCamera()
     info = DatasetInfo(
         split=card.name,
         title=card.title,

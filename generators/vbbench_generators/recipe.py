@@ -11,6 +11,7 @@ from vbbench.generator import Tier
 from vbbench.scene import Scene
 from vbbench.sources import Source
 from vbbench_generators.eligibility import Rules
+from vbbench_generators.precision import Precision
 from vbbench_generators.strict import build, build_each, read_toml
 
 
@@ -49,6 +50,7 @@ class Recipe:
     homography : file of the 3x3 homography from the sources' pixels to metres; ``None`` if they are metres.
     resampling : for ``.vsp`` only; ``None`` joins key points by straight lines.
     caution : what everybody who sees a figure of this split has to know.
+    precision : what boxes are rounded to, so that a large split compresses; ``None`` = not at all.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Recipe:
     homography: Source | None = None
     resampling: Resampling | None = None
     caution: Caution | None = None
+    precision: Precision | None = None
 
     @property
     def sources(self) -> tuple[Source, ...]:
@@ -131,6 +134,7 @@ _TABLES: dict[str, type[Any]] = {
     "homography": Source,
     "resampling": Resampling,
     "caution": Caution,
+    "precision": Precision,
 }
 
 

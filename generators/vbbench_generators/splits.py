@@ -37,7 +37,8 @@ class RecipeSplit:
         resampling = self.recipe.resampling and asdict(self.recipe.resampling)
         definition = {**reading, "resampling": resampling, "files": [list(file) for file in files]}
         card = self._card(self.recipe.caution_for(options.tier))
-        return plan_reprojection(card, self.recipe.sequences, scenes, options, definition)
+        rules, precision = self.recipe.sequences, self.recipe.precision
+        return plan_reprojection(card, rules, scenes, options, definition, precision=precision)
 
     def _card(self, caution: str | None) -> Card:
         recipe = self.recipe

@@ -55,10 +55,11 @@ def view(
     seen, people = seen[:, columns], scene.people[columns]
     if corruption.tracking is None:
         sights = look_at(truth, seen, info.camera, corruption, rng)
+        sights = Sights(corruption.written(sights.boxes, info.camera), sights.visible)
         return _without_unseen(_sequence(index, span, scene, people, sights, truth), truth)
     tracked = track_sights(truth, seen, people, info, corruption, span.counted, rng)
     truth = truth_of_tracks(truth, people, tracked.persons)
-    sights = Sights(tracked.boxes, tracked.scores)
+    sights = Sights(corruption.written(tracked.boxes, info.camera), tracked.scores)
     sequence = _sequence(index, span, scene, np.arange(sights.boxes.shape[1]), sights, truth)
     return SequenceData(sequence=sequence, truth=truth, persons=tracked.persons)
 
