@@ -1,4 +1,4 @@
-# make demo   first result      make test   all tests      make check   lint, types, import contracts
+# make demo   first result      make test   all tests      make check   lint, types, import contracts, results
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
 # make wheel-test   the built wheel in an empty environment, from another folder
@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test check lint types contracts bench results golden leaderboard wheel-test browser chromium clean
+.PHONY: demo test check lint types contracts results-check bench results golden leaderboard wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -18,7 +18,7 @@ demo: $(VENV)/.runtime
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest
 
-check: lint types contracts
+check: lint types contracts results-check
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -29,6 +29,9 @@ types: $(VENV)/.dev
 
 contracts: $(VENV)/.dev
 	$(BIN)/lint-imports
+
+results-check: $(VENV)/.dev
+	$(BIN)/vbbench leaderboard check --work /dev/null
 
 bench: $(VENV)/.dev
 	for file in benchmarks/bench_*.py; do $(BIN)/python -m benchmarks.$$(basename $$file .py) || exit 1; done
