@@ -41,7 +41,7 @@ class Precision:
     def rounded(self, boxes: FloatArray, camera: Camera) -> FloatArray:
         """Boxes [..., 3] (u, v, l) in px to the nearest multiples; a column stays in the picture, a height above 0."""
         steps = np.array(self.steps)
-        near = np.rint(boxes / steps) * steps
+        near: FloatArray = np.rint(boxes / steps) * steps
         near[..., 0] = camera.wrap_column(near[..., 0])
         np.maximum(near[..., 2], steps[2], out=near[..., 2])
         return near
