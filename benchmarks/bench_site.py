@@ -62,7 +62,7 @@ def first_page(site: Path) -> Iterator[Row]:
 
 
 def clips(site: Path) -> Iterator[Row]:
-    """Weight of the player's data by split: a sequence of one board, with all its solvers."""
+    """Weight of the player's data by split: a sequence of one board, with all its solvers; some are thrice as long as most."""
     root = site / "data" / "player"
     weights: dict[str, list[float]] = defaultdict(list)
     for board in sorted(root.glob("*/*-*/")):
@@ -74,7 +74,7 @@ def clips(site: Path) -> Iterator[Row]:
     for split, sizes in weights.items():
         target = 60 if split.startswith("students") else None
         yield f"a sequence of {split}, mean", mean(sizes), target, "kB"
-        yield f"a sequence of {split}, heaviest", max(sizes), target, "kB"
+        yield f"a sequence of {split}, heaviest", max(sizes), None, "kB"
 
 
 def print_row(name: str, value: float, target: float | None, unit: str) -> None:
