@@ -13,7 +13,8 @@ from vbbench.dataset import Dataset
 from vbbench.detector import Detections, Detector, Tracker, TrackerFactory
 from vbbench.errors import VbbenchError
 from vbbench.matching import match_boxes
-from vbbench.mot.file import UNLINKED, MotRows, write_mot
+from vbbench.mot.file import MotRows, write_mot
+from vbbench.mot.table import UNLINKED
 from vbbench.parts import progress_bar
 from vbbench.registry import load
 from vbbench.rendering import Backend, open_renderer, pictures, scene_of, silent

@@ -7,7 +7,8 @@ import numpy as np
 
 from vbbench.boxes import rectangles
 from vbbench.dataset import Dataset
-from vbbench.mot.file import UNLINKED, MotRows, write_mot
+from vbbench.mot.file import MotRows, write_mot
+from vbbench.mot.table import UNLINKED
 from vbbench.parts import progress_bar
 from vbbench.renderer import picture_size
 from vbbench.rendering import Backend, open_renderer, pictures, scene_of, silent

@@ -17,7 +17,8 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.generation import write_dataset
 from vbbench.generator import SequenceData
 from vbbench.matching import LEAST_FRAMES, LEAST_OVERLAP, NOBODY, lasting_tracks, match_tracks, true_rectangles
-from vbbench.mot.file import UNLINKED, MotRows, read_mot
+from vbbench.mot.file import MotRows, read_mot
+from vbbench.mot.table import UNLINKED
 from vbbench.protocol import arrivals_given
 from vbbench.rendering import scene_of, silent
 from vbbench.scene import Scene
