@@ -62,7 +62,7 @@ def first_page(site: Path) -> Iterator[Row]:
 
 
 def clips(site: Path) -> Iterator[Row]:
-    """Weight of the player's data by split: a sequence of one board, with all its solvers; some are thrice as long as most."""
+    """Weight of the player's data by split: a sequence of one board, with all its solvers."""
     root = site / "data" / "player"
     weights: dict[str, list[float]] = defaultdict(list)
     for board in sorted(root.glob("*/*-*/")):
