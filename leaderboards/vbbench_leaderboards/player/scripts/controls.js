@@ -33,7 +33,7 @@
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
         <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See everybody", "⤢")}</div>
-        <p class="player-legend"><span class="player-true"></span>&nbsp;true&nbsp;place <span class="player-given"></span>&nbsp;given <span class="player-cone"></span>&nbsp;camera</p>
+        <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
       </div>
       <div class="player-side">
         <table class="player-solvers">
