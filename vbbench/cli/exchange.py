@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
-from tyro.conf import Positional
+from tyro.conf import OmitArgPrefixes, Positional
 
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.views import announce
+from vbbench.surveillance.settings import HeadOptions
 
 
 def export_csv(folder: Positional[Path], /, out: Path) -> None:
@@ -66,8 +67,10 @@ def export_mot(
     plain: bool = False,
     seed: int = 0,
     truth: Path | None = None,
+    heads: bool = False,
+    photo: OmitArgPrefixes[HeadOptions] = HeadOptions(),  # noqa: B008  frozen
 ) -> None:
-    """Write boxes as MOTChallenge text, a folder a sequence, and the rendered pictures if wanted.
+    """Write boxes as MOTChallenge text, a folder a sequence, and the rendered pictures if wanted; or boxes of heads.
 
     Args:
         folder: The dataset.
@@ -76,13 +79,26 @@ def export_mot(
         frames: Render the pictures too, without any mark on them: what a detector and tracker of yours may be run on.
         backend: With --frames: what draws; see 'vbbench render'.
         plain: With --frames: ground and sky only.
-        seed: With --frames: seed of looks and surroundings.
+        seed: With --frames: seed of looks and surroundings. With --heads: of the annotators' errors.
         truth: Folder with the truth tables, where they are kept elsewhere.
+        heads: Write what a surveillance camera above the crowd sees of a sequence's scene, as one folder of the
+            MOTChallenge Head Tracking 21.
+        photo: The camera of --heads.
     """
     from vbbench.dataset import Dataset
+    from vbbench.errors import VbbenchError
     from vbbench.mot import export_mot as export
     from vbbench.rendering import Backend
 
+    if heads and frames:
+        raise VbbenchError("--heads writes no pictures: leave --frames out")
+    if heads:
+        from vbbench.surveillance.recording import export_heads
+
+        print(export_heads(Dataset(folder, truth), out, photo, sequence=sequence, seed=seed))
+        return
+    if photo != HeadOptions():
+        raise VbbenchError("the options of a surveillance camera and its boxes belong to --heads; add it")
     drawn_by = Backend(name=backend, surroundings=not plain, seed=seed) if frames else None
     print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
 
