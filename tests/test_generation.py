@@ -14,8 +14,10 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.parts import Part, prepare_draft, write_in_parts
+from vbbench.parts import PART_SIZE, ROWS_A_PART, Part, part_ranges, prepare_draft, write_in_parts
+from vbbench.registry import load
 from vbbench.schemas import to_arrow
+from vbbench.solving import solve
 from vbbench.verification import verify
 
 LIMIT = 40
@@ -183,13 +185,46 @@ def test_interrupted_work_goes_on_where_it_was(tmp_path: Path, monkeypatch: pyte
     draft = tmp_path / "draft"
     tables = {"poses": draft / "poses.parquet"}
     with pytest.raises(InterruptedWorkError):
-        write_in_parts(work, 80, prepare_draft(draft, "parts", "key"), tables, label="test")
+        write_in_parts(work, part_ranges(80), prepare_draft(draft, "parts", "key"), tables, label="test")
     assert not tables["poses"].exists()
-    facts = write_in_parts(work, 80, prepare_draft(draft, "parts", "key"), tables, label="test")
+    facts = write_in_parts(work, part_ranges(80), prepare_draft(draft, "parts", "key"), tables, label="test")
     assert made == [0, 32, 64]
     assert [fact["first"] for fact in facts] == made
-    write_in_parts(work, 80, prepare_draft(draft, "parts", "another key"), tables, label="test")
+    write_in_parts(work, part_ranges(80), prepare_draft(draft, "parts", "another key"), tables, label="test")
     assert len(made) == 6
+
+
+@pytest.mark.parametrize("rows", [None, np.ones(70, int), np.r_[np.full(40, 400_000), np.ones(30, int)]])
+def test_parts_cover_the_work_once_and_hold_no_more_than_they_may(rows: np.ndarray | None) -> None:
+    ranges = part_ranges(70, rows)
+    assert [i for first, last in ranges for i in range(first, last)] == list(range(70))
+    assert max(last - first for first, last in ranges) <= PART_SIZE
+    if rows is not None:
+        assert max(rows[first:last].sum() for first, last in ranges) <= ROWS_A_PART
+
+
+def test_a_sequence_larger_than_a_part_is_a_part() -> None:
+    assert part_ranges(3, [5_000_000, 1, 5_000_000]) == [(0, 1), (1, 2), (2, 3)]
+    assert part_ranges(0, []) == []
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_how_the_work_is_cut_shows_in_no_table_of_rows(
+    made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int
+) -> None:
+    monkeypatch.setattr("vbbench.parts.ROWS_A_PART", 500)
+    monkeypatch.setattr("vbbench.parts.HELD", 1)
+    assert len(part_ranges(LIMIT, load("generator", "demo").plan(options()).rows)) > LIMIT // 2
+    again = generate("demo", tmp_path / "again", options(), jobs=jobs)
+    cut, whole = digests(again.folder), digests(made.folder)
+    assert {name for name in whole if cut[name] != whole[name]} == {"sequences.parquet", "dataset.json"}
+    solve(made, "cv", "sequential", tmp_path / "cut", jobs=jobs)
+    monkeypatch.undo()
+    solve(made, "cv", "sequential", tmp_path / "whole")
+    for table in ("poses", "positions"):
+        assert (tmp_path / "cut" / f"{table}.parquet").read_bytes() == (
+            tmp_path / "whole" / f"{table}.parquet"
+        ).read_bytes()
 
 
 def test_dataset_json_names_what_a_reader_needs(made: Dataset) -> None:

@@ -12,12 +12,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench import __version__
+from vbbench.arrays import IntArray
 from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.generator import Generator, Options, Plan
+from vbbench.generator import Generator, Options, Plan, SequenceData, SizedPlan
 from vbbench.partitions import Layout, pack, part_name, write_layout, write_partition, write_partitions
-from vbbench.parts import Part, part_ranges, prepare_draft, write_in_parts
+from vbbench.parts import Part, Ranges, part_ranges, prepare_draft, write_in_parts
 from vbbench.registry import load
 from vbbench.rows import ROWS, SCENE_TABLES, TRACK_TABLE, scene_rows, sequence_row, sequence_rows
 from vbbench.scene import Scene
@@ -66,7 +67,7 @@ def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, withhold_truth: bool 
     tables = {name: draft / f"{name}.parquet" for name in _tables(plan)}
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
     work = partial(_build_part, plan)
-    facts = write_in_parts(work, len(plan), parts, streamed, jobs=jobs, label=plan.info.split)
+    facts = write_in_parts(work, _ranges(plan), parts, streamed, jobs=jobs, label=plan.info.split)
     for name, groups in _shared_scenes(plan.scenes).items():
         with TableWriter(tables[name], name) as writer:
             for group in groups:
@@ -99,8 +100,8 @@ def generate_partitioned(
     plan = _plan(split, out, options, overwrite, withhold_truth)
     draft = out.with_name(out.name + ".partial")
     prepare_draft(draft, PARTITIONED, _key(plan))
-    facts = write_partitions(partial(_build_part, plan), len(plan), draft, scheduler, label=plan.info.split)
-    parts = [part_name(first) for first, _ in part_ranges(len(plan))]
+    facts = write_partitions(partial(_build_part, plan), _ranges(plan), draft, scheduler, label=plan.info.split)
+    parts = [part_name(first) for first, _ in _ranges(plan)]
     if plan.scenes:
         write_partition(draft, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), "scenes"))
         parts.append("scenes")
@@ -126,6 +127,10 @@ def _tables(plan: Plan) -> list[str]:
     return [*TABLES, TRACK_TABLE] if plan.info.tier == "tracked" else TABLES
 
 
+def _ranges(plan: Plan) -> Ranges:
+    return part_ranges(len(plan), plan.rows if isinstance(plan, SizedPlan) else None)
+
+
 def _key(plan: Plan) -> str:
     return f"{plan.info.id} {__version__}"
 
@@ -135,19 +140,23 @@ def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:
 
 
 def _build_part(plan: Plan, first: int, last: int) -> Part:
-    """The row groups of some sequences, and the sums that `vbbench info` is made from."""
-    built = [plan.build(index) for index in range(first, last)]
+    """The row groups of some sequences, one built after the other, and the sums that `vbbench info` is made from."""
     groups: dict[str, list[pa.Table]] = defaultdict(list)
-    rows = [sequence_row(data, plan.info.split) for data in built]
+    built = [_add_rows(groups, plan.build(index), plan.info.split) for index in range(first, last)]
+    rows = [row for row, _ in built]
     groups["sequences"].append(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
-    for data in built:
-        for name, columns in sequence_rows(data).items():
-            groups[name].append(to_arrow(name, columns))
-    people = np.concatenate([data.sequence.observed.sum(axis=1) for data in built])
+    people = np.concatenate([seen for _, seen in built])
     people = people[people > 0]
     facts = {"sequences": len(built), "frames": len(people), "observations": int(people.sum())}
     facts |= {"least": int(people.min(initial=1 << 30)), "most": int(people.max(initial=0))}
     return Part(groups=dict(groups), facts=facts)
+
+
+def _add_rows(groups: dict[str, list[pa.Table]], data: SequenceData, split: str) -> tuple[dict[str, Any], IntArray]:
+    """Add a sequence's row groups; return its row of ``sequences`` and how many people each frame shows [T]."""
+    for name, columns in sequence_rows(data).items():
+        groups[name].append(to_arrow(name, columns))
+    return sequence_row(data, split), data.sequence.observed.sum(axis=1)
 
 
 def _total(facts: list[dict[str, Any]]) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 from vbbench.arrays import IntArray
 from vbbench.camera import Camera
@@ -94,6 +94,15 @@ class Plan(Protocol):
 
     def build(self, index: int) -> SequenceData:
         """Make one sequence."""
+
+
+@runtime_checkable
+class SizedPlan(Plan, Protocol):
+    """A plan that knows how large its sequences are before they are built: work is then cut by rows."""
+
+    @property
+    def rows(self) -> IntArray:
+        """[N] observations of each sequence, or about so many."""
 
 
 class Generator(Protocol):

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.parts import Part, Work, part_ranges, progress_bar
+from vbbench.parts import Part, Ranges, Work, progress_bar
 from vbbench.tables import PARTITIONED, table_bytes, write_bytes_atomically, write_text_atomically
 
 LAYOUT_FILE = "layout.json"
@@ -66,16 +66,16 @@ def pack(part: Part, name: str) -> PackedPart:
     )
 
 
-def write_partitions(work: Work, count: int, folder: Path, scheduler: str, *, label: str) -> list[dict[str, Any]]:
-    """Have the work on sequences 0 … count − 1 done by a cluster; return every part's facts in order.
+def write_partitions(work: Work, ranges: Ranges, folder: Path, scheduler: str, *, label: str) -> list[dict[str, Any]]:
+    """Have the work, cut into ``ranges``, done by a cluster; return every part's facts in order.
 
     Parts that are whole in ``folder`` are not made again.
     """
     from vbbench.cluster import on_cluster
 
-    ranges = part_ranges(count)
     left = [(first, last) for first, last in ranges if not _facts_path(folder, part_name(first)).is_file()]
     sizes = {part_name(first): last - first for first, last in ranges}
+    count = sum(sizes.values())
     with progress_bar(count, label, done=count - sum(last - first for first, last in left)) as bar:
         for part in on_cluster(work, left, scheduler) if left else ():
             write_partition(folder, part)

@@ -1,7 +1,10 @@
 """Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
 
-The work on N sequences is cut into parts of a fixed size. A worker writes its part's tables, one Arrow stream after the
-other, into a file that gets its final name when it is whole; the tables are then written from the parts in order.
+The work on N sequences is cut into parts of a fixed number of sequences, or fewer where these are large, so that
+neither who makes a part nor who writes it into the tables holds more than some megabytes. A worker writes its part's
+tables, one Arrow stream after the other, into a file that gets its final name when it is whole; the tables are then
+written from the parts in order. How the work is cut leaves no trace in them but for the row groups of ``sequences``,
+one a part; it follows from the work alone.
 """
 
 import json
@@ -9,11 +12,14 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
+import numpy as np
 import pyarrow as pa
+from numpy.typing import ArrayLike
 
 from vbbench.errors import VbbenchError
 from vbbench.schemas import OPTIONAL, table_schema, with_columns
@@ -28,8 +34,11 @@ PART_SIZE = 32
 PATIENCE = 5.0
 """Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
 
-HELD = 64
-"""Parts that may be held in memory: those after them are kept in files, however soon they are made."""
+ROWS_A_PART = 1 << 20
+"""Rows a part, unless a single sequence has more: about 40 MB of observations."""
+
+HELD = 1 << 26
+"""Bytes of parts that may be held in memory: those after them are kept in files, however soon they are made."""
 
 NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
 """Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
@@ -46,6 +55,11 @@ class Part:
     def columns(self) -> dict[str, set[str]]:
         """By table the columns that any of its row groups has."""
         return {name: {c for group in groups for c in group.column_names} for name, groups in self.groups.items()}
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its row groups in memory."""
+        return sum(group.nbytes for groups in self.groups.values() for group in groups)
 
 
 Work = Callable[[int, int], Part]
@@ -66,9 +80,26 @@ def prepare_draft(draft: Path, parts: str, key: str) -> Path:
     return folder
 
 
-def part_ranges(count: int) -> list[tuple[int, int]]:
-    """The parts of ``count`` sequences: first ≤ index < last."""
-    return [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
+Ranges = list[tuple[int, int]]
+"""Parts of the work: sequences first ≤ index < last of each."""
+
+
+def part_ranges(count: int, rows: ArrayLike | None = None) -> Ranges:
+    """The parts of ``count`` sequences: `PART_SIZE` each, and no more than `ROWS_A_PART` rows where that is known.
+
+    Parameters
+    ----------
+    rows : [count] rows of each sequence, or about so many; ``None`` where they are not known beforehand.
+    """
+    if rows is None:
+        return [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
+    before = np.concatenate([[0], np.cumsum(rows)])
+    starts = [0]
+    while starts[-1] < count:
+        first = starts[-1]
+        fitting = int(np.searchsorted(before, before[first] + ROWS_A_PART, side="right")) - 1
+        starts.append(min(max(fitting, first + 1), first + PART_SIZE, count))
+    return list(pairwise(starts))
 
 
 def progress_bar(total: int, label: str, *, done: int = 0, unit: str = "seq") -> "tqdm[NoReturn]":
@@ -79,15 +110,14 @@ def progress_bar(total: int, label: str, *, done: int = 0, unit: str = "seq") ->
 
 
 def write_in_parts(
-    work: Work, count: int, parts: Path, tables: dict[str, Path], *, jobs: int = 1, label: str
+    work: Work, ranges: Ranges, parts: Path, tables: dict[str, Path], *, jobs: int = 1, label: str
 ) -> list[dict[str, Any]]:
-    """Do the work on sequences 0 … count − 1 and write ``tables`` (path by name); return every part's facts in order.
+    """Do the work, cut into ``ranges``, and write ``tables`` (path by name); return every part's facts in order.
 
     Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
     if jobs == 0:
         raise VbbenchError("--jobs is a number of processes, 1 or more (-1: one a core), not 0")
-    ranges = part_ranges(count)
     make = partial(_make_part, work, parts)
     made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
     parts_made = list(_with_progress(made, ranges, label))
@@ -118,22 +148,22 @@ def _metadata(path: Path, key: bytes) -> dict[str, Any]:
     return values
 
 
-def _make_here(make: Callable[..., Part | Path], ranges: list[tuple[int, int]]) -> Iterator[Part | Path]:
-    started = perf_counter()
-    for number, (first, last) in enumerate(ranges):
-        yield make(first, last, keep=number >= HELD or perf_counter() - started > PATIENCE)
+def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Part | Path]:
+    started, held = perf_counter(), 0
+    for first, last in ranges:
+        part = make(first, last, keep=held > HELD or perf_counter() - started > PATIENCE)
+        held += part.nbytes if isinstance(part, Part) else 0
+        yield part
 
 
-def _make_elsewhere(
-    make: Callable[..., Part | Path], ranges: list[tuple[int, int]], jobs: int
-) -> Iterator[Part | Path]:
+def _make_elsewhere(make: Callable[..., Part | Path], ranges: Ranges, jobs: int) -> Iterator[Part | Path]:
     from joblib import Parallel, delayed
 
     run = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="4*n_jobs")
     yield from run(delayed(make)(first, last, keep=True) for first, last in ranges)
 
 
-def _with_progress(made: Iterable[Part | Path], ranges: list[tuple[int, int]], label: str) -> Iterator[Part | Path]:
+def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:
     with progress_bar(ranges[-1][1] if ranges else 0, label) as bar:
         for (first, last), part in zip(ranges, made, strict=True):
             yield part
@@ -142,7 +172,7 @@ def _with_progress(made: Iterable[Part | Path], ranges: list[tuple[int, int]], l
 
 def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
     """Make one part unless its file is there; a half-written file is made again."""
-    path = parts / f"{first:08d}.arrows"
+    path = parts / f"{first:08d}-{last:08d}.arrows"
     if path.is_file():
         return path
     part = work(first, last)

@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
 from vbbench import __version__
@@ -18,7 +19,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parts import Part, Work, part_ranges, prepare_draft, write_in_parts
+from vbbench.parts import Part, Ranges, Work, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import load, make_solver, registered
 from vbbench.runner import run_sequence, warm_up
@@ -68,7 +69,7 @@ def solve(
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
     job = _Job(
         work=partial(_solve_part, dataset, solver, rules, isolate, covariance),
-        count=len(dataset),
+        ranges=part_ranges(len(dataset), dataset.rows["frames"].astype(np.int64) * dataset.rows["people"]),
         label=f"{solver} {protocol}",
         declare=partial(_declared, dataset, solver, protocol),
     )
@@ -84,25 +85,25 @@ def solve(
 
 @dataclass(frozen=True, kw_only=True)
 class _Job:
-    """What is to be done on ``count`` sequences, and how its facts become ``submission.json``."""
+    """What is to be done, cut into ``ranges``, and how its facts become ``submission.json``."""
 
     work: Work
-    count: int
+    ranges: Ranges
     label: str
     declare: Callable[[list[dict[str, Any]]], SubmissionInfo]
 
 
 def _solve_here(job: _Job, draft: Path, parts: Path, jobs: int) -> None:
     tables = {name: draft / f"{name}.parquet" for name in TABLES}
-    facts = write_in_parts(job.work, job.count, parts, tables, jobs=jobs, label=job.label)
+    facts = write_in_parts(job.work, job.ranges, parts, tables, jobs=jobs, label=job.label)
     for name in tables.keys() - _reported(facts):
         tables[name].unlink()
     write_text_atomically(draft / SUBMISSION_FILE, job.declare(facts).to_json())
 
 
 def _solve_on_cluster(job: _Job, draft: Path, scheduler: str) -> None:
-    facts = write_partitions(job.work, job.count, draft, scheduler, label=job.label)
-    parts = [part_name(first) for first, _ in part_ranges(job.count)]
+    facts = write_partitions(job.work, job.ranges, draft, scheduler, label=job.label)
+    parts = [part_name(first) for first, _ in job.ranges]
     layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
     write_layout(draft, layout, job.declare(facts).to_json())
 

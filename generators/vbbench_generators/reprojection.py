@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.generator import Look, SequenceData
 from vbbench.scene import Scene
@@ -44,18 +46,21 @@ class Reprojection:
         spans = [span for n, scene in enumerate(self.scenes) for span in find_spans(scene, n, self.rules)]
         return spans[: self.limit]
 
+    @cached_property
+    def rows(self) -> IntArray:
+        """[N] people present in each sequence, summed over frames: its observations, where nobody is hidden."""
+        people = [crowd.sum(axis=1) for crowd in self._crowds]
+        return np.array([_frames_of(people[span.scene], span)[span.counted].sum() for span in self.spans])
+
     def build(self, index: int) -> SequenceData:
         """One sequence; its random numbers follow from the seed and its index alone."""
         span = self.spans[index]
         rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
-        frames = slice(span.first, span.first + len(span.counted))
-        yaw = self._headings[span.scene][frames, span.column]
-        crowd = self._crowds[span.scene][frames]
         return view(
             self.scenes[span.scene],
             span,
-            crowd,
-            yaw,
+            _frames_of(self._crowds[span.scene], span),
+            _frames_of(self._headings[span.scene], span)[:, span.column],
             info=self.info,
             look=self.look,
             corruption=self.corruption,
@@ -70,3 +75,8 @@ class Reprojection:
     @cached_property
     def _headings(self) -> list[FloatArray]:
         return [causal_headings(scene.positions, scene.dt) for scene in self.scenes]
+
+
+def _frames_of(values: NDArray[Any], span: Span) -> NDArray[Any]:
+    """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
+    return values[span.first : span.first + len(span.counted)]
