@@ -21,7 +21,7 @@ TIMEOUT = 30
 # By name, because requests is pooch's dependency and not ours; a ValueError is pooch's word for a wrong checksum.
 _REASONS = {
     "ValueError": "what came is damaged or another file (wrong SHA-256)",
-    "ChunkedEncodingError": "the download was cut short",
+    "ChunkedEncodingError": "the download was cut short; what came is kept, and fetching again goes on from there",
     "ConnectionError": "no connection to the server",
     "ConnectTimeout": f"the server did not answer in {TIMEOUT} s",
     "ReadTimeout": f"the server did not answer in {TIMEOUT} s",
@@ -37,11 +37,13 @@ class Source:
     path : where it belongs in the data folder, such as ``eth/biwi_eth.txt``.
     url : public address, pinned to one version.
     sha256 : 64 hex digits of the file's bytes.
+    size : number of its bytes, where it is known; no more is downloaded.
     """
 
     path: str
     url: str
     sha256: str
+    size: int | None = None
 
     @property
     def file_name(self) -> str:
@@ -168,8 +170,10 @@ def _fetch_one(source: Source, folder: Path | None, show: bool) -> Path:
 
 
 def _download(source: Source, target: Path, show: bool) -> None:
-    """Pooch downloads to a temporary name beside ``target`` and renames after the checksum."""
+    """Pooch has it downloaded to a temporary name beside ``target`` and renames after the checksum."""
     import pooch
+
+    from vbbench.download import ResumingDownloader
 
     pooch.get_logger().setLevel("WARNING")
     pooch.retrieve(
@@ -177,7 +181,7 @@ def _download(source: Source, target: Path, show: bool) -> None:
         known_hash=f"sha256:{source.sha256}",
         fname=target.name,
         path=target.parent,
-        downloader=pooch.HTTPDownloader(progressbar=show, timeout=TIMEOUT),
+        downloader=ResumingDownloader(target, most=source.size, timeout=TIMEOUT, progress=show),
     )
     target.chmod(0o644)  # temporary files are private; a data folder may be shared
 
@@ -185,6 +189,6 @@ def _download(source: Source, target: Path, show: bool) -> None:
 def _failed(source: Source, target: Path, error: Exception) -> VbbenchError:
     reason = _REASONS.get(type(error).__name__, str(error))
     return VbbenchError(
-        f"{source.path} could not be fetched from {source.url}: {reason}; nothing was changed. Try again, or download "
-        f"that address elsewhere and save it as {target} (${DATA_VARIABLE} names the data folder)"
+        f"{source.path} could not be fetched from {source.url}: {reason}. Nothing else was changed. Try again, or "
+        f"download that address elsewhere and save it as {target} (${DATA_VARIABLE} names the data folder)"
     )
