@@ -12,7 +12,7 @@ BELOW_HEAD = 0.18
 """How far in m the shoulders are below the head's centre."""
 LEAST_VISIBLE = 0.15
 """Of whom less shows, nothing counts as visible."""
-POLES, POLE_WIDTH, POLE_END = 3, 0.008, (0.4, 0.8)
+POLES, POLE_WIDTH, POLE_END = 3, 0.012, (0.4, 0.8)
 """Lamp posts from the top of the picture down: how many, how wide in picture widths, and where in the picture's height
 they end."""
 BOARD = (0.04, 0.06)

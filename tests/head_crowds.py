@@ -1,0 +1,44 @@
+"""Crowds for recordings of heads: scenario files of people crossing a small square, or walking one way."""
+
+from pathlib import Path
+
+from vbbench.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.simulation import Simulation
+
+HEADING = """
+name = "{name}"
+title = "people walking where a camera looks down on them"
+sequences = 1
+people = [60]
+frames = 150
+dt = 0.04
+step = 0.04
+camera = "panorama"
+warm_up = 4.0
+least_way = 8.0
+"""
+SIDES = ([-14, -12, -9, 12], [9, -12, 14, 12], [-14, -12, 14, -7], [-14, 7, 14, 12])
+EVERYWHERE = [-14, -12, 14, 12]
+
+
+def square() -> str:
+    """A scenario: people crossing a square in all directions."""
+    flows = [f"[[flow]]\nstart = {EVERYWHERE}\ngoal = {side}\nthen = {list(SIDES)}\n" for side in SIDES]
+    return HEADING.format(name="square") + "".join(flows)
+
+
+def one_way() -> str:
+    """A scenario: everybody walks away from the camera."""
+    flow = "[[flow]]\nstart = [-7, -25, 7, 12]\ngoal = [-7, 60, 7, 61]\nbeyond = true\n"
+    return HEADING.format(name="one-way") + flow
+
+
+def make_crowd(folder: Path, scenario: str, people: int = 60, seed: int = 0) -> Dataset:
+    """A dataset of one sequence of a scenario."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "scenario.toml"
+    path.write_text(scenario, encoding="utf-8")
+    asked = Simulation(scenario=str(path), people=(people,))
+    return generate("sim", folder / "crowd", Options(simulation=asked, seed=seed))

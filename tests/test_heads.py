@@ -1,0 +1,281 @@
+"""Recordings of heads: the surveillance camera, who is hidden, how boxes are drawn, and the folder that comes of it."""
+
+import configparser
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.head_crowds import make_crowd, square
+from vbbench.cli import main
+from vbbench.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.mot import read_mot
+from vbbench.surveillance.annotating import draw_boxes
+from vbbench.surveillance.camera import HEAD_HEIGHT, SurveillanceCamera, camera_of
+from vbbench.surveillance.hiding import LEAST_VISIBLE, draw_screens, visible_fractions
+from vbbench.surveillance.others import draw_others
+from vbbench.surveillance.recording import export_heads
+from vbbench.surveillance.settings import HeadOptions
+from vbbench.surveillance.sighting import BELOW_TOP, HEAD, Heads, see_heads
+
+OPTIONS = HeadOptions(camera_height=6.0)
+CAMERA = camera_of(HeadOptions())
+NO_SCREENS = np.empty((0, 4))
+STATION = np.array([0.0, 0.0, np.pi / 2])
+
+
+@pytest.fixture(scope="module")
+def crowd(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return make_crowd(tmp_path_factory.mktemp("heads"), square())
+
+
+@pytest.fixture(scope="module")
+def folder(crowd: Dataset) -> Path:
+    return export_heads(crowd, crowd.folder.parent / "HT21-99", OPTIONS)
+
+
+def heads_at(*ground: tuple[float, float], camera: SurveillanceCamera = CAMERA, round_heads: bool = False) -> Heads:
+    """People 1.70 m tall at (right, forward) m, in one frame."""
+    positions = np.array(ground)[None]
+    heights = np.full(len(ground), 1.70)
+    return see_heads(positions, heights, camera, STATION, dt=0.04, round_heads=round_heads)
+
+
+def shares(heads: Heads, screens: np.ndarray = NO_SCREENS) -> list[float]:
+    by_person = heads.sorted_by("person")
+    return visible_fractions(by_person, np.full(len(heads), HEAD_HEIGHT), CAMERA, screens).tolist()
+
+
+def table(folder: Path) -> dict[str, np.ndarray]:
+    rows = pq.read_table(folder / "truth.parquet")
+    return {name: rows.column(name).to_numpy() for name in rows.column_names}
+
+
+@given(
+    point=st.tuples(st.floats(-20, 20), st.floats(5, 80), st.floats(0, 2)),
+    tilt=st.floats(1, 60),
+    roll=st.floats(-40, 40),
+)
+def test_the_camera_is_a_rotated_pinhole(point, tilt, roll):
+    camera = camera_of(HeadOptions(tilt=tilt, roll=roll))
+    sin, cos = np.sin(camera.tilt), np.cos(camera.tilt)
+    axes = np.array([[1, 0, 0], [0, -sin, -cos], [0, cos, -sin]])  # right, down and ahead of a camera without roll
+    sin, cos = np.sin(camera.roll), np.cos(camera.roll)
+    x, y, z = np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) @ axes @ (np.array(point) - [0, 0, 13.0])
+    expected = [960 + camera.focal * x / z, 540 + camera.focal * y / z, z]
+    np.testing.assert_allclose(camera.project(np.array(point)), expected, rtol=1e-9)
+
+
+def test_what_is_far_away_is_at_the_horizon():
+    camera = camera_of(HeadOptions(tilt=20.0, roll=7.0))
+    far = 1e10 * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+    (u0, v0, _), (u1, v1, _) = camera.project(far)
+    assert v0 + (v1 - v0) * (960 - u0) / (u1 - u0) == pytest.approx(camera.horizon, abs=1e-3)
+    assert v1 < v0  # the right goes up
+
+
+def test_nobody_behind_the_camera_is_seen():
+    assert len(heads_at((0, -30), (0, 30))) == 1
+
+
+def test_the_footprint_is_what_the_picture_shows():
+    corners = np.column_stack([CAMERA.footprint(), np.full(4, HEAD_HEIGHT)])
+    expected = [[0, 1080], [1920, 1080], [1920, 0], [0, 0]]
+    np.testing.assert_allclose(CAMERA.project(corners)[:, :2], expected, atol=1e-6)
+    near, far = CAMERA.footprint()[[0, 2], 1]
+    rows = np.linspace(near, far, 100_001)
+    width = rows * np.cos(CAMERA.tilt) + (13.0 - HEAD_HEIGHT) * np.sin(CAMERA.tilt)
+    assert CAMERA.middle_of_view() == pytest.approx(np.sum(rows * width) / np.sum(width), rel=1e-5)
+
+
+def test_a_picture_with_the_horizon_in_it_has_an_end():
+    assert camera_of(HeadOptions(tilt=5.0)).footprint()[2, 1] == 130.0
+
+
+def test_a_head_is_24_cm_at_its_depth_and_1_58_m_up():
+    heads = heads_at((2.0, 20.0))
+    assert (HEAD, 1.70 - BELOW_TOP) == (0.24, HEAD_HEIGHT)
+    depth = 20.0 * np.cos(CAMERA.tilt) + (13.0 - 1.58) * np.sin(CAMERA.tilt)
+    np.testing.assert_allclose(heads.sizes, [[CAMERA.focal * 0.24 / depth] * 2])
+    np.testing.assert_allclose(heads.ground, [[2.0, 20.0]])
+
+
+def test_a_ball_is_as_wide_as_its_tangents():
+    place = np.array([8.0, 25.0])
+    heads = heads_at(tuple(place), round_heads=True)
+    drop = 13.0 - 1.58
+    depth = 25.0 * np.cos(CAMERA.tilt) + drop * np.sin(CAMERA.tilt)
+    for axis, across in enumerate([8.0, drop * np.cos(CAMERA.tilt) - 25.0 * np.sin(CAMERA.tilt)]):
+        angle, half = np.arctan2(across, depth), np.arcsin(HEAD / 2 / np.hypot(across, depth))
+        tangents = CAMERA.focal * np.tan([angle - half, angle + half])
+        assert heads.sizes[0, axis] == pytest.approx(np.ptp(tangents), rel=1e-3)
+
+
+def test_who_comes_back_later_has_a_new_track():
+    forward = np.full((100, 2), 20.0)
+    forward[10:30, 0] = forward[10:60, 1] = -20.0  # away for 0.8 s and for 2 s
+    positions = np.stack([np.zeros_like(forward), forward], axis=-1)
+    heads = see_heads(positions, np.full(2, 1.7), CAMERA, STATION, dt=0.04)
+    tracks = {int(track): set(heads.person[heads.track == track]) for track in np.unique(heads.track)}
+    assert tracks == {1: {0}, 2: {1}, 3: {1}}
+    assert np.sum(heads.track == 1) == 80
+
+
+@pytest.mark.parametrize("key_every", [1, 5, 20])
+def test_boxes_are_as_wrong_as_asked_and_straight_between_key_frames(key_every):
+    frames, rng = np.arange(400), np.random.default_rng(0)
+    paths = np.stack([np.linspace(-10, 10, 400)[:, None] * rng.uniform(-1, 1, 200), np.full((400, 200), 25.0)], axis=-1)
+    heads = see_heads(paths, np.full(200, 1.7), CAMERA, STATION, dt=0.04)
+    boxes = draw_boxes(heads, 0.12, key_every, np.random.default_rng(1))
+    errors = boxes[:, 2:] / heads.sizes - 1.0
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(0.12, rel=0.03)
+    assert abs(errors.mean()) < 0.01
+    centres = (boxes[:, :2] + boxes[:, 2:] / 2.0 - heads.places) / heads.sizes
+    assert np.sqrt(np.mean(centres**2)) == pytest.approx(0.06, rel=0.03)
+    one = heads.track == 1
+    bends = np.flatnonzero(np.abs(np.diff(boxes[one], 2, axis=0)).max(axis=1) > 1e-9) + 1
+    assert set(frames[bends] % key_every) == {0}
+
+
+def test_boxes_without_noise_are_the_heads():
+    heads = heads_at((0, 20), (3, 25))
+    boxes = draw_boxes(heads, 0.0, 1, np.random.default_rng(0))
+    np.testing.assert_allclose(boxes[:, :2] + boxes[:, 2:] / 2, heads.places)
+    np.testing.assert_allclose(boxes[:, 2:], heads.sizes)
+
+
+def test_the_nearer_hides_the_farther():
+    assert shares(heads_at((0, 30), (0, 40))) == [1.0, 1.0]
+    assert shares(heads_at((0, 45), (0, 45.05))) == [1.0, 0.0]  # the head before
+    tall = see_heads(np.array([[[0.0, 45.0], [0.0, 46.0]]]), np.array([2.0, 1.6]), CAMERA, STATION, dt=0.04)
+    shown = visible_fractions(tall, np.array([1.88, 1.48]), CAMERA, NO_SCREENS)
+    assert shown[0] == 1.0
+    assert shown[1] < 0.8
+
+
+def test_a_screen_hides_whatever_is_behind():
+    heads = heads_at((0, 30), (5, 30))
+    u, v = heads.places[0]
+    assert shares(heads, np.array([[u - 20, v - 20, 40, 40]])) == [0.0, 1.0]
+    half = shares(heads, np.array([[u - 20, v - 20, 20, 40]]))
+    assert half[0] == pytest.approx(0.5, abs=0.1)
+    screens = draw_screens(CAMERA, np.random.default_rng(0))
+    assert (screens[:, :2] >= 0).all()
+    assert (screens[:, :2] + screens[:, 2:] <= [1920, 1080]).all()
+
+
+def test_what_does_not_count_is_in_the_picture():
+    others = draw_others(CAMERA, 500, 0.04, np.random.default_rng(0))
+    assert set(others.kind[others.confidence == 1]) == {2, 3, 4}
+    assert set(others.kind[others.confidence == 0]) == {1}
+    pairs = np.stack([others.frame, others.number], axis=1)
+    assert len(np.unique(pairs, axis=0)) == len(pairs)
+
+
+def test_the_folder_is_one_of_head_tracking_21(folder, crowd):
+    info = configparser.ConfigParser()
+    info.read(folder / "seqinfo.ini")
+    assert dict(info["Sequence"])["framerate"] == "25"
+    assert {name: info["Sequence"][name] for name in ("name", "seqLength", "imWidth", "imHeight")} == {
+        "name": "HT21-99",
+        "seqLength": "150",
+        "imWidth": "1920",
+        "imHeight": "1080",
+    }
+    rows = np.loadtxt(folder / "gt" / "gt.txt", delimiter=",")
+    assert rows.shape[1] == 9
+    assert (rows[:, 0].min(), rows[:, 0].max()) == (1, 150)
+    assert set(rows[:, 7]) == {1, 2, 3, 4}
+    assert ((rows[:, 8] == 0) | (rows[:, 8] >= LEAST_VISIBLE)).all()
+    assert (rows[:, 8] == 0).any()
+
+
+def test_what_counts_is_in_the_truth_beside(folder, crowd):
+    truth, facts = table(folder), json.loads((folder / "truth.json").read_text("utf-8"))
+    rows = read_mot(folder / "gt" / "gt.txt", 150)
+    shown = truth["visible"] > 0
+    order, same = np.lexsort([rows.frame, rows.track]), np.lexsort([truth["frame"][shown], truth["track"][shown]])
+    for name, counted in (("frame", rows.frame), ("track", rows.track)):
+        np.testing.assert_array_equal(counted[order], truth[name][shown][same])
+    boxes = rows.boxes[order]
+    apart = boxes[:, :2] + boxes[:, 2:] / 2 - np.stack([truth["u"], truth["v"]], axis=1)[shown][same]
+    assert np.abs(apart).max() < truth["size"].max()
+    people, positions, _ = crowd.scene(0)
+    world = positions[truth["frame"], np.searchsorted(people, truth["person"])]
+    np.testing.assert_array_equal(world, np.stack([truth["x"], truth["y"]], axis=1))
+    assert (facts["boxes"], facts["tracks"]) == (len(shown), truth["track"].max())
+    assert facts["hidden"] == np.sum(~shown)
+    assert facts["camera"]["horizon"] == pytest.approx(camera_of(OPTIONS).horizon)
+    assert facts["box_error"] == pytest.approx(0.12, rel=0.1)
+
+
+def test_people_walk_in_and_out_of_the_picture(folder):
+    facts = json.loads((folder / "truth.json").read_text("utf-8"))
+    assert facts["tracks"] > facts["people"]
+    assert facts["boxes"] < 0.9 * 60 * 150
+
+
+def test_the_same_seed_gives_the_same_bytes(folder, crowd, tmp_path):
+    again = export_heads(crowd, tmp_path / "HT21-99", OPTIONS)
+    for name in ("seqinfo.ini", "gt/gt.txt", "truth.json", "truth.parquet"):
+        assert (again / name).read_bytes() == (folder / name).read_bytes()
+    other = export_heads(crowd, tmp_path / "other", OPTIONS, seed=1)
+    assert (other / "gt" / "gt.txt").read_bytes() != (folder / "gt" / "gt.txt").read_bytes()
+
+
+def test_the_camera_can_be_put_anywhere(crowd, tmp_path):
+    here = export_heads(crowd, tmp_path / "here", OPTIONS)
+    station = json.loads((here / "truth.json").read_text("utf-8"))["station"]
+    asked = replace(OPTIONS, at=(station["x"], station["y"]), facing=90.0)
+    there = export_heads(crowd, tmp_path / "there", asked)
+    assert (there / "gt" / "gt.txt").read_bytes() == (here / "gt" / "gt.txt").read_bytes()
+    turned = table(export_heads(crowd, tmp_path / "turned", replace(OPTIONS, facing=180.0)))
+    assert np.mean(turned["right"]) == pytest.approx(0.0, abs=2.0)
+    assert np.corrcoef(turned["forward"], -turned["x"])[0, 1] == pytest.approx(1.0)
+
+
+def test_the_command_says_where_the_folder_is(crowd, tmp_path, capsys):
+    out = tmp_path / "HT21-99"
+    wanted = ["--camera-height", "9", "--fov", "75", "--at", "0", "-20"]
+    assert main(["export", "mot", str(crowd.folder), "--heads", "--sequence", "0", "--out", str(out), *wanted]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    assert json.loads((out / "truth.json").read_text("utf-8"))["station"]["y"] == -20.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--tilt", "20"], "belong to --heads; add it"),
+        (["--heads", "--frames"], "--heads writes no pictures: leave --frames out"),
+        (["--heads", "--tilt", "0"], "--tilt must be between 0 and 90 degrees, not 0"),
+        (["--heads", "--fov", "150"], "--fov must be between 0 and 150 degrees, not 150"),
+        (["--heads", "--roll", "nan"], "--roll must be between -45 and 45 degrees, not nan"),
+        (["--heads", "--camera-height", "2"], "--camera-height must be more than a metre above people's heads, not 2"),
+        (["--heads", "--size", "1920"], "--size is width x height in px such as 1920x1080, not '1920'"),
+        (["--heads", "--box-noise", "0.5"], "--box-noise must be 0 or more and below 0.5, not 0.5"),
+        (["--heads", "--key-every", "0"], "--key-every is a number of frames, 1 or more, not 0"),
+        (["--heads", "--seed", "-1"], "--seed must be 0 or more, not -1"),
+        (["--heads", "--at", "0", "900"], "the camera sees nobody"),
+        (["--heads", "--sequence", "4"], "has sequences 0 to 0, not 4"),
+    ],
+)
+def test_mistakes_are_one_line(crowd, tmp_path, capsys, arguments, problem):
+    out = tmp_path / "x"
+    assert main(["export", "mot", str(crowd.folder), "--out", str(out), *arguments]) == 2
+    message = capsys.readouterr().err
+    assert problem in message
+    assert message.count("\n") == 1
+    assert not out.exists()
+
+
+def test_of_several_sequences_one_must_be_chosen(tmp_path, capsys):
+    generate("demo", tmp_path / "demo", Options(limit=2))
+    assert main(["export", "mot", str(tmp_path / "demo"), "--heads", "--out", str(tmp_path / "x")]) == 2
+    assert "has 2 sequences; say with --sequence which one is recorded" in capsys.readouterr().err
