@@ -21,4 +21,6 @@ published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results_folder
 "$room/venv/bin/vbbench" leaderboard check --results "$published"
 "$room/venv/bin/vbbench" leaderboard template mine
 test -s mine/mysolver.py
+"$room/venv/bin/vbbench" leaderboard build --out site
+test -s site/index.html && test -s site/assets/page.css && test -s site/assets/player.js
 echo "wheel: installed and used from another folder"
