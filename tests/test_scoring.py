@@ -50,9 +50,10 @@ def test_figures_are_those_of_the_slow_implementation(dataset, tmp_path, protoco
         assert result.summaries[metric].p95 == pytest.approx(np.nanquantile(figures, 0.95))
 
 
-def test_chunks_do_not_change_the_score(dataset, noisy, monkeypatch):
+@pytest.mark.parametrize("budget", ["FRAMES_AT_ONCE", "CELLS_AT_ONCE"])
+def test_chunks_do_not_change_the_score(dataset, noisy, monkeypatch, budget):
     whole = score(noisy, dataset).to_json()
-    monkeypatch.setattr("vbbench.scored_rows.FRAMES_AT_ONCE", 1)
+    monkeypatch.setattr(f"vbbench.scored_rows.{budget}", 1)
     assert score(noisy, dataset).to_json() == whole
 
 

@@ -5,6 +5,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vbbench.arrays import IntArray
 
+SPARSEST = 64
+"""Ids that span more than so many numbers a track, and a few besides, are searched for instead of indexed by."""
+
 
 class RowGrid:
     """Numbers every frame (its slot) and every track in every frame (its cell), so that rows are found by indexing.
@@ -22,7 +25,9 @@ class RowGrid:
         self._tracks = np.unique(track)
         seen = np.zeros((len(self.frames), len(self._tracks)), dtype=bool)
         seen[sequence - first, np.searchsorted(self._tracks, track)] = True
-        self._column = np.where(seen, np.cumsum(seen, axis=1) - 1, -1)
+        column = np.where(seen, np.cumsum(seen, axis=1) - 1, -1)
+        self._column = np.pad(column, ((0, 0), (0, 1)), constant_values=-1)  # the last: a track that nobody sees
+        self._place_of_id = _places_by_id(self._tracks)
         self._width = seen.sum(axis=1)
         self._first_slot = _starts(self.frames)
         self._first_cell = _starts(self.frames * self._width)
@@ -46,10 +51,18 @@ class RowGrid:
 
     def column(self, sequence: IntArray, track: IntArray) -> IntArray:
         """Column of each row's track [R] within its sequence; −1 where the sequence never sees that track."""
+        return self._column[sequence - self.first, self._place(track)]
+
+    def _place(self, track: IntArray) -> IntArray:
+        """Where each id [R] stands among all tracks; −1 for one that no sequence sees."""
         if not len(self._tracks):
             return np.full(len(track), -1)
+        if self._place_of_id is not None:
+            offset = np.subtract(track, self._tracks[0], dtype=np.int64)
+            beyond = len(self._place_of_id) - 1
+            return self._place_of_id[np.where((offset < 0) | (offset > beyond), beyond, offset)]
         place = np.searchsorted(self._tracks, track).clip(max=len(self._tracks) - 1)
-        return np.where(self._tracks[place] == track, self._column[sequence - self.first, place], -1)
+        return np.where(self._tracks[place] == track, place, -1)
 
     def cell(self, sequence: IntArray, frame: IntArray, track: IntArray) -> IntArray:
         """Cell of each row [R]; −1 where the sequence has no such frame or never sees that track."""
@@ -68,6 +81,18 @@ def rows_by_number(number: IntArray, size: int) -> NDArray[np.int32]:
     row[number] = np.arange(len(number), dtype=np.int32)
     row[-1] = -1
     return row
+
+
+def _places_by_id(tracks: IntArray) -> IntArray | None:
+    """[span + 1] the place of each id from the least to one beyond the greatest, −1 for none; `None`: too sparse."""
+    if not len(tracks):
+        return None
+    span = int(tracks[-1]) - int(tracks[0]) + 1
+    if span > SPARSEST * (len(tracks) + SPARSEST):
+        return None
+    places = np.full(span + 1, -1)
+    places[tracks - tracks[0]] = np.arange(len(tracks))
+    return places
 
 
 def _starts(counts: IntArray) -> IntArray:

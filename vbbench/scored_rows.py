@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 from vbbench.arrays import BoolArray, IntArray
 from vbbench.dataset import OBSERVER, Dataset
 from vbbench.protocol import START_FRAMES, Protocol
-from vbbench.row_grid import RowGrid
+from vbbench.row_grid import RowGrid, rows_by_number
 from vbbench.tables import SequenceTable
 
 FRAMES_AT_ONCE = 4096
 """Frames of the sequences that are held in memory together."""
+
+CELLS_AT_ONCE = 1 << 19
+"""Pairs of a frame and a track of those sequences, unless one alone has more: some 100 MB of working memory."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +47,8 @@ class ScoredRows:
 
     def where(self, keep: BoolArray) -> "ScoredRows":
         """The same with only those positions that are marked in ``keep`` [Q]."""
+        if keep.all():
+            return self
         return replace(
             self, sequence=self.sequence[keep], frame=self.frame[keep], track=self.track[keep], cell=self.cell[keep]
         )
@@ -56,14 +61,15 @@ class ScoredRows:
     @cached_property
     def pose_of_position(self) -> IntArray:
         """[Q] index among the scored poses of the pose in each position's frame."""
-        return np.searchsorted(self.pose_slot, self.grid.slot(self.sequence, self.frame))
+        pose = rows_by_number(self.pose_slot, self.grid.slots)[self.grid.slot(self.sequence, self.frame)]
+        return pose.astype(np.int64)
 
 
 def scored_rows(dataset: Dataset, protocol: Protocol) -> Iterator[ScoredRows]:
     """Scored rows of the whole dataset, a number of whole sequences at a time."""
     observations = SequenceTable(dataset.table_path("observations"), "observations")
     given = SequenceTable(dataset.table_path("given"), "given")
-    for first, last in _chunks(dataset.rows["frames"]):
+    for first, last in _chunks(dataset.rows["frames"], dataset.rows["people"]):
         seen = observations.read(first, last, ["sequence", "frame", "track"])
         known = given.read(first, last)
         known = _select(known, protocol.is_given_row(known["frame"]))
@@ -100,12 +106,17 @@ def _poses(grid: RowGrid, sequence: IntArray, frame: IntArray) -> tuple[IntArray
     return local[scored] + grid.first, frame_of_slot[scored]
 
 
-def _chunks(frames: NDArray[Any]) -> Iterator[tuple[int, int]]:
-    ends = np.cumsum(frames, dtype=np.int64)
+def _chunks(frames: NDArray[Any], people: NDArray[Any]) -> Iterator[tuple[int, int]]:
+    """Ranges of sequences, as many as neither of the two budgets forbids."""
+    cells = frames.astype(np.int64) * people
+    budgets = (FRAMES_AT_ONCE, np.cumsum(frames, dtype=np.int64)), (CELLS_AT_ONCE, np.cumsum(cells))
     first = 0
     while first < len(frames):
-        budget = ends[first] - frames[first] + FRAMES_AT_ONCE
-        last = max(first + 1, int(np.searchsorted(ends, budget, side="right")))
+        before = [ends[first - 1] if first else 0 for _, ends in budgets]
+        fitting = [
+            np.searchsorted(ends, done + most, "right") for done, (most, ends) in zip(before, budgets, strict=True)
+        ]
+        last = max(first + 1, int(min(fitting)))
         yield first, last
         first = last
 

@@ -1,6 +1,6 @@
 """Truth of scored rows, looked up for many sequences at once."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,15 @@ from vbbench.tables import SequenceTable
 
 NOBODY = -1
 """The person behind a false alarm."""
+
+
+class _Paths(NamedTuple):
+    """Scenes first ≤ scene < last: the row of each cell of their grid, and the rows' positions [R, 2] in m."""
+
+    scenes: tuple[int, int]
+    grid: RowGrid
+    row_of_cell: NDArray[np.int32]
+    positions: FloatArray
 
 
 class TruthRows:
@@ -36,6 +45,7 @@ class TruthRows:
         self._scenes = SequenceTable(dataset.table_path("truth/scenes"), "truth/scenes", "scene")
         tracks = dataset.table_path("truth/tracks")
         self._tracks = SequenceTable(tracks, "truth/tracks") if tracks.is_file() else None
+        self._paths_in_hand: _Paths | None = None
 
     def persons(self, rows: ScoredRows) -> IntArray:
         """[Q] the person behind each scored position, `NOBODY` for a false alarm."""
@@ -59,13 +69,21 @@ class TruthRows:
         """[Q, 2] true positions in m of the persons [Q] behind the scored positions."""
         scene, frame = self._rows["scene"][rows.sequence], self._rows["first_frame"][rows.sequence] + rows.frame
         first, last = (int(scene.min()), int(scene.max()) + 1) if len(scene) else (0, 0)
-        truth = self._scenes.read(first, last)
-        length = np.full(last - first, truth["frame"].max(initial=-1) + 1)
-        grid = RowGrid(first, length, truth["scene"], truth["person"])
-        row_of_cell = rows_by_number(grid.cell(truth["scene"], truth["frame"], truth["person"]), grid.cells)
-        row = row_of_cell[grid.cell(scene, frame, persons)]
+        paths = self._paths(first, last)
+        row = paths.row_of_cell[paths.grid.cell(scene, frame, persons)]
         self._require(row, self._scenes, "person")
-        return np.stack([truth["x"][row], truth["y"][row]], axis=-1)
+        return paths.positions.take(row, axis=0)
+
+    def _paths(self, first: int, last: int) -> "_Paths":
+        """Everybody's way in the scenes first ≤ scene < last; the last ones asked for are at hand."""
+        if self._paths_in_hand is None or self._paths_in_hand.scenes != (first, last):
+            truth = self._scenes.read(first, last)
+            length = np.full(last - first, truth["frame"].max(initial=-1) + 1)
+            grid = RowGrid(first, length, truth["scene"], truth["person"])
+            row_of_cell = rows_by_number(grid.cell(truth["scene"], truth["frame"], truth["person"]), grid.cells)
+            positions = np.stack([truth["x"], truth["y"]], axis=-1)
+            self._paths_in_hand = _Paths((first, last), grid, row_of_cell, positions)
+        return self._paths_in_hand
 
     @staticmethod
     def _require(row: NDArray[Any], table: SequenceTable, what: str) -> None:
