@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
+from vbbench.parts import part_ranges
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
 from vbbench.tables import SequenceTable
@@ -21,6 +22,9 @@ from vbbench.withholding import check_truth
 
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
+
+SCENES_AT_HAND = 64
+"""True scenes that are kept in memory; where every sequence has its own, their number has no end."""
 
 
 class Dataset:
@@ -78,6 +82,12 @@ class Dataset:
             raise FileError(path, f"cannot be read ({error}); generate the dataset again") from error
         return {name: table.column(name).to_numpy() for name in table.column_names}
 
+    @property
+    def cells(self) -> IntArray:
+        """[N] frames times tracks of each sequence: its observations, or somewhat more."""
+        cells: IntArray = self.rows["frames"].astype(np.int64) * self.rows["people"]
+        return cells
+
     def problem(self, sequence: Sequence, *, covariances: bool = False) -> Problem:
         """The published facts about a sequence, as a solver gets them, and whether it is asked for covariances."""
         info = self.info
@@ -97,11 +107,12 @@ class Dataset:
         return next(self.sequences(index, index + 1))
 
     def sequences(self, first: int = 0, last: int | None = None) -> Iterator[Sequence]:
-        """Sequences first ≤ index < last, read in one go."""
+        """Sequences first ≤ index < last, of which some megabytes are in memory at a time."""
         last = self._checked_range(first, last)
-        boxes, given = self._observations.read(first, last), self._given.read(first, last)
-        for index in range(first, last):
-            yield self._sequence(index, _of(boxes, index), _of(given, index))
+        for begin, end in part_ranges(last - first, self.cells[first:last]):
+            boxes, given = (table.read(first + begin, first + end) for table in (self._observations, self._given))
+            for index in range(first + begin, first + end):
+                yield self._sequence(index, _of(boxes, index), _of(given, index))
 
     def truth(self, sequence: Sequence) -> Truth:
         """Truth of one sequence; tracks that belong to nobody are NaN.
@@ -128,6 +139,8 @@ class Dataset:
     def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         """True scene: people [K], positions [T, K, 2] in m, heights [K] in m."""
         if scene not in self._scenes:
+            if len(self._scenes) >= SCENES_AT_HAND:
+                self._scenes.clear()
             self._scenes[scene] = self._read_scene(scene)
         return self._scenes[scene]
 

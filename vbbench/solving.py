@@ -10,7 +10,6 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 
 from vbbench import __version__
@@ -69,7 +68,7 @@ def solve(
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
     job = _Job(
         work=partial(_solve_part, dataset, solver, rules, isolate, covariance),
-        ranges=part_ranges(len(dataset), dataset.rows["frames"].astype(np.int64) * dataset.rows["people"]),
+        ranges=part_ranges(len(dataset), dataset.cells),
         label=f"{solver} {protocol}",
         declare=partial(_declared, dataset, solver, protocol),
     )
