@@ -73,7 +73,7 @@ def _head_boxes(camera: SurveillanceCamera, paths: FloatArray) -> FloatArray:
 
 def _posters(camera: SurveillanceCamera, frames: int, rng: np.random.Generator) -> FloatArray:
     """[T, P, 4] the same large boxes in every frame, along the top of the picture."""
-    size = np.array([camera.width / 8.0, camera.height / 10.0])
-    left = rng.uniform(0.0, camera.width - size[0], POSTERS)
+    size = np.array([camera.width / 8.0, camera.height / 20.0])
+    left = (np.arange(POSTERS) + rng.uniform(0.0, 0.5, POSTERS)) * camera.width / POSTERS
     boxes = np.column_stack([left, np.zeros(POSTERS), np.tile(size, (POSTERS, 1))])
     return np.broadcast_to(boxes, (frames, POSTERS, 4))
