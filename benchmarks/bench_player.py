@@ -19,7 +19,7 @@ import numpy as np
 from tests.browser.browsing import chromium
 from tests.made_sequence import DT, made_sequence
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.writing import FOLDER, player_assets, write_data, write_player
+from vbbench_leaderboards.player.writing import FOLDER, Films, player_assets, write_data, write_player
 from vbbench_leaderboards.results_folder import read_results
 
 CROWD = {"people": 500, "frames": 300}
@@ -59,7 +59,7 @@ def main(work: Path, results: Path, sequences: int) -> None:
         start = time.perf_counter()
         boards = read_results(results)
         reading = time.perf_counter() - start
-        played = write_player(site, boards, work, sequences)
+        played = write_player(site, boards, Films(work=work, sequences=sequences))
         writing = time.perf_counter() - start - reading
         count = sum(1 for _ in site.rglob("*.js"))
         print(f"{len(played)} boards, {count} files: written in {writing:.1f} s (results read in {reading:.1f} s)")

@@ -26,7 +26,7 @@ from vbbench_leaderboards.player.choice import choose_sequences
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.player.coding import LARGEST, pack, quantise
 from vbbench_leaderboards.player.pictures import WIDTH
-from vbbench_leaderboards.player.writing import FOLDER, player_assets, write_player
+from vbbench_leaderboards.player.writing import FOLDER, Films, player_assets, write_player
 from vbbench_leaderboards.result import Board, Result
 
 Results = dict[Board, tuple[Result, ...]]
@@ -178,7 +178,7 @@ def read_data(path: Path) -> tuple[str, dict[str, object]]:
 
 
 def test_the_site_gets_an_index_a_sequence_and_a_file_a_solver(work: Path, results: Results, tmp_path: Path) -> None:
-    assert write_player(tmp_path, results, work, 4) == {NOISY: ("near", "wide")}
+    assert write_player(tmp_path, results, Films(work=work, sequences=4)) == {NOISY: ("near", "wide")}
     key, index = read_data(tmp_path / FOLDER / "made.js")
     assert key == "player/made"
     assert len(index["sequences"]) == 4
@@ -191,15 +191,15 @@ def test_the_site_gets_an_index_a_sequence_and_a_file_a_solver(work: Path, resul
             assert set(value) == {"order", "coarse", "data"}
     assert read_data(tmp_path / FOLDER / "made" / "noisy" / f"{index['sequences'][0]}.js")[1]["frames"] > 1
     again = tmp_path / "again"
-    write_player(again, results, work, 4)
+    write_player(again, results, Films(work=work, sequences=4))
     assert [path.read_bytes() for path in sorted(again.rglob("*.js"))] == [
         path.read_bytes() for path in sorted(path for path in tmp_path.rglob("*.js") if again not in path.parents)
     ]
 
 
 def test_nothing_is_played_of_what_is_not_there(work: Path, results: Results, tmp_path: Path) -> None:
-    assert write_player(tmp_path, {IDEAL: (result(IDEAL, "a", [1.0]),)}, work, 4) == {}
-    assert write_player(tmp_path, results, None, 4) == {}
+    assert write_player(tmp_path, {IDEAL: (result(IDEAL, "a", [1.0]),)}, Films(work=work)) == {}
+    assert write_player(tmp_path, results, None) == {}
     assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == ["player.css", "player.js"]
 
 
@@ -207,14 +207,14 @@ def test_pictures_of_a_sequence_go_with_it(work: Path, results: Results, tmp_pat
     own = work / "pictures" / "made" / "0"
     own.mkdir(parents=True)
     (own / "00000.jpg").write_bytes(b"picture")
-    write_player(tmp_path, results, work, 99)
+    write_player(tmp_path, results, Films(work=work, sequences=99))
     assert read_data(tmp_path / FOLDER / "made.js")[1]["pictures"] == {"0": 1}
     assert (tmp_path / FOLDER / "pictures" / "made" / "0" / "00000.jpg").read_bytes() == b"picture"
 
 
 def test_pictures_are_made_where_they_are_asked_for(work: Path, results: Results, tmp_path: Path) -> None:
     backend = Backend(name="tests.flat_renderer:FlatRenderer")
-    write_player(tmp_path, results, work, 2, backend)
+    write_player(tmp_path, results, Films(work=work, sequences=2, pictures=backend))
     index = read_data(tmp_path / FOLDER / "made.js")[1]
     for number, frames in zip(index["sequences"], index["frames"], strict=True):
         made = sorted((tmp_path / FOLDER / "pictures" / "made" / str(number)).iterdir())
@@ -227,7 +227,7 @@ def test_pictures_are_made_where_they_are_asked_for(work: Path, results: Results
 def test_another_dataset_than_the_results_are_of_is_refused(work: Path, results: Results, tmp_path: Path) -> None:
     others = {NOISY: tuple(replace(row, dataset="sha256:other") for row in results[NOISY])}
     with pytest.raises(VbbenchError, match=r"made-noisy is dataset .* is of sha256:other; run 'vbbench leaderboard"):
-        write_player(tmp_path, others, work, 4)
+        write_player(tmp_path, others, Films(work=work))
 
 
 def test_the_script_is_one_file_of_short_parts() -> None:

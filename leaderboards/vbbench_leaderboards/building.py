@@ -9,7 +9,7 @@ from vbbench.errors import VbbenchError
 from vbbench.tables import replace_folder
 from vbbench_leaderboards.page.files import site_files
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.player.writing import write_player
+from vbbench_leaderboards.player.writing import Films, write_player
 from vbbench_leaderboards.ranking import rank
 from vbbench_leaderboards.result import Board, Result
 from vbbench_leaderboards.results_folder import read_datasets, read_results
@@ -17,17 +17,14 @@ from vbbench_leaderboards.results_folder import read_datasets, read_results
 MARKER = ".vbbench-site"
 """File that tells a site that was built here from a folder that must not be touched."""
 
-SEQUENCES = 24
 
-
-def build(out: Path, *results: Path, work: Path | None = None, sequences: int = SEQUENCES) -> Site:
+def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
 
     Parameters
     ----------
     results : folders of result files; of a result in several of them the first counts.
-    work : folder of ``vbbench leaderboard rerun``, for the player's data; ``None`` leaves them out.
-    sequences : how many sequences of each split can be played.
+    films : which sequences can be played; ``None`` for none.
 
     Raises
     ------
@@ -44,7 +41,7 @@ def build(out: Path, *results: Path, work: Path | None = None, sequences: int = 
     draft.mkdir(parents=True)
     (draft / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
     try:
-        site = _write(draft, found, results, work, sequences)
+        site = _write(draft, found, results, films)
         replace_folder(draft, out)
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)
@@ -59,13 +56,13 @@ def check_site(folder: Path) -> None:
 
 
 def _write(
-    draft: Path, found: Mapping[Board, tuple[Result, ...]], results: tuple[Path, ...], work: Path | None, sequences: int
+    draft: Path, found: Mapping[Board, tuple[Result, ...]], results: tuple[Path, ...], films: Films | None
 ) -> Site:
     site = Site(
         results=found,
         datasets=read_datasets(*results),
         rankings={board: rank(rows) for board, rows in found.items()},
-        playable=write_player(draft, found, work, sequences),
+        playable=write_player(draft, found, films),
     )
     for name, text in site_files(site):
         path = draft / name

@@ -119,6 +119,8 @@ def build(
     results: Path | None = None,
     work: Path | None = None,
     sequences: int = 24,
+    pictures: str | None = None,
+    jobs: int = 1,
 ) -> None:
     """Make the leaderboard's static site.
 
@@ -128,14 +130,21 @@ def build(
             vbbench.
         work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it is there.
         sequences: At most so many sequences of a split can be played.
+        pictures: Draw what the observer sees behind the boxes with this renderer (auto, moderngl, raster, ...), once
+            for all in the work folder; slow.
+        jobs: Processes; the site does not depend on it.
     """
+    from vbbench.rendering import Backend
     from vbbench_leaderboards.building import build as make
+    from vbbench_leaderboards.player.writing import Films
     from vbbench_leaderboards.results_folder import published_results
 
     published = published_results()
     own = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
     found = work or (WORK if WORK.is_dir() else None)
-    make(out, *([results] if results else [*own, published]), work=found, sequences=sequences)
+    drawn = Backend(name=pictures) if pictures else None
+    films = Films(work=found, sequences=sequences, pictures=drawn, jobs=jobs) if found else None
+    make(out, *([results] if results else [*own, published]), films=films)
     _say(out / "index.html")
 
 

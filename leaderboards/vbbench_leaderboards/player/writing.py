@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from joblib import Parallel, delayed
+
 from vbbench.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench.submitted import SubmittedEstimates
@@ -40,18 +42,32 @@ class Clip:
     coarse: int
 
 
-def write_player(
-    site: Path, results: Boards, work: Path | None, sequences: int, pictures: Backend | None = None
-) -> dict[Board, tuple[str, ...]]:
-    """Write the player and, for all that lies under ``work``, its data into a site.
+@dataclass(frozen=True, kw_only=True)
+class Films:
+    """What the player is to show.
+
+    Parameters
+    ----------
+    work : work folder of ``vbbench leaderboard rerun``, with datasets and submissions.
+    sequences : at most so many of a split.
+    pictures : who draws pictures to stand behind the boxes, into ``work``; by default those that are there are shown.
+    jobs : processes.
+    """
+
+    work: Path
+    sequences: int = 24
+    pictures: Backend | None = None
+    jobs: int = 1
+
+
+def write_player(site: Path, results: Boards, films: Films | None) -> dict[Board, tuple[str, ...]]:
+    """Write the player and, for all that lies in the work folder, its data into a site.
 
     Parameters
     ----------
     site : folder of the site.
     results : the results on the page, by board.
-    work : work folder of ``vbbench leaderboard rerun``; None writes no data.
-    sequences : at most so many of a split.
-    pictures : who draws pictures to stand behind the boxes, into ``work``; by default those that are there are shown.
+    films : which sequences can be played; ``None`` writes no data.
 
     Returns
     -------
@@ -60,16 +76,15 @@ def write_player(
     Raises
     ------
     VbbenchError
-        If what lies under ``work`` is not what the results are of, or cannot be read.
+        If what lies in the work folder is not what the results are of, or cannot be read.
     """
     for name, text in player_assets().items():
         write_text_atomically(site / "assets" / name, text)
-    played: dict[Board, tuple[str, ...]] = {}
-    if work is not None and sequences > 0:
-        for playable in find_playable(work, results):
-            _write_split(site, playable, work, sequences, pictures)
-            played |= {board: tuple(row.solver for row in rows) for board, rows in playable.boards.items()}
-    return played
+    if films is None or films.sequences < 1:
+        return {}
+    playable = list(find_playable(films.work, results))
+    Parallel(n_jobs=films.jobs)(delayed(_write_split)(site, one, films) for one in playable)
+    return {board: tuple(row.solver for row in rows) for one in playable for board, rows in one.boards.items()}
 
 
 def player_assets() -> dict[str, str]:
@@ -78,12 +93,13 @@ def player_assets() -> dict[str, str]:
     return {"player.js": script, "player.css": (_HERE / "assets" / "player.css").read_text(encoding="utf-8")}
 
 
-def _write_split(site: Path, playable: Playable, work: Path, count: int, backend: Backend | None) -> None:
+def _write_split(site: Path, playable: Playable, films: Films) -> None:
+    work = films.work
     available = min(len(dataset) for dataset in playable.datasets.values())
-    chosen = choose_sequences(playable.boards, count, available)
-    if backend is not None:
+    chosen = choose_sequences(playable.boards, films.sequences, available)
+    if films.pictures is not None:
         dataset = next(iter(playable.datasets.values()))
-        make_pictures(dataset, playable.split, chosen.tolist(), work, backend)
+        make_pictures(dataset, playable.split, chosen.tolist(), work, films.pictures)
     pictures = copy_pictures(work, site, playable.split, chosen)
     write_data(site, playable.split, split_index(playable, chosen, pictures))
     for tier in playable.datasets:

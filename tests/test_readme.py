@@ -1,0 +1,31 @@
+"""The README's table says what the committed results say."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from vbbench_leaderboards.result import Board
+from vbbench_leaderboards.results_folder import published_results, read_results
+
+README = Path(__file__).parents[1] / "README.md"
+SOLVERS = ("cv", "sf", "vb-cv", "vb-sf")
+ROWS = re.findall(
+    r"^\| ([\w-]+) \| (one-step|sequential|rollout) \| ([^|]+) \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$",
+    README.read_text("utf-8"),
+    re.M,
+)
+
+
+def test_every_headline_split_has_its_rows() -> None:
+    assert len(ROWS) == 15
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}-{row[1]}")
+def test_row_is_as_committed(row: tuple[str, ...]) -> None:
+    split, protocol, *cells = row
+    board = read_results(published_results())[Board(split=split, tier="noisy", protocol=protocol)]
+    means = {result.solver: result.score["metrics"]["dx"]["mean"] for result in board}
+    printed = {solver: f"{means[solver]:.3f}" for solver in SOLVERS}
+    least = min(SOLVERS, key=lambda solver: means[solver])
+    assert cells == [f"**{printed[solver]}**" if solver == least else printed[solver] for solver in SOLVERS]
