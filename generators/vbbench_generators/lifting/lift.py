@@ -1,0 +1,87 @@
+"""Lifts the heads of a surveillance picture to the ground plane."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray
+from vbbench.errors import VbbenchError
+from vbbench.scene import Scene
+from vbbench_generators.crohd.heads import HeadBoxes
+from vbbench_generators.lifting.calibration import Calibration
+from vbbench_generators.lifting.finding import Found, below_horizon, find_by_heads, find_by_homography
+from vbbench_generators.lifting.report import calibration_of
+from vbbench_generators.lifting.settings import BoxSize, LiftingSettings
+from vbbench_generators.lifting.tracks import Heads, smooth_tracks, split_at_gaps
+from vbbench_generators.lifting.walking import walking_speed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lifted:
+    """A crowd on the ground, and the camera that saw it.
+
+    Parameters
+    ----------
+    tracks : in m, X to the right and Y forward from the camera's foot, or in the frame of the user's homography.
+    calibration : the camera and how well it is known.
+    """
+
+    tracks: Scene
+    calibration: Calibration
+
+
+def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | None = None) -> Lifted:
+    """Put a crowd's heads on the ground.
+
+    Parameters
+    ----------
+    boxes : of one recording.
+    settings : the recipe's.
+    homography : [3, 3] from px to metres on the ground; without it, the camera is found from the heads.
+
+    Raises
+    ------
+    VbbenchError
+        If the heads, or the homography, do not tell where the camera is.
+    """
+    if not len(boxes):
+        raise VbbenchError(f"{boxes.name}: no head box to lift")
+    heads, centre = _centres(boxes), np.array(boxes.size) / 2.0
+    try:
+        if homography is not None:
+            found = find_by_homography(homography, heads, centre, settings)
+        else:
+            found = find_by_heads(heads, box_sizes(boxes.boxes, settings.box), _whole(boxes), boxes.size, settings)
+        kept = below_horizon(found.camera.depth(heads.x, heads.nu))
+    except ValueError as error:
+        advice = "is that of another picture?" if homography is not None else "give its homography with --homography"
+        raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
+    return _lifted(boxes, heads.take(kept), found, settings)
+
+
+def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
+    """What counts as the size in px of head ``boxes`` [N, 4]."""
+    width, height = boxes[:, 2], boxes[:, 3]
+    sizes: FloatArray = {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
+    return sizes
+
+
+def _centres(boxes: HeadBoxes) -> Heads:
+    x, nu = (boxes.boxes[:, n] + (boxes.boxes[:, n + 2] - boxes.size[n]) / 2.0 for n in range(2))
+    return Heads(x=x, nu=nu, frame=boxes.frame, track=boxes.track, dt=boxes.dt)
+
+
+def _whole(boxes: HeadBoxes) -> BoolArray:
+    left, top, width, height = boxes.boxes.T
+    whole: BoolArray = (left > 0.0) & (top > 0.0) & (left + width < boxes.size[0]) & (top + height < boxes.size[1])
+    return whole
+
+
+def _lifted(boxes: HeadBoxes, heads: Heads, found: Found, settings: LiftingSettings) -> Lifted:
+    speed = walking_speed(heads, found.camera, settings.window)
+    if settings.apply_walking_speed and speed is not None and found.fit is not None:
+        found = found.scaled(settings.walking_speed / speed, settings.head_height)
+    heads = split_at_gaps(heads, settings.gap)
+    smoothed = smooth_tracks(heads, found.camera, settings.head_size * found.scale, boxes.name)
+    calibration = calibration_of(found, heads, smoothed, settings, boxes.size[1] / 2.0, speed)
+    return Lifted(tracks=smoothed.scene, calibration=calibration)

@@ -1,0 +1,56 @@
+"""What a recipe says about lifting heads to the ground."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+BoxSize = Literal["mean", "width", "height"]
+Closing = Literal["motion", "prior"]
+
+_POSITIVE = ("head_size", "head_height", "focal_median", "focal_spread", "direction_spread", "window", "walking_speed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiftingSettings:
+    """The table ``[lifting]`` of a recipe.
+
+    Parameters
+    ----------
+    head_size : what a head's box measures, in m, in the sense of ``box``.
+    head_height : height of a head's centre above the ground, in m.
+    box : which size of a box counts: ``mean`` is √(width·height), whose noise is the smallest.
+    level : whether the camera is known to have no roll.
+    closing : what decides the focal length: how evenly people walk in all directions (and the prior), or the prior.
+    vertical_vanishing_point : (u, v) in px where plumb lines meet; decides the focal length instead, if given.
+    focal_median, focal_spread : log-normal prior of the focal length in picture widths: median, standard deviation.
+    direction_spread : standard deviation of log speed that may truly depend on the direction, harmonic by harmonic.
+    window : seconds over which a walking speed is measured.
+    gap : longest gap in s that is interpolated; a track with a longer one becomes two people.
+    walking_speed : median speed of walkers in m/s that the scale is checked against.
+    apply_walking_speed : whether the scale is also set by it.
+    resamples : how often tracks are resampled for the intervals.
+    """
+
+    head_size: float = 0.24
+    head_height: float = 1.58
+    box: BoxSize = "mean"
+    level: bool = False
+    closing: Closing = "motion"
+    vertical_vanishing_point: tuple[float, ...] | None = None
+    focal_median: float = 1.0
+    focal_spread: float = 0.4
+    direction_spread: float = 0.02
+    window: float = 2.0
+    gap: float = 4.0
+    walking_speed: float = 1.3
+    apply_walking_speed: bool = False
+    resamples: int = 60
+
+    def __post_init__(self) -> None:
+        if bad := [name for name in _POSITIVE if not getattr(self, name) > 0.0]:
+            raise ValueError(f"{bad[0]} must be above 0, not {getattr(self, bad[0])}")
+        if self.gap < 0.0:
+            raise ValueError(f"gap must be 0 s or more, not {self.gap}")
+        if self.resamples < 20:
+            raise ValueError(f"resamples must be 20 or more for an interval, not {self.resamples}")
+        if self.vertical_vanishing_point is not None and len(self.vertical_vanishing_point) != 2:
+            raise ValueError("vertical_vanishing_point must be two numbers, u and v in px")
