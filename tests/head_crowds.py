@@ -12,7 +12,7 @@ name = "{name}"
 title = "people walking where a camera looks down on them"
 sequences = 1
 people = [60]
-frames = 150
+frames = {frames}
 dt = 0.04
 step = 0.04
 camera = "panorama"
@@ -23,16 +23,16 @@ SIDES = ([-14, -12, -9, 12], [9, -12, 14, 12], [-14, -12, 14, -7], [-14, 7, 14, 
 EVERYWHERE = [-14, -12, 14, 12]
 
 
-def square() -> str:
+def square(frames: int = 150) -> str:
     """A scenario: people crossing a square in all directions."""
     flows = [f"[[flow]]\nstart = {EVERYWHERE}\ngoal = {side}\nthen = {list(SIDES)}\n" for side in SIDES]
-    return HEADING.format(name="square") + "".join(flows)
+    return HEADING.format(name="square", frames=frames) + "".join(flows)
 
 
 def one_way() -> str:
-    """A scenario: everybody walks away from the camera."""
+    """A scenario: everybody walks the same way."""
     flow = "[[flow]]\nstart = [-7, -25, 7, 12]\ngoal = [-7, 60, 7, 61]\nbeyond = true\n"
-    return HEADING.format(name="one-way") + flow
+    return HEADING.format(name="one-way", frames=150) + flow
 
 
 def make_crowd(folder: Path, scenario: str, people: int = 60, seed: int = 0) -> Dataset:
