@@ -22,6 +22,9 @@ class DatasetInfo:
     ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
     and of the parameters, so the same command gives the same id on every machine. ``seed`` is ``None`` where it is
     withheld with the truth; ``withheld_id`` then is the id, which cannot be computed without it.
+
+    ``calibration`` is what was found of the camera that recorded the scenes, with its uncertainty, where metres rest on
+    it; it follows from the definition, up to rounding, and is no part of the id.
     """
 
     split: str
@@ -36,6 +39,7 @@ class DatasetInfo:
     scenes: tuple[str, ...]
     definition: dict[str, Any]
     caution: str | None = None
+    calibration: dict[str, Any] | None = None
     counts: dict[str, float] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
     package_version: str = ""
@@ -94,6 +98,8 @@ class DatasetInfo:
     def _json(self) -> dict[str, Any]:
         facts = {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
         del facts["withheld_id"]
+        if self.calibration is None:
+            del facts["calibration"]
         return facts
 
     @staticmethod
@@ -137,4 +143,4 @@ def truth_sha256(tables: Mapping[str, str]) -> str:
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
-_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution")
+_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution", "calibration")

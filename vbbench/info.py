@@ -1,9 +1,11 @@
 """A dataset's facts for people and for programs."""
 
 import json
+from dataclasses import asdict
 from typing import Any
 
 from vbbench.dataset_info import DatasetInfo
+from vbbench.reproduction.paper import Counts, the_paper
 
 
 def summary(info: DatasetInfo) -> dict[str, Any]:
@@ -27,10 +29,18 @@ def summary(info: DatasetInfo) -> dict[str, Any]:
 
 
 def summary_json(info: DatasetInfo) -> str:
-    """The summary as JSON, with the caution where there is one, and the hash of truth where that is withheld."""
-    caution = {} if info.caution is None else {"caution": info.caution}
-    truth = {"truth_sha256": info.truth_sha256} if info.seed is None else {}
-    return json.dumps({**summary(info), **caution, **truth}, indent=2, ensure_ascii=False)
+    """The summary as JSON, with the caution, the calibration and the paper's row where there is one, and the hash of
+    truth where that is withheld.
+    """
+    paper = _paper_row(info)
+    extras = {
+        "caution": info.caution,
+        "calibration": info.calibration,
+        "paper": None if paper is None else asdict(paper),
+        "truth_sha256": info.truth_sha256 if info.seed is None else None,
+    }
+    told = {name: value for name, value in extras.items() if value is not None}
+    return json.dumps({**summary(info), **told}, indent=2, ensure_ascii=False)
 
 
 def describe(info: DatasetInfo) -> str:
@@ -45,8 +55,19 @@ def describe(info: DatasetInfo) -> str:
         f"dt {info.dt:g} s",
         f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
     ]
+    paper = _paper_row(info)
+    if paper is not None:
+        row = f"{paper.sequences} sequences, mean {paper.frames} frames, people {paper.people}"
+        lines.insert(2, f"  the paper: {row}")
+    if info.calibration is not None:
+        lines.append(f"  calibration: {info.calibration['summary']}")
     if info.seed is None:
         lines.append(f"  truth withheld, SHA-256 {info.truth_sha256}")
     if info.caution is not None:
         lines.append(f"  caution: {info.caution}")
     return "\n".join(lines)
+
+
+def _paper_row(info: DatasetInfo) -> Counts | None:
+    """The split's row of Table 1, where the paper has the split."""
+    return the_paper().table1.get(info.split)
