@@ -16,7 +16,12 @@ from vbbench_generators.recipe import Recipe, get_recipe, read_recipe, recipe_na
 
 Write = Callable[..., Path]
 
-NAMES = ["custom", "eth", "eth-15fps", "hotel", "students", "students-resampled", "zara01", "zara02"]
+NAMES = [
+    *("custom", "eth", "eth-15fps", "hotel", "shibuya01", "shibuya02", "students", "students-resampled"),
+    *("zara01", "zara02"),
+]
+PINNED = r"https://raw\.githubusercontent\.com/[^/]+/[^/]+/[0-9a-f]{40}/"
+PUBLISHED = "https://motchallenge.net/data/HT21Labels.zip"
 RECIPE = """
 name = "mine"
 title = "Mine"
@@ -42,7 +47,7 @@ WALK = "0 1 0.0 0.0\n10 1 50 0.0\n20 1 100 0.0\n"
 def table1(recipe: Recipe, source: Path) -> tuple[int, float, int, float, int]:
     """Sequences, mean frames, and people (least, mean, most), counted after the recipe's rules."""
     rules, people, spans = recipe.sequences, [], 0
-    for number, scene in enumerate(recipe.load_scenes(source, seed=0)[0]):
+    for number, scene in enumerate(recipe.load_scenes(source, seed=0).scenes):
         crowd = observed_crowd(scene, rules)
         for span in find_spans(scene, number, rules):
             frames = span.first + np.flatnonzero(span.counted)
@@ -65,7 +70,7 @@ def test_bundled_recipe(name: str) -> None:
     assert recipe.citation
     for source in recipe.sources:
         assert re.fullmatch("[0-9a-f]{64}", source.sha256)
-        assert re.match(r"https://raw\.githubusercontent\.com/[^/]+/[^/]+/[0-9a-f]{40}/", source.url)
+        assert re.match(PINNED, source.url) or source.url == PUBLISHED
     table = tomllib.loads((files("vbbench_generators") / "recipes" / f"{name}.toml").read_text("utf-8"))
     assert set(table["sequences"]) == {field.name for field in fields(Rules)}
 
@@ -124,17 +129,17 @@ def test_overrides_are_for_custom_only(no_data: Path) -> None:
 
 def test_custom(write: Write) -> None:
     path, homography = write(WALK), write("0.01 0 0\n0 0.01 0\n0 0 1\n", "H.txt")
-    scenes, sums = get_recipe("custom").load_scenes(path, seed=0, dt=0.5, homography=homography)
-    np.testing.assert_allclose(scenes[0].positions[:, 0, 0], [0, 0.5, 1])
-    assert scenes[0].dt == 0.5
-    assert [name for name, _ in sums] == ["tracks.txt", "H.txt"]
+    loaded = get_recipe("custom").load_scenes(path, seed=0, dt=0.5, homography=homography)
+    np.testing.assert_allclose(loaded.scenes[0].positions[:, 0, 0], [0, 0.5, 1])
+    assert loaded.scenes[0].dt == 0.5
+    assert [name for name, _ in loaded.files] == ["tracks.txt", "H.txt"]
 
 
 def test_custom_vsp_is_sampled_every_dt(write: Write) -> None:
     text = "1 - the number of splines\n2 - Num of control points\n0 0 0 0 - (2D)\n100 0 25 0 - (2D)\n"
     path, homography = write(text, "a.vsp"), write("0.01 0 0\n0 0.01 0\n0 0 1\n", "H.txt")
-    scenes, _ = get_recipe("custom").load_scenes(path, seed=0, dt=0.2, homography=homography)
-    np.testing.assert_allclose(scenes[0].positions[:, 0, 0], [0, 0.2, 0.4, 0.6, 0.8, 1])
+    loaded = get_recipe("custom").load_scenes(path, seed=0, dt=0.2, homography=homography)
+    np.testing.assert_allclose(loaded.scenes[0].positions[:, 0, 0], [0, 0.2, 0.4, 0.6, 0.8, 1])
     with pytest.raises(FileError, match=r"multiple of 0\.04"):
         get_recipe("custom").load_scenes(path, seed=0, dt=0.25, homography=homography)
     with pytest.raises(FileError, match="--homography"):
@@ -143,7 +148,7 @@ def test_custom_vsp_is_sampled_every_dt(write: Write) -> None:
 
 def test_custom_obsmat_needs_no_homography(write: Write) -> None:
     path = write("0 1 0 0 0 0 0 0\n6 1 .5 0 0 0 0 0\n", "obsmat.txt")
-    assert get_recipe("custom").load_scenes(path, seed=0, dt=0.4)[0][0].frames == 2
+    assert get_recipe("custom").load_scenes(path, seed=0, dt=0.4).scenes[0].frames == 2
     with pytest.raises(FileError, match="metres already"):
         get_recipe("custom").load_scenes(path, seed=0, dt=0.4, homography=write("1 0 0\n0 1 0\n0 0 1\n", "H.txt"))
 
@@ -177,13 +182,12 @@ def test_table1(data_folder: Path, name: str, sequences: int, frames: float, peo
 
 def test_source_sums_are_those_of_the_recipe(data_folder: Path) -> None:
     recipe = get_recipe("students-resampled")
-    _, sums = recipe.load_scenes(data_folder, seed=0)
-    assert sums == [(source.path, source.sha256) for source in recipe.sources]
+    assert recipe.load_scenes(data_folder, seed=0).files == [(source.path, source.sha256) for source in recipe.sources]
 
 
 def test_resampled_students_follow_from_the_seed(data_folder: Path) -> None:
     recipe = get_recipe("students-resampled")
-    first, again, other = (recipe.load_scenes(data_folder, seed=seed)[0] for seed in (0, 0, 1))
+    first, again, other = (recipe.load_scenes(data_folder, seed=seed).scenes for seed in (0, 0, 1))
     for a, b, c in zip(first, again, other, strict=True):
         np.testing.assert_array_equal(a.positions, b.positions)
         moved = (a.positions - c.positions)[a.present]
@@ -194,8 +198,8 @@ def test_resampled_students_follow_from_the_seed(data_folder: Path) -> None:
 
 def test_resampled_students_stay_near_the_published_ones(data_folder: Path) -> None:
     """But accelerate: in the text file about half of all second differences are zero to its last digits."""
-    published = get_recipe("students").load_scenes(data_folder, seed=0)[0]
-    smooth = get_recipe("students-resampled").load_scenes(data_folder, seed=0)[0]
+    published = get_recipe("students").load_scenes(data_folder, seed=0).scenes
+    smooth = get_recipe("students-resampled").load_scenes(data_folder, seed=0).scenes
     for text, curve in zip(published, smooth, strict=True):
         apart = np.linalg.norm(text.positions - curve.positions, axis=-1)[curve.present]
         assert np.median(apart) < 0.03

@@ -1,7 +1,8 @@
 """From a recipe to scenes: finds the source files, checks them, reads them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,13 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.scene import Scene
 from vbbench.sources import locate
 from vbbench.tables import file_sha256
+from vbbench_generators.crohd.describing import describe_calibration
+from vbbench_generators.crohd.finding import find_recording
+from vbbench_generators.crohd.reading import read_heads
+from vbbench_generators.crohd.stepping import every_frame
+from vbbench_generators.lifting import lift
 from vbbench_generators.readers.detect import detect_format
+from vbbench_generators.readers.gates import check_speed
 from vbbench_generators.readers.homography import read_homography
 from vbbench_generators.readers.obsmat import read_obsmat
 from vbbench_generators.readers.smooth import smooth_curve
@@ -22,9 +29,30 @@ FileSum = tuple[str, str]
 """A source file's path, the same on every machine, and its SHA-256."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Loaded:
+    """What a split is made of.
+
+    Parameters
+    ----------
+    scenes : people on the ground.
+    files : every file they come from.
+    calibration : what was found of the camera that saw them, for `DatasetInfo`; ``None`` where metres were given.
+    """
+
+    scenes: list[Scene]
+    files: list[FileSum]
+    calibration: dict[str, Any] | None = None
+
+    @property
+    def is_surveyed(self) -> bool:
+        """Whether the user's own homography gave metres where the split's are otherwise estimated."""
+        return self.calibration is not None and not self.calibration["pseudo_metric"]
+
+
 def load_scenes(
     recipe: Recipe, source: Path | None, *, seed: int, dt: float | None = None, homography: Path | None = None
-) -> tuple[list[Scene], list[FileSum]]:
+) -> Loaded:
     """The scenes of a split.
 
     Parameters
@@ -32,7 +60,8 @@ def load_scenes(
     recipe : the split's recipe.
     source : file or folder to look in first; for ``custom`` the user's own file.
     seed : decides the jitter of resampled scenes, and nothing else.
-    dt, homography : seconds a frame, and 3x3 file from pixels to metres, of a user's own file.
+    dt, homography : seconds a frame, and 3x3 file from pixels to metres, of a user's own file; a homography is also
+        taken for a surveillance camera, in place of its calibration.
 
     Raises
     ------
@@ -41,6 +70,8 @@ def load_scenes(
     """
     if recipe.reads_own_file:
         return _load_own(recipe, source, dt, homography)
+    if recipe.format == "crohd":
+        return _load_heads(recipe, source, dt, homography)
     if dt is not None or homography is not None:
         raise VbbenchError(f"{recipe.name}: --dt and --homography are for the split 'custom'; this recipe has its own")
     paths = locate(recipe.sources, source, split=recipe.name)
@@ -48,19 +79,34 @@ def load_scenes(
     scenes = [_read(recipe, path, recipe.format, recipe.dt, matrix) for path in paths]
     if recipe.resampling is not None:
         scenes = [_jittered(scene, recipe.resampling.jitter, seed, index) for index, scene in enumerate(scenes)]
-    return scenes, [(file.path, file.sha256) for file in recipe.sources]
+    return Loaded(scenes=scenes, files=[(file.path, file.sha256) for file in recipe.sources])
 
 
-def _load_own(
-    recipe: Recipe, source: Path | None, dt: float | None, homography: Path | None
-) -> tuple[list[Scene], list[FileSum]]:
+def _load_own(recipe: Recipe, source: Path | None, dt: float | None, homography: Path | None) -> Loaded:
     if source is None or not source.is_file():
         found = "" if source is None else f"; {source} is no file"
         raise VbbenchError(f"{recipe.name} is made from a file of yours: name it with --source FILE{found}")
     matrix = None if homography is None else read_homography(homography)
     scene = _read(recipe, source, detect_format(source), recipe.dt if dt is None else dt, matrix)
     read = [source] if homography is None else [source, homography]
-    return [scene], [(path.name, file_sha256(path)) for path in read]
+    return Loaded(scenes=[scene], files=[(path.name, file_sha256(path)) for path in read])
+
+
+def _load_heads(recipe: Recipe, source: Path | None, dt: float | None, homography: Path | None) -> Loaded:
+    if dt is not None:
+        raise VbbenchError(f"{recipe.name}: --dt is for the split 'custom'; here seqinfo.ini tells the frame rate")
+    if recipe.recording is None or recipe.lifting is None:
+        raise VbbenchError(f"{recipe.name}: a recipe of format crohd needs the key 'recording' and a table [lifting]")
+    files = find_recording(recipe.recording, recipe.source[0], source, split=recipe.name)
+    heads = read_heads(files)
+    matrix = None if homography is None else read_homography(homography)
+    lifted = lift(heads, recipe.lifting, matrix)
+    scene = every_frame(lifted.tracks, recipe.frame_step or 1)
+    check_speed(files.boxes.path, scene)
+    sums = [(f"{recipe.recording}/{name}", digest) for name, digest in files.sums]
+    if homography is not None:
+        sums.append(("homography", file_sha256(homography)))
+    return Loaded(scenes=[scene], files=sums, calibration=describe_calibration(lifted.calibration))
 
 
 def _read(recipe: Recipe, path: Path, kind: str, dt: float | None, homography: FloatArray | None) -> Scene:

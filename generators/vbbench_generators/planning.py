@@ -28,8 +28,11 @@ def plan_reprojection(
     definition: dict[str, Any],
     *,
     precision: Precision | None = None,
+    calibration: dict[str, Any] | None = None,
 ) -> Reprojection:
     """Lay out every sequence of ``scenes``, its boxes rounded to ``precision``.
+
+    ``calibration`` is what `DatasetInfo` says of the camera that recorded the scenes.
 
     Raises
     ------
@@ -65,6 +68,7 @@ def plan_reprojection(
             **definition,
         },
         caution=card.caution,
+        calibration=calibration,
     )
     people = tuple(draw_heights(scene, number, info) for number, scene in enumerate(scenes))
     return Reprojection(

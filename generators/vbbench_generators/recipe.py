@@ -4,15 +4,18 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from vbbench.errors import UnknownNameError
 from vbbench.generator import Tier
-from vbbench.scene import Scene
 from vbbench.sources import Source
 from vbbench_generators.eligibility import Rules
+from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.precision import Precision
 from vbbench_generators.strict import build, build_each, read_toml
+
+if TYPE_CHECKING:
+    from vbbench_generators.loading import Loaded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +53,8 @@ class Recipe:
     homography : file of the 3x3 homography from the sources' pixels to metres; ``None`` if they are metres.
     resampling : for ``.vsp`` only; ``None`` joins key points by straight lines.
     caution : what everybody who sees a figure of this split has to know.
+    recording : for ``crohd`` only: the folder of the archive that holds it.
+    lifting : for ``crohd`` only: how heads are put on the ground.
     precision : what boxes are rounded to, so that a large split compresses; ``None`` = not at all.
     """
 
@@ -57,7 +62,7 @@ class Recipe:
     title: str
     licence: str
     citation: str
-    format: Literal["trajnet", "obsmat", "vsp", "auto"]
+    format: Literal["trajnet", "obsmat", "vsp", "auto", "crohd"]
     source: tuple[Source, ...]
     sequences: Rules
     dt: float | None = None
@@ -65,6 +70,8 @@ class Recipe:
     homography: Source | None = None
     resampling: Resampling | None = None
     caution: Caution | None = None
+    recording: str | None = None
+    lifting: LiftingSettings | None = None
     precision: Precision | None = None
 
     @property
@@ -83,8 +90,8 @@ class Recipe:
 
     def load_scenes(
         self, source: Path | None, *, seed: int, dt: float | None = None, homography: Path | None = None
-    ) -> tuple[list[Scene], list[tuple[str, str]]]:
-        """The scenes of the split, and path and SHA-256 of every file they come from; see ``loading.load_scenes``."""
+    ) -> "Loaded":
+        """The scenes of the split, and what they come from; see ``loading.load_scenes``."""
         from vbbench_generators.loading import load_scenes
 
         return load_scenes(self, source, seed=seed, dt=dt, homography=homography)
@@ -134,6 +141,7 @@ _TABLES: dict[str, type[Any]] = {
     "homography": Source,
     "resampling": Resampling,
     "caution": Caution,
+    "lifting": LiftingSettings,
     "precision": Precision,
 }
 

@@ -2,6 +2,7 @@
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from typing import Any
 
 from vbbench.generator import Card, Options
 from vbbench_generators.demo import DemoSplit
@@ -30,15 +31,28 @@ class RecipeSplit:
 
     def plan(self, options: Options) -> Reprojection:
         """Read the source files and lay out the sequences."""
-        scenes, files = self.recipe.load_scenes(
+        loaded = self.recipe.load_scenes(
             options.source, seed=options.seed, dt=options.dt, homography=options.homography
         )
         reading = {"format": self.recipe.format, "dt": self.recipe.dt, "frame_step": self.recipe.frame_step}
         resampling = self.recipe.resampling and asdict(self.recipe.resampling)
-        definition = {**reading, "resampling": resampling, "files": [list(file) for file in files]}
-        card = self._card(self.recipe.caution_for(options.tier))
-        rules, precision = self.recipe.sequences, self.recipe.precision
-        return plan_reprojection(card, rules, scenes, options, definition, precision=precision)
+        definition: dict[str, Any] = {
+            **reading,
+            "resampling": resampling,
+            "files": [list(file) for file in loaded.files],
+        }
+        if self.recipe.lifting is not None:
+            definition |= {"recording": self.recipe.recording, "lifting": asdict(self.recipe.lifting)}
+        card = self._card(None if loaded.is_surveyed else self.recipe.caution_for(options.tier))
+        return plan_reprojection(
+            card,
+            self.recipe.sequences,
+            loaded.scenes,
+            options,
+            definition,
+            precision=self.recipe.precision,
+            calibration=loaded.calibration,
+        )
 
     def _card(self, caution: str | None) -> Card:
         recipe = self.recipe
@@ -59,6 +73,8 @@ students = RecipeSplit("students")
 students_resampled = RecipeSplit("students-resampled")
 zara01 = RecipeSplit("zara01")
 zara02 = RecipeSplit("zara02")
+shibuya01 = RecipeSplit("shibuya01")
+shibuya02 = RecipeSplit("shibuya02")
 custom = RecipeSplit("custom")
 demo = DemoSplit()
 sim = SimSplit()

@@ -9,6 +9,7 @@ from vbbench.mot.table import COLUMNS, UNLINKED, MotTable, parse_mot
 from vbbench_generators.crohd.finding import RecordingFiles
 from vbbench_generators.crohd.heads import HeadBoxes
 from vbbench_generators.crohd.seqinfo import SequenceInfo, parse_seqinfo
+from vbbench_generators.readers.table import MOST_CELLS
 
 _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
@@ -23,7 +24,8 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     ------
     FileError
         With file and line: not 9 columns, text or NaN in a number, and, of a head that counts, a frame that the
-        recording has not, a bad id, a box without size, a second box in a frame. Or if no two heads count.
+        recording has not, a bad id, a box without size, a second box in a frame. Or if the heads that count
+        are no crowd, or too many.
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
     table = parse_mot(files.boxes.path, files.boxes.content, least=len(COLUMNS), most=len(COLUMNS))
@@ -37,9 +39,12 @@ def _heads(table: MotTable, info: SequenceInfo) -> HeadBoxes:
     if np.any(track == UNLINKED):
         line = int(table.lines[(track == UNLINKED).argmax()])
         raise FileError(table.path, "id is -1: these are detections; tracks of heads are wanted", line)
-    if len(np.unique(track)) < _LEAST_TRACKS or len(np.unique(frame)) < _LEAST_FRAMES:
+    tracks, frames = len(np.unique(track)), int(frame.max(initial=-1)) + 1
+    if tracks < _LEAST_TRACKS or len(np.unique(frame)) < _LEAST_FRAMES:
         problem = "holds no crowd: two tracks and two frames at least of class 1, conf not 0 and visibility above 0"
         raise FileError(table.path, problem)
+    if frames * tracks > MOST_CELLS:
+        raise FileError(table.path, f"{frames} frames of {tracks} tracks are too many; split the recording")
     order = np.lexsort((frame, track))
     return HeadBoxes(
         name=info.name,
