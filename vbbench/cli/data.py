@@ -19,7 +19,8 @@ def splits() -> None:
 
 
 def fetch(names: Positional[tuple[str, ...]], /) -> None:
-    """Download the sources of splits, with SHA-256, into $VBBENCH_DATA or the user's cache folder.
+    """Download the sources of splits, with SHA-256, into $VBBENCH_DATA or the user's cache folder; an interrupted
+    download goes on where it stopped.
 
     Args:
         names: Splits, such as hotel eth students.
@@ -57,7 +58,7 @@ def generate(
     Args:
         split: Its name; see 'vbbench splits'.
         out: Folder to make.
-        source: File or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
+        source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
         camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720; default: the split's own
             (perspective for sim and street, panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy (1 px on column, top and bottom), occluded (cut to what
@@ -67,7 +68,8 @@ def generate(
         seed: Seed of everything random; 0 is one like any other. With --withhold-truth: secret, which nobody can guess.
         limit: Only the first so many sequences.
         dt: Seconds a frame of your own file (split custom).
-        homography: 3x3 image-to-ground homography of your own file in pixels (split custom).
+        homography: 3x3 image-to-ground homography of your own file in pixels (split custom), or of the camera's
+            pictures, in place of its calibration (splits shibuya01 and shibuya02).
         scenario: What a simulated crowd does: a name such as open or plaza, or a TOML file of yours (split sim).
         sequences: Number of sequences (splits sim and street).
         people: Numbers of people, taken in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
@@ -131,7 +133,7 @@ def info(
     plot: Path | None = None,
     truth: Path | None = None,
 ) -> None:
-    """Print a dataset's row of the paper's Table 1 and its parameters, and how its people walk.
+    """Print a dataset's row of Table 1, beside the paper's, and its parameters, and how its people walk.
 
     Args:
         folder: The dataset.

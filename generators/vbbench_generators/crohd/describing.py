@@ -18,10 +18,10 @@ def describe_calibration(calibration: Calibration) -> dict[str, Any]:
     c = calibration
     degrees = math.degrees(1.0)
     parts = [
-        f"camera {_interval(c.camera_height, 'm', 2)} high",
+        f"camera height {_interval(c.camera_height, ' m', 2)}",
         f"tilt {_interval(c.tilt, '°', 1, degrees)}",
-        f"horizon at row {_interval(c.horizon, 'px', 0)}",
-        f"focal length {_interval(c.focal, 'px', 0)}",
+        f"horizon at row {_interval(c.horizon, ' px', 0)}",
+        f"focal length {_interval(c.focal, ' px', 0)}",
         f"smoothing took off {c.smoothing_residual_m:.3f} m",
     ]
     kind = "pseudo-metric, " if c.pseudo_metric else ""
@@ -31,5 +31,4 @@ def describe_calibration(calibration: Calibration) -> dict[str, Any]:
 def _interval(estimate: Estimate, unit: str, digits: int, factor: float = 1.0) -> str:
     """A figure with its 95 % interval, where it has one."""
     value, low, high = (f"{factor * x:.{digits}f}" for x in (estimate.value, estimate.low, estimate.high))
-    space = "" if unit == "°" else " "
-    return f"{value}{space}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")
+    return f"{value}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")
