@@ -1,5 +1,6 @@
 """Crowds under a known surveillance camera, for tests of lifting: a small simulator that shares no code with it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,16 +91,29 @@ def walk(
     area: tuple[float, float, float, float],
     pace: float = 0.2,
     wander: float = 0.15,
+    prefer: Callable[[FloatArray], FloatArray] = np.zeros_like,
 ) -> FloatArray:
-    """People [T, K, 2] who cross ``area`` (x0, y0, x1, y1) at lognormal speeds, each roughly in its direction."""
+    """People [T, K, 2] who cross ``area`` (x0, y0, x1, y1) at lognormal speeds, each roughly in its direction.
+
+    ``prefer`` is how log speed depends on the direction.
+    """
     low, high = np.array(area[:2]), np.array(area[2:])
     speed = 1.3 * np.exp(pace * rng.normal(size=people))
     turn = np.cumsum(rng.normal(size=(frames, people)) * wander * np.sqrt(dt), axis=0)
     turn -= turn[frames // 2]
     moment = 1 + 0.05 * interpolated(rng.normal(size=(1, frames // 25 + 2, people)), frames, 25)[0]
     angle = directions + turn
+    moment *= np.exp(prefer(angle.ravel())).reshape(angle.shape)
     steps = dt * (speed * moment)[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     path = np.cumsum(steps, axis=0)
     middle = rng.integers(0, frames, people)
     path -= path[middle, np.arange(people)]
     return path + rng.uniform(low, high, size=(people, 2))
+
+
+def ground_matrix(camera: Camera) -> FloatArray:
+    """[3, 3] from ground metres to px."""
+    sin, cos, c, s = np.sin(camera.tilt), np.cos(camera.tilt), np.cos(camera.roll), np.sin(camera.roll)
+    view = np.array([[1.0, 0.0, 0.0], [0.0, -sin, camera.height * cos], [0.0, cos, camera.height * sin]])
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.array([[camera.focal, 0, SIZE[0] / 2], [0, camera.focal, SIZE[1] / 2], [0, 0, 1]]) @ turn @ view

@@ -15,8 +15,8 @@ from vbbench_generators.lifting.speeds import Pace, Steps, estimate_pace, log_li
 LEAST_PEOPLE = 10
 """Walkers below whom motion is not asked."""
 
-_GRID, _FINE, _REACH = 49, 2001, 4.5
-_PLANES = 24
+_GRID, _FINE, _REACH = 33, 2001, 4.5
+_PLANES = 16
 _DRAWS = 40
 _CLIP = 3.0
 _WALKS = 0.3

@@ -24,7 +24,7 @@ def calibration_of(
     """
 
     def estimate(figure: Callable[[GroundCamera], float]) -> Estimate:
-        value = figure(found.camera)
+        value = float(figure(found.camera))
         if not found.others:
             return Estimate(value=value, low=value, high=value)
         low, high = np.quantile([figure(camera) for camera in found.others], [0.025, 0.975])

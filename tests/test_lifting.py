@@ -1,0 +1,230 @@
+"""Lifting heads to the ground: exact where boxes are, one clear error where they tell nothing, fast at full size."""
+
+import json
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
+from vbbench.errors import VbbenchError
+from vbbench_generators.crohd import HeadBoxes
+from vbbench_generators.lifting import LiftingSettings, lift
+from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
+from vbbench_generators.lifting.plane import SizePlane
+from vbbench_generators.lifting.smoothing import smooth
+from vbbench_generators.lifting.strength import estimate_strength
+from vbbench_generators.lifting.tracks import Heads, split_at_gaps
+
+DT = 0.04
+AREA = (-9.0, 10.0, 9.0, 32.0)
+
+
+def crowd(seed=0, people=40, frames=150, camera=None, **noise):
+    rng = np.random.default_rng(seed)
+    truth = walk(rng, people, frames, DT, rng.uniform(0, 2 * np.pi, people), area=AREA)
+    return truth, photograph(camera or Camera(), truth, DT, rng, **noise)
+
+
+def plumb(camera):
+    """Where in the picture plumb lines meet, in px."""
+    below = camera.focal / np.tan(camera.tilt)
+    return SIZE[0] / 2 + below * np.sin(camera.roll), SIZE[1] / 2 + below * np.cos(camera.roll)
+
+
+cameras = st.builds(
+    Camera,
+    focal=st.floats(1000.0, 2500.0),
+    tilt=st.floats(np.radians(20.0), np.radians(40.0)),
+    roll=st.floats(-0.15, 0.15),
+    height=st.floats(8.0, 20.0),
+)
+
+
+@settings(deadline=None, max_examples=12)
+@given(camera=cameras)
+def test_without_noise_plumb_lines_give_the_camera_exactly(camera: Camera) -> None:
+    truth, boxes = crowd(camera=camera, people=100, frames=80)
+    lifted = lift(boxes, LiftingSettings(vertical_vanishing_point=plumb(camera), resamples=20))
+    found = lifted.calibration
+    assert found.method == "vanishing-point"
+    assert found.focal.value == pytest.approx(camera.focal, rel=1e-6)
+    assert found.tilt.value == pytest.approx(camera.tilt, abs=1e-6)
+    assert found.roll.value == pytest.approx(camera.roll, abs=1e-6)
+    assert found.camera_height.value == pytest.approx(camera.height, rel=1e-6)
+    assert found.horizon.value == pytest.approx(camera.horizon, abs=1e-4)
+    assert found.stretch.value == pytest.approx(camera.focal / np.cos(camera.tilt), rel=1e-6)
+    true = truth[boxes.frame, boxes.track - 1]
+    centre = boxes.boxes[:, :2] + (boxes.boxes[:, 2:] - SIZE) / 2
+    lens = camera_of_plane(
+        SizePlane(**dict(zip("abc", found.size_plane, strict=True))), found.focal.value, 0.24, HEAD_HEIGHT
+    )
+    np.testing.assert_allclose(lens.to_ground(*centre.T), true, atol=1e-5)
+    places = lifted.tracks.positions[boxes.frame, np.searchsorted(lifted.tracks.people, boxes.track)]
+    assert np.abs(places - true).max() < 0.1  # the smoother has to guess that there is no noise
+
+
+@settings(deadline=None, max_examples=25)
+@given(camera=cameras, turn=st.floats(-3.0, 3.0), mirrored=st.booleans())
+def test_a_homography_gives_the_camera_in_any_frame(camera: Camera, turn: float, mirrored: bool) -> None:
+    frame = np.array([[np.cos(turn), -np.sin(turn), 4.0], [np.sin(turn), np.cos(turn), -7.0], [0.0, 0.0, 1.0]])
+    if mirrored:
+        frame[1] *= -1.0
+    homography = -3.0 * frame @ np.linalg.inv(ground_matrix(camera))
+    found = camera_of_homography(homography, np.array(SIZE) / 2, np.array(SIZE) / 2, HEAD_HEIGHT)
+    assert found.focal == pytest.approx(camera.focal, rel=1e-6)
+    assert found.tilt == pytest.approx(camera.tilt, abs=1e-6)
+    assert found.roll == pytest.approx(camera.roll, abs=1e-6)
+    assert found.height == pytest.approx(camera.height, rel=1e-6)
+    ground = np.array([[3.0, 15.0], [-4.0, 20.0]])
+    u, v, _ = camera.view(ground, HEAD_HEIGHT)
+    lifted = found.to_ground(u - SIZE[0] / 2, v - SIZE[1] / 2)
+    np.testing.assert_allclose(lifted, ground @ frame[:2, :2].T + frame[:2, 2], atol=1e-6)
+
+
+def test_lifting_by_homography_puts_heads_where_feet_are() -> None:
+    truth, boxes = crowd()
+    lifted = lift(boxes, LiftingSettings(), np.linalg.inv(ground_matrix(Camera())))
+    places = lifted.tracks.positions[boxes.frame, np.searchsorted(lifted.tracks.people, boxes.track)]
+    off = np.abs(places - truth[boxes.frame, boxes.track - 1])
+    assert off.max() < 0.05  # the smoother has to guess that there is no noise
+    assert not lifted.calibration.pseudo_metric
+    assert lifted.calibration.focal.low == lifted.calibration.focal.high
+
+
+def test_the_plane_and_its_camera_agree() -> None:
+    plane = SizePlane(a=18.0, b=0.02, c=0.001)
+    camera = camera_of_plane(plane, 1500.0, 0.24, HEAD_HEIGHT)
+    x, nu = np.array([100.0, -300.0]), np.array([50.0, 200.0])
+    step = 1e-3
+    moved = np.stack([camera.to_ground(x + step, nu), camera.to_ground(x, nu + step)], axis=2)
+    numeric = (moved - camera.to_ground(x, nu)[:, :, None]) / step
+    np.testing.assert_allclose(camera.jacobian(x, nu), numeric, rtol=1e-4, atol=1e-7)
+    assert camera.horizon == pytest.approx(plane.horizon)
+
+
+def test_the_same_boxes_give_the_same_intervals_and_json_takes_them() -> None:
+    _, boxes = crowd(size_noise=0.12, jitter=0.06)
+    first, second = (lift(boxes, LiftingSettings()).calibration for _ in range(2))
+    assert first == second
+    assert json.loads(json.dumps(first.to_dict()))["stretch"]["low"] == first.stretch.low
+
+
+@pytest.mark.parametrize("kind", ["one row", "two tracks", "horizon in the crowd", "looking straight down", "nobody"])
+def test_a_crowd_that_tells_nothing_is_one_clear_error(kind: str) -> None:
+    _, boxes = crowd(size_noise=0.12)
+    placed = boxes.boxes.copy()
+    if kind == "one row":
+        placed[:, 1] = 500.0 - placed[:, 3] / 2
+    if kind == "looking straight down":
+        placed[:, 2:] = 20.0
+    if kind == "horizon in the crowd":
+        placed[:, 2:] = np.maximum(0.03 * (placed[:, 1:2] - np.quantile(placed[:, 1], 0.1)), 1.0)
+    boxes = replace(boxes, boxes=placed)
+    few = {"two tracks": boxes.track < 3, "nobody": boxes.track < 0}
+    with pytest.raises(VbbenchError, match="made: ") as caught:
+        lift(taken(boxes, few.get(kind, boxes.track > 0)), LiftingSettings())
+    assert "\n" not in str(caught.value)
+    assert kind == "nobody" or "--homography" in str(caught.value)
+
+
+def taken(boxes, chosen) -> HeadBoxes:
+    parts = {name: getattr(boxes, name)[chosen] for name in ("frame", "track", "boxes", "visible")}
+    return replace(boxes, **parts)
+
+
+def test_a_homography_of_no_camera_is_an_error() -> None:
+    _, boxes = crowd()
+    with pytest.raises(VbbenchError, match="no camera with square pixels"):
+        lift(boxes, LiftingSettings(), np.diag([0.02, 0.03, 1.0]))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"head_size": 0.0}, {"gap": -1.0}, {"resamples": 3}, {"vertical_vanishing_point": (1.0,)}]
+)
+def test_settings_that_cannot_be_are_refused(wrong) -> None:
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        LiftingSettings(**wrong)
+
+
+def test_short_gaps_are_filled_and_long_ones_divide_a_track() -> None:
+    frame = np.r_[0:10, 15:25, 130:140, 0:5]
+    track = np.repeat([4, 7], [30, 5])
+    x = frame.astype(float)
+    divided = split_at_gaps(Heads(x=x, nu=x, frame=frame, track=track, dt=DT), 4.0)
+    assert [(n, int((divided.track == n).sum())) for n in np.unique(divided.track)] == [(4, 20), (7, 5), (8, 10)]
+    assert np.all(np.diff(divided.frame)[np.diff(divided.track) == 0] > 0)
+    truth, boxes = crowd()
+    holes = taken(boxes, boxes.frame % 20 < 12)
+    lifted = lift(holes, LiftingSettings(vertical_vanishing_point=plumb(Camera()))).tracks
+    inner = ~np.isnan(lifted.positions[..., 0])
+    assert inner.sum() > 1.4 * len(holes)
+    error = lifted.positions - truth[:, lifted.people - 1][: lifted.frames]
+    assert np.nanmax(np.abs(error)) < 0.1
+
+
+def test_the_scale_check_is_reported_and_applied_only_when_asked() -> None:
+    _, boxes = crowd()
+    point = plumb(Camera())
+    plain = lift(boxes, LiftingSettings(vertical_vanishing_point=point, walking_speed=2.6))
+    scaled = lift(boxes, LiftingSettings(vertical_vanishing_point=point, walking_speed=2.6, apply_walking_speed=True))
+    factor = scaled.calibration.scale_applied
+    assert plain.calibration.scale_applied == 1.0
+    assert factor == pytest.approx(2.6 / plain.calibration.walking_speed)
+    np.testing.assert_allclose(scaled.tracks.positions, factor * plain.tracks.positions, atol=1e-3)
+    assert scaled.calibration.camera_height.value - 1.58 == pytest.approx(factor * 10.42, rel=1e-6)
+    assert scaled.calibration.head_size == pytest.approx(0.24 * factor)
+
+
+def test_noise_and_motion_are_told_apart() -> None:
+    rng = np.random.default_rng(0)
+    people, frames, noise, q = 200, 400, 0.05, 0.1
+    velocity = np.cumsum(rng.normal(size=(people, frames)) * np.sqrt(q * DT), axis=1)
+    path = np.cumsum(velocity * DT, axis=1)
+    scale = rng.uniform(0.5, 2.0, size=(people, 1)) * np.ones(frames)
+    value = (path + noise * scale * rng.normal(size=path.shape)).ravel()
+    frame, track = np.tile(np.arange(frames), people), np.repeat(np.arange(people), frames)
+    found = estimate_strength(value, scale.ravel(), frame, track, dt=DT)
+    assert found.noise == pytest.approx(noise * np.sqrt(DT), rel=0.15)
+    assert found.acceleration == pytest.approx(q, rel=0.2)
+
+
+def test_the_smoother_is_the_least_squares_solution() -> None:
+    rng = np.random.default_rng(1)
+    count, q = 12, 0.3
+    value, variance = rng.normal(size=count), rng.uniform(0.01, 0.1, count)
+    transition = np.array([[1.0, DT], [0.0, 1.0]])
+    process = q * np.array([[DT**3 / 3, DT**2 / 2], [DT**2 / 2, DT]])
+    information = np.zeros((2 * count, 2 * count))
+    information[1, 1] += 1 / 25.0
+    for t in range(count):
+        information[2 * t, 2 * t] += 1 / variance[t]
+    for t in range(count - 1):
+        block = np.hstack([-transition, np.eye(2)])
+        part = slice(2 * t, 2 * t + 4)
+        information[part, part] += block.T @ np.linalg.inv(process) @ block
+    right = np.zeros(2 * count)
+    right[::2] = value / variance
+    wanted = np.linalg.solve(information, right)[::2]
+    got = smooth(value, variance, np.arange(count), np.array([0, count]), q, DT)
+    np.testing.assert_allclose(got, wanted, atol=1e-7)
+
+
+def test_smoothing_brings_tracks_nearer_to_the_truth() -> None:
+    truth, boxes = crowd(people=80, frames=300, jitter=0.2)
+    lifted = lift(boxes, LiftingSettings(), np.linalg.inv(ground_matrix(Camera())))
+    speed = np.diff(lifted.tracks.positions, axis=0) / DT
+    wanted = np.diff(truth[:, lifted.tracks.people - 1], axis=0)[: len(speed)] / DT
+    assert np.sqrt(np.nanmean((speed - wanted) ** 2)) < 0.15
+    assert 0.5 < lifted.calibration.smoothing_residual_px / (0.2 * 18.0 * np.sqrt(2.0)) < 1.5
+
+
+def test_a_recording_of_full_size_takes_seconds() -> None:
+    _, boxes = crowd(people=900, frames=1000, size_noise=0.12, jitter=0.06, key=10)
+    assert len(boxes) > 400_000
+    start = time.perf_counter()
+    lift(boxes, LiftingSettings())
+    assert time.perf_counter() - start < 20.0
