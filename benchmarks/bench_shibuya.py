@@ -16,8 +16,9 @@ import sys
 import tempfile
 import threading
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,27 +43,37 @@ PAUSE = 0.2
 """Seconds from one look at the memory to the next."""
 
 
+@dataclass(frozen=True)
 class Crossing:
-    """The split ``benchmarks.bench_shibuya:CROSSING``."""
+    """The split ``benchmarks.bench_shibuya:CROSSING``; ``jitter`` in m is added to everybody's every coordinate."""
 
-    card = Card(name="crossing", title="A crossing as large as Shibuya01", licence="", citation="", sources=())
+    jitter: float = 0.0
+    card: ClassVar[Card] = Card(
+        name="crossing", title="A crossing as large as Shibuya01", licence="", citation="", sources=()
+    )
 
     def plan(self, options: Options) -> Reprojection:
         """The plan of the made crowd."""
+        facts = {"jitter": self.jitter}
         rules = Rules(skip_first_frames=1, count_observer=False)
-        return plan_reprojection(self.card, rules, [record(options.seed)], options, {}, precision=PRECISION)
+        return plan_reprojection(
+            self.card, rules, [record(options.seed, self.jitter)], options, facts, precision=PRECISION
+        )
 
 
 CROSSING = Crossing()
+JITTERED = Crossing(jitter=0.0075)
+"""With jitter as annotations have: the one-step error of constant velocity then is that of the paper's Table 3."""
 
 
-def record(seed: int) -> Scene:
+def record(seed: int, jitter: float) -> Scene:
     """`SEQUENCES` people of the scenario, each there for a while."""
     rng = np.random.default_rng(seed)
     first = rng.integers(0, FILLING, SEQUENCES)
     last = first + rng.integers(*STAY, SEQUENCES)
     scenario = replace(get_scenario("shibuya"), people=(SEQUENCES,), frames=int(last.max()))
     positions = walk(scenario, draw_crowd(scenario, SEQUENCES, Model(), rng), Model(), "numba")
+    positions += jitter * rng.standard_normal(positions.shape)
     frame = np.arange(len(positions))[:, None]
     positions[(frame < first) | (frame >= last)] = np.nan
     unknown = np.full(SEQUENCES, np.nan)

@@ -84,6 +84,17 @@ def test_beyond_the_limit_the_rest_do_not_decide() -> None:
     assert np.isfinite(after.positions[5]).all()
 
 
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_beyond_its_limit_fewer_interact_and_everybody_decides(noise: float) -> None:
+    truth = walk(3, people=12)
+    whole = run(SocialForceBirdifier(), truth, "one-step", None, noise, covariances=True)
+    few = run(SocialForceBirdifier(most_interacting=5), truth, "one-step", None, noise, covariances=True)
+    np.testing.assert_array_equal(few.poses, whole.poses)
+    np.testing.assert_array_equal(few.pose_covariances, whole.pose_covariances)
+    np.testing.assert_allclose(few.positions, whole.positions, atol=0.1)
+    assert np.array_equal(np.isnan(few.positions), np.isnan(whole.positions))
+
+
 def test_heights_and_covariances_are_reported() -> None:
     estimate = run(SocialForceBirdifier(), pairs(1), "one-step", None, 1.0, covariances=True)
     assert estimate.heights is not None

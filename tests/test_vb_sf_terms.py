@@ -17,7 +17,7 @@ from vbbench_baselines.pair_potential import potential, pull
 from vbbench_baselines.people import choose, descend
 from vbbench_baselines.rays import sample_rays
 from vbbench_baselines.reweighting import settle, weigh
-from vbbench_baselines.selection import select
+from vbbench_baselines.selection import nearest, select
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 
@@ -70,6 +70,13 @@ def test_large_crowds_are_cut_to_the_nearest(sizes: Any) -> None:
     np.testing.assert_array_equal(select(boxes, 4, 1.0), np.ones(5, bool))
     np.testing.assert_array_equal(select(boxes, 2, 1.0), (True, False, True, False, False))
     np.testing.assert_array_equal(select(boxes, 3, 4.0), (True, False, True, False, False))
+
+
+def test_the_nearest_are_found_by_their_rays() -> None:
+    rays = np.array(((0.0, 5.0), (-1.0, 0.0), (np.nan, np.nan), (3.0, 3.0), (0.0, -2.0)))
+    np.testing.assert_array_equal(nearest(rays, 4), np.ones(5, bool))
+    np.testing.assert_array_equal(nearest(rays, 2), (False, True, False, False, True))
+    np.testing.assert_array_equal(nearest(rays, 3), (False, True, False, True, True))
 
 
 def ego_energy(pose: FloatArray, softness: float, *terms: Any) -> float:

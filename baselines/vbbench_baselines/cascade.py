@@ -21,6 +21,9 @@ from vbbench_baselines.selection import select
 from vbbench_baselines.sightings import measure, sight
 from vbbench_baselines.uncertainty import pose_covariance, position_covariances
 
+EVERYBODY = 1_000_000
+"""More people than are ever in sight."""
+
 FEWEST = 2
 """Usable people (seen, and expected somewhere) below whom the observer's own prior decides."""
 
@@ -89,7 +92,8 @@ class Birdifier(ABC):
     confident_std : in m; whoever the walk places to within this teaches its height, too, not only who is given.
     calibrate : whether heights are learned from given positions; off, everybody keeps the prior N(μ_h, σ_h²).
     most_people, smallest_box : beyond so many people in sight only those of greatest box height, above ``smallest_box``
-        px, decide the pose; the rest are localised from it.
+        px, decide the pose; the rest are localised from it. The pose takes time linear in their number, so that by
+        default everybody decides; 100 is the paper's selection.
     """
 
     ego_prior: bool = True
@@ -100,7 +104,7 @@ class Birdifier(ABC):
     pose_std: float = 0.02
     confident_std: float = 0.0
     calibrate: bool = True
-    most_people: int = 100
+    most_people: int = EVERYBODY
     smallest_box: float = 1.0
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Crowds too large to be reasoned about whole: the people who are nearest in the picture."""
+"""Crowds too large to be reasoned about whole: the people who are nearest."""
 
 import numpy as np
 
@@ -18,3 +18,12 @@ def select(observations: FloatArray, most: int, smallest: float) -> BoolArray:
         return np.ones(len(size), np.bool_)
     chosen: BoolArray = (size >= np.partition(size, -most)[-most]) & (size > smallest)
     return chosen
+
+
+def nearest(rays: FloatArray, most: int) -> BoolArray:
+    """Which people [K] are the ``most`` nearest by their rays [K, 2] (see `Sightings`), all if there are no more."""
+    distance = np.hypot(rays[:, 0], rays[:, 1])
+    if np.count_nonzero(~np.isnan(distance)) <= most:
+        return np.ones(len(rays), np.bool_)
+    near: BoolArray = distance <= np.partition(distance, most - 1)[most - 1]
+    return near

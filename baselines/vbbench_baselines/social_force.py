@@ -26,7 +26,10 @@ def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: floa
             continue
         total_x, total_y, count = 0.0, 0.0, 0
         for i in range(len(positions)):
-            near = np.hypot(positions[i, 0] - positions[k, 0], positions[i, 1] - positions[k, 1]) < radius
+            dx = positions[i, 0] - positions[k, 0]
+            if not abs(dx) < radius:  # spares most of a large crowd the root
+                continue
+            near = np.hypot(dx, positions[i, 1] - positions[k, 1]) < radius
             if near and not np.isnan(velocities[i, 0]):
                 total_x, total_y, count = total_x + velocities[i, 0], total_y + velocities[i, 1], count + 1
         change[k, 0] = min(rate, 1.0) * (total_x / count - velocities[k, 0])

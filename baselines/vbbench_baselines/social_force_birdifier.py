@@ -11,6 +11,7 @@ from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
 from vbbench_baselines.people import choose, descend, tabulate
 from vbbench_baselines.rays import sample_rays
 from vbbench_baselines.reweighting import settle
+from vbbench_baselines.selection import nearest
 
 EXPECTED_WEIGHT = 0.5
 """Mean curvature of the norm m = ‖x − p‖/σ in the plane under its own density exp(−m): half that of m²/2."""
@@ -27,6 +28,7 @@ class SocialForceBirdifier(Birdifier):
     samples, spacing : S, odd, and δ in m of height: places along a ray that message passing chooses from.
     strength, sigma : of the pairwise potential: its weight beside D_k, both in m/s², and its σ in m.
     reach, neighbours : people interact within so many m, each with so many of its nearest.
+    most_interacting : of more people only so many do, the nearest; the rest stand where each is best alone.
     rounds, damping : of message passing.
     iterations, tolerance : of the minimisations over real numbers; the tolerance is in m and rad.
     """
@@ -42,6 +44,7 @@ class SocialForceBirdifier(Birdifier):
     sigma: float = 1.0
     reach: float = 3.0
     neighbours: int = 6
+    most_interacting: int = 100
     rounds: int = 20
     damping: float = 0.2
     iterations: int = 50
@@ -54,7 +57,9 @@ class SocialForceBirdifier(Birdifier):
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
         pose, alone, weights = settle(*factors, task.pose, self.softness, self.iterations, self.tolerance)
-        positions = self._interact(task._replace(pose=pose), alone, weights)
+        near, positions = nearest(task.rays, self.most_interacting), alone.copy()
+        crowd = Task(pose, factors.of(near), task.rays[near])
+        positions[near] = self._interact(crowd, alone[near], weights[near])
         curved = factors.spread(EXPECTED_WEIGHT**-0.5)
         return Answer(pose, positions, curved, self._tangent_at(pose, factors, weights))
 
