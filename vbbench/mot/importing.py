@@ -74,7 +74,7 @@ def import_mot(
         problem = "no track is anybody in three frames; are its boxes in pixels of the rendered pictures?"
         raise FileError(folder, problem)
     made = write_dataset(plan, out)
-    kept, boxes = made.info.counts["observations"], sum(len(rows.frame) for rows in plan.rows)
+    kept, boxes = made.info.counts["observations"], sum(len(rows.frame) for rows in plan.contents)
     announce(f"{kept} of {boxes} boxes kept: of tracks that are somebody in {LEAST_FRAMES} frames or more")
     return made
 
@@ -98,7 +98,7 @@ class TrackedPlan:
         return len(self.files)
 
     @cached_property
-    def rows(self) -> list[MotRows]:
+    def contents(self) -> list[MotRows]:
         """What the files say."""
         return [_tracks(path, int(self.dataset.rows["frames"][number])) for number, path in self.files.items()]
 
@@ -127,7 +127,7 @@ class TrackedPlan:
         """Match the tracks of one sequence, and leave out those that are nobody."""
         source = self.dataset.sequence(list(self.files)[index])
         camera, scene = self.dataset.info.camera, scene_of(self.dataset, source.scene)
-        tracks, boxes, visible = _dense(self.rows[index], source.frames)
+        tracks, boxes, visible = _dense(self.contents[index], source.frames)
         poses = self.dataset.truth(source).poses
         others = scene.people != source.observer
         frames = slice(source.first_frame, source.first_frame + source.frames)
