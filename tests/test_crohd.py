@@ -2,8 +2,11 @@
 
 import json
 import random
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +30,7 @@ from vbbench_generators.crohd.reading import read_heads
 from vbbench_generators.crohd.seqinfo import parse_seqinfo
 from vbbench_generators.crohd.stepping import every_frame
 from vbbench_generators.recipe import get_recipe
+from vbbench_generators.splits import shibuya01
 
 GOOD = "2,7,101,51,20,30,1,1,0.5"
 WALKS = "1,1,10,20,8,9,1,1,1\n2,1,12,20,8,9,1,1,1\n1,2,50,60,8,9,1,1,1\n2,2,52,60,8,9,1,1,1\n"
@@ -228,6 +232,40 @@ def test_both_splits_are_fetched_at_once(monkeypatch: pytest.MonkeyPatch) -> Non
     fetch_splits(["shibuya01", "shibuya02"])
     assert wanted == [ARCHIVE]
     assert (ARCHIVE.size, ARCHIVE.sha256[:8]) == (53_547_421, "824e94f1")
+
+
+@pytest.fixture
+def published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """An archive on a server, which the split shibuya01 is made from."""
+    served = tmp_path / "served"
+    folder = write_recording(tmp_path / "made" / "HT21-03")
+    served.mkdir()
+    packed = pack(served / "HT21Labels.zip", {"train/HT21-03": folder})
+    monkeypatch.setenv("NO_PROXY", "127.0.0.1")
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(served))) as server:
+        url = f"http://127.0.0.1:{server.server_port}/HT21Labels.zip"
+        source = replace(ARCHIVE, url=url, sha256=file_sha256(packed), size=packed.stat().st_size)
+        monkeypatch.setitem(shibuya01.__dict__, "recipe", replace(get_recipe("shibuya01"), source=(source,)))
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        yield
+        server.shutdown()
+        thread.join()
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    def log_message(self, *args: object) -> None:
+        """Keep the test output clean."""
+
+
+def test_from_the_server_to_the_dataset(
+    published: None, no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["fetch", "shibuya01"]) == 0
+    assert capsys.readouterr().out == f"{no_data}/crohd/HT21Labels.zip\n"
+    assert main(["generate", "shibuya01", "--limit", "2", "--out", str(tmp_path / "s")]) == 0
+    assert "2 sequences" in capsys.readouterr().out
+    assert [path.name for path in no_data.rglob("*")] == ["crohd", "HT21Labels.zip"]
 
 
 @pytest.fixture(scope="module")
