@@ -128,7 +128,7 @@ def _tables(plan: Plan) -> list[str]:
 
 
 def _ranges(plan: Plan) -> Ranges:
-    return part_ranges(len(plan), plan.rows if isinstance(plan, SizedPlan) else None)
+    return part_ranges(len(plan), plan.expected_rows if isinstance(plan, SizedPlan) else None)
 
 
 def _key(plan: Plan) -> str:

@@ -101,7 +101,7 @@ class SizedPlan(Plan, Protocol):
     """A plan that knows how large its sequences are before they are built: work is then cut by rows."""
 
     @property
-    def rows(self) -> IntArray:
+    def expected_rows(self) -> IntArray:
         """[N] observations of each sequence, or about so many."""
 
 

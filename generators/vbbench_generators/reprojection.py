@@ -47,7 +47,7 @@ class Reprojection:
         return spans[: self.limit]
 
     @cached_property
-    def rows(self) -> IntArray:
+    def expected_rows(self) -> IntArray:
         """[N] people present in each sequence, summed over frames: its observations, where nobody is hidden."""
         people = [crowd.sum(axis=1) for crowd in self._crowds]
         return np.array([_frames_of(people[span.scene], span)[span.counted].sum() for span in self.spans])
