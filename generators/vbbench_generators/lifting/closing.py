@@ -17,6 +17,7 @@ LEAST_PEOPLE = 10
 
 _GRID, _FINE, _REACH = 33, 2001, 4.5
 _PLANES = 16
+_ROUNDS, _SETTLED = 12, 1e-3
 _DRAWS = 40
 _CLIP = 3.0
 _WALKS = 0.3
@@ -86,17 +87,20 @@ def close_by_motion(
     chosen: BoolArray = np.ones(len(steps.person), np.bool_)
     best = float(focal[_GRID // 2])
     pace = Pace(between=0.3, within=0.1, direction=settings.direction_spread)
-    for _ in range(4):
+    for _ in range(_ROUNDS):
         chosen = walkers(steps, stretch(fit.plane, best))
         if len(np.unique(steps.person[chosen])) < LEAST_PEOPLE:
             return None
         walking = steps.take(chosen)
         pace = estimate_pace(walking, stretch(fit.plane, best), settings.direction_spread)
-        best = float(_quantiles(_posterior(fit.plane, walking, focal, pace), focal, np.array([0.5]))[0])
+        before = best
+        best = float(_quantiles(_posterior(fit.plane, walking, focal, pace, best), focal, np.array([0.5]))[0])
+        if abs(best / before - 1.0) < _SETTLED:
+            break
     posteriors = []
     for plane in fit.resampled[:_PLANES]:
         walking = walking_steps(plane, segments, noise, head_size).take(chosen)
-        posteriors.append(_posterior(plane, walking, focal, pace))
+        posteriors.append(_posterior(plane, walking, focal, pace, best))
     draws = [_quantiles(one, focal, (np.arange(_DRAWS) + 0.5) / _DRAWS) for one in posteriors]
     people = len(np.unique(steps.person[chosen]))
     return _close(best, fit.resampled[:_PLANES], draws, "motion", people)
@@ -143,10 +147,11 @@ def walkers(steps: Steps, g: float) -> BoolArray:
     return kept
 
 
-def _posterior(plane: SizePlane, steps: Steps, focal: FloatArray, pace: Pace) -> FloatArray:
-    """Log density [G] of ln f over the grid."""
+def _posterior(plane: SizePlane, steps: Steps, focal: FloatArray, pace: Pace, about: float) -> FloatArray:
+    """Log density [G] of ln f over the grid; ``about`` is an estimate of f."""
     prior = -0.5 * np.linspace(-_REACH, _REACH, _GRID) ** 2
-    density: FloatArray = prior + [log_likelihood(steps, stretch(plane, float(f)), pace) for f in focal]
+    near = stretch(plane, about)
+    density: FloatArray = prior + [log_likelihood(steps, stretch(plane, float(f)), pace, near) for f in focal]
     return density
 
 

@@ -54,9 +54,14 @@ class Pace:
     direction: float
 
 
-def log_likelihood(steps: Steps, g: float, pace: Pace) -> float:
-    """Logarithm of the density of the log speeds given the directions, where the stretch is ``g``."""
-    log_speed, phi, variance = _observed(steps, g)
+def log_likelihood(steps: Steps, g: float, pace: Pace, about: float) -> float:
+    """Logarithm of the density of the log speeds given the directions, where the stretch is ``g``.
+
+    Directions and the weights of segments are those at the stretch ``about``, an estimate. Else the determinants would
+    follow ``g``, and a stretch that turns everybody into one direction, where h has nothing to say, would gain by that.
+    """
+    log_speed = _observed(steps, g)[0]
+    _, phi, variance = _observed(steps, about)
     prior = np.full(2 * HARMONICS + 1, 1.0 / pace.direction**2)
     prior[0], prior[1:3] = 1.0 / _MEAN_STD**2, prior[1:3] / OPPOSITE**2
     normal, right, square, log_det = _whiten(
