@@ -1,7 +1,7 @@
 """What it costs to reason about the nearest people only: vb-cv and vb-sf with 100, 200 and all people.
 
-One-step on the first 100 sequences of the made crossing of ``bench_shibuya``, or of the split ``shibuya01`` in
-``--source``. Run from the repository: ``python -m benchmarks.selecting_people [--sequences 100] [--jobs 2]``.
+On the first 100 sequences of the made crossing of ``bench_shibuya``, or of the split ``shibuya01`` in
+``--source``. Run from the repository: ``python -m benchmarks.selecting_people [--sequences 100] [--protocol one-step] [--jobs 2]``.
 """
 
 import argparse
@@ -77,11 +77,11 @@ SOLVERS = {
 }
 
 
-def compare(dataset: Dataset, name: str, room: Path, jobs: int) -> None:
+def compare(dataset: Dataset, name: str, protocol: str, room: Path, jobs: int) -> None:
     """A row for each number of people, with the change of the means against all people."""
     everybody: Score | None = None
     for people, solver in SOLVERS[name].items():
-        answer = solve(dataset, solver, "one-step", room / f"{name} {people}", jobs=jobs)
+        answer = solve(dataset, solver, protocol, room / f"{name} {people}", jobs=jobs)
         figures = score(answer, dataset.folder)
         everybody = everybody or figures
         cells = [_cell(figures, everybody, metric) for metric in METRICS]
@@ -100,6 +100,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sequences", type=int, default=100)
     parser.add_argument("--source", type=Path, help="folder of HT21-03: the split shibuya01")
+    parser.add_argument("--protocol", default="one-step")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     print(
@@ -111,7 +112,7 @@ def main() -> None:
             asked = Options(tier=tier, limit=options.sequences, source=options.source)
             dataset = generate(split, Path(folder) / "data", asked, jobs=options.jobs)
             for name in SOLVERS:
-                compare(dataset, name, Path(folder), options.jobs)
+                compare(dataset, name, options.protocol, Path(folder), options.jobs)
 
 
 if __name__ == "__main__":
