@@ -55,8 +55,12 @@ def photograph(
     key: int = 1,
     person: float = 0.0,
     height: float = 0.0,
+    balls: bool = False,
 ) -> HeadBoxes:
-    """Head boxes; noise relative to the box, drawn for every ``key``-th frame and interpolated between."""
+    """Head boxes; noise relative to the box, drawn for every ``key``-th frame and interpolated between.
+
+    With ``balls``, the lens draws heads longer off its axis.
+    """
     frames, people = truth.shape[:2]
     heads = HEAD_HEIGHT + height * rng.normal(size=people)
     u, v, size = camera.view(truth, heads)
@@ -67,7 +71,9 @@ def photograph(
     inside = (size > 0) & (u > 0) & (u < SIZE[0]) & (v > 0) & (v < SIZE[1]) & (box > 1)
     track, frame = np.nonzero(inside.T)
     u, v, box = (value.T[track, frame] for value in (u, v, box))
-    boxes = np.stack([u - box / 2, v - box / 2, box, box], axis=1)
+    tangent = (np.stack([u, v]) - np.array(SIZE)[:, None] / 2) / camera.focal
+    width, height = box * (np.hypot(1.0, tangent) if balls else np.ones_like(tangent))
+    boxes = np.stack([u - width / 2, v - height / 2, width, height], axis=1)
     return HeadBoxes(
         name="made", dt=dt, size=SIZE, frame=frame, track=track + 1, boxes=boxes, visible=np.ones(len(frame))
     )

@@ -33,6 +33,17 @@ def test_a_crowd_that_walks_all_ways_comes_back(camera: Camera) -> None:
     assert np.quantile(np.abs(ratio - 1.0), 0.9) < 0.10
 
 
+@pytest.mark.parametrize("balls", [False, True])
+def test_round_heads_are_told_from_flat_ones(balls: bool) -> None:
+    """A lens of 75° makes balls in the corners a fifth longer, which would move the horizon by 27 px."""
+    camera, rng = Camera(focal=1250.0), np.random.default_rng(11)
+    truth = walk(rng, 200, 250, DT, rng.uniform(0, 2 * np.pi, 200), area=(-14.0, 4.0, 14.0, 35.0))
+    boxes = photograph(camera, truth, DT, rng, size_noise=0.06, key=5, balls=balls)
+    found = lift(boxes, LiftingSettings()).calibration
+    assert found.roundness == pytest.approx(float(balls), abs=0.1)
+    assert abs(found.horizon.value - camera.horizon) < 8.0
+
+
 def ways(kind: str, rng, people):
     angle = rng.uniform(0, 2 * np.pi) + 0.1 * rng.normal(size=people)
     turns = {"all": 2 * np.pi * rng.uniform(size=people), "one": np.zeros(people)}

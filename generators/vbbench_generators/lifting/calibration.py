@@ -30,6 +30,7 @@ class Calibration:
     stretch : g = f / cos θ in px: depths are proportional to it.
     head_size, head_height : what was taken for a head, in m; the size after any correction by the walking speed.
     head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unasked.
+    roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
     size_plane : (a, b, c) of head sizes, in px, px a row and px a column; ``None`` if unasked.
     walkers : people whose motion was asked for the stretch.
     walking_speed : median speed of walkers in m/s before any correction by it; ``None`` if nobody walks.
@@ -49,6 +50,7 @@ class Calibration:
     head_size: float
     head_height: float
     head_scatter: float | None
+    roundness: float
     size_plane: tuple[float, float, float] | None
     walkers: int
     walking_speed: float | None

@@ -1,6 +1,7 @@
 """Finds the camera: from a homography, or from head sizes and how people walk."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from vbbench_generators.lifting.fitting import PlaneFit, fit_plane
 from vbbench_generators.lifting.plane import SizePlane
 from vbbench_generators.lifting.segments import cut_segments
 from vbbench_generators.lifting.settings import LiftingSettings
+from vbbench_generators.lifting.shape import box_sizes, lengthening, roundness
 from vbbench_generators.lifting.strength import estimate_strength
 from vbbench_generators.lifting.tracks import Heads
 
@@ -27,6 +29,7 @@ SEED = 20200830
 
 _NEAR_HORIZON = 0.05
 _FEW = 0.005
+_HARDLY = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +43,7 @@ class Found:
     method : what closed the focal length.
     walkers : people whose motion was asked.
     fit : of the head sizes; ``None`` if unasked.
+    roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
     scale : factor by which all lengths were multiplied.
     """
 
@@ -48,6 +52,7 @@ class Found:
     method: Method
     walkers: int
     fit: PlaneFit | None
+    roundness: float = 0.0
     scale: float = 1.0
 
     def scaled(self, factor: float, head_height: float) -> "Found":
@@ -71,12 +76,13 @@ def find_by_homography(homography: FloatArray, heads: Heads, centre: FloatArray,
 
 
 def find_by_heads(
-    heads: Heads, size: FloatArray, whole: BoolArray, picture: tuple[int, int], settings: LiftingSettings
+    heads: Heads, boxes: FloatArray, whole: BoolArray, picture: tuple[int, int], settings: LiftingSettings
 ) -> Found:
-    """The camera in which the heads have the sizes [N] in px that they have, and walk as people do.
+    """The camera in which the heads have the sizes that they have, and walk as people do.
 
     Parameters
     ----------
+    boxes : [N, 4] (left, top, width, height) in px.
     whole : [N] boxes that the picture's edge does not cut.
     picture : width and height in px.
 
@@ -85,17 +91,25 @@ def find_by_heads(
     ValueError
         If sizes or positions leave the camera open.
     """
-    fit = fit_plane(
-        heads.x[whole],
-        heads.nu[whole],
-        size[whole],
-        heads.track[whole],
-        level=settings.level,
-        resamples=settings.resamples,
-        seed=SEED,
-    )
-    closing = _close(fit, heads.take(below_horizon(fit.plane.at(heads.x, heads.nu))), picture, settings)
+    focal = settings.focal_median * picture[0]
+    seen, drawn = heads.take(whole), boxes[whole]
+    for last in (False, True):
+        ball = roundness(seen.x, seen.nu, drawn, seen.track, focal)
+        size = box_sizes(drawn, settings.box) / lengthening(seen.x, seen.nu, focal, settings.box) ** ball
+        fit = _fit(seen, size, settings)
+        closing = _close(fit, heads.take(below_horizon(fit.plane.at(heads.x, heads.nu))), picture, settings)
+        if last or ball < _HARDLY:
+            break
+        focal = closing.focal
+    return _found(fit, closing, ball, settings)
 
+
+def _fit(heads: Heads, size: FloatArray, settings: LiftingSettings) -> PlaneFit:
+    options: dict[str, Any] = {"level": settings.level, "resamples": settings.resamples, "seed": SEED}
+    return fit_plane(heads.x, heads.nu, size, heads.track, **options)
+
+
+def _found(fit: PlaneFit, closing: Closing, ball: float, settings: LiftingSettings) -> Found:
     def camera(plane: SizePlane, focal: float) -> GroundCamera:
         return camera_of_plane(plane, focal, settings.head_size, settings.head_height)
 
@@ -105,6 +119,7 @@ def find_by_heads(
         method=closing.method,
         walkers=closing.walkers,
         fit=fit,
+        roundness=ball,
     )
 
 

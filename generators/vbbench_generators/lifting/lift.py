@@ -11,7 +11,7 @@ from vbbench_generators.crohd.heads import HeadBoxes
 from vbbench_generators.lifting.calibration import Calibration
 from vbbench_generators.lifting.finding import Found, below_horizon, find_by_heads, find_by_homography
 from vbbench_generators.lifting.report import calibration_of
-from vbbench_generators.lifting.settings import BoxSize, LiftingSettings
+from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.lifting.tracks import Heads, smooth_tracks, split_at_gaps
 from vbbench_generators.lifting.walking import walking_speed
 
@@ -51,19 +51,12 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
         if homography is not None:
             found = find_by_homography(homography, heads, centre, settings)
         else:
-            found = find_by_heads(heads, box_sizes(boxes.boxes, settings.box), _whole(boxes), boxes.size, settings)
+            found = find_by_heads(heads, boxes.boxes, _whole(boxes), boxes.size, settings)
         kept = below_horizon(found.camera.depth(heads.x, heads.nu))
     except ValueError as error:
         advice = "is that of another picture?" if homography is not None else "give its homography with --homography"
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
     return _lifted(boxes, heads.take(kept), found, settings)
-
-
-def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
-    """What counts as the size in px of head ``boxes`` [N, 4]."""
-    width, height = boxes[:, 2], boxes[:, 3]
-    sizes: FloatArray = {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
-    return sizes
 
 
 def _centres(boxes: HeadBoxes) -> Heads:

@@ -43,6 +43,7 @@ def calibration_of(
         head_size=settings.head_size * found.scale,
         head_height=settings.head_height,
         head_scatter=None if fit is None else fit.scatter,
+        roundness=found.roundness,
         size_plane=None if fit is None else (fit.plane.a, fit.plane.b, fit.plane.c),
         walkers=found.walkers,
         walking_speed=speed,
