@@ -5,7 +5,7 @@ The bounds are those asked of the split: horizon within 8 px, camera height with
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -145,3 +145,11 @@ def test_a_crowd_that_walks_one_way_leaves_the_stretch_open(facing, tmp_path):
     true = facts["camera"]["focal"] / np.cos(facts["camera"]["tilt"])
     assert stretch["low"] < true < stretch["high"]
     assert stretch["high"] > 1.5 * stretch["low"]
+
+
+def test_round_heads_are_no_reason_to_lose_the_horizon(trip, tmp_path):
+    crowd = Dataset(trip.recording.parent / "crowd")
+    recording = export_heads(crowd, tmp_path / "HT21-03", replace(OPTIONS, round_heads=True), seed=7)
+    calibration = load("generator", "shibuya01").plan(Options(source=recording)).info.calibration
+    assert abs(calibration["horizon"]["value"] - camera_of(OPTIONS).horizon) < 8.0
+    assert calibration["camera_height"]["value"] == pytest.approx(OPTIONS.camera_height, rel=0.05)
