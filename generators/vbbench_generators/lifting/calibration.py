@@ -32,6 +32,7 @@ class Calibration:
     head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unasked.
     roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
     size_plane : (a, b, c) of head sizes, in px, px a row and px a column; ``None`` if unasked.
+    size_plane_covariance : [3, 3] of these three, from resampled tracks; ``None`` if unasked.
     walkers : people whose motion was asked for the stretch.
     walking_speed : median speed of walkers in m/s before any correction by it; ``None`` if nobody walks.
     scale_applied : factor by which all lengths were multiplied to reach the recipe's walking speed; 1 if not asked.
@@ -52,6 +53,7 @@ class Calibration:
     head_scatter: float | None
     roundness: float
     size_plane: tuple[float, float, float] | None
+    size_plane_covariance: tuple[tuple[float, ...], ...] | None
     walkers: int
     walking_speed: float | None
     scale_applied: float

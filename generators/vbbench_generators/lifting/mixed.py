@@ -57,34 +57,33 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
     """
     person = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(size)]))
     floor = 0.05 * float(np.median(size))
-    weight, ratio = share.copy(), 0.0
-    own = np.zeros(len(starts))
-    fitted = np.full(len(size), float(np.mean(size)))
-    beta = odd = np.zeros(0)
-    normal = right = np.zeros(0)
-    scatter = 0.0
+    fitted, beta = np.full(len(size), float(np.mean(size))), np.zeros(design.shape[1])
+    weight, ratio = share, 0.0
     for turn in range(_ROUNDS):
         normal, right, shrink = _equations(design / fitted[:, None], size / fitted, weight, starts, ratio)
         before, beta = beta, solve(normal.sum(axis=0), right.sum(axis=0))
         fitted = np.maximum(design @ beta, floor)
         relative = size / fitted - 1.0
         own = shrink * np.add.reduceat(weight * relative, starts)
-        scatter = float(np.median(np.abs(relative))) / 0.6745
-        alone = relative - own[person]
-        odd = (alone / max(float(np.median(np.abs(alone))) / 0.6745, 1e-12)) ** 2
+        odd = _oddness(relative - own[person])
         weight = share * (_TAIL + 1.0) / (_TAIL + odd)
         if turn < _SETTLED:
             ratio = _own_share(relative, weight, pair, person)
         elif float(np.abs(beta - before).max()) <= 1e-10 * float(np.abs(beta).max()):
             break
     curvature = share * (_TAIL + 1.0) * (_TAIL - odd) / (_TAIL + odd) ** 2
-    return Mixed(
-        beta=beta,
-        normal=normal,
-        right=right,
-        scatter=scatter,
-        flatness=float(weight.sum() / max(curvature.sum(), 0.2 * weight.sum())),
-    )
+    flatness = float(weight.sum() / max(curvature.sum(), 0.2 * weight.sum()))
+    return Mixed(beta=beta, normal=normal, right=right, scatter=_robust_std(relative), flatness=flatness)
+
+
+def _oddness(residual: FloatArray) -> FloatArray:
+    """Squares [N] of residuals in units of their robust standard deviation."""
+    squares: FloatArray = (residual / max(_robust_std(residual), 1e-12)) ** 2
+    return squares
+
+
+def _robust_std(residual: FloatArray) -> float:
+    return float(np.median(np.abs(residual))) / 0.6745
 
 
 def solve(normal: FloatArray, right: FloatArray) -> FloatArray:

@@ -44,11 +44,6 @@ class SizePlane:
         """f·tan θ: distance in px from the picture's centre up to the horizon, once that is level."""
         return self.a / self.slope
 
-    @property
-    def horizon(self) -> float:
-        """Where the horizon crosses the middle column: ν in px, negative above the centre."""
-        return -self.a / self.b
-
     def levelled(self, x: FloatArray, nu: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The same points [N] in the picture turned level."""
         cos, sin = np.cos(self.roll), np.sin(self.roll)

@@ -45,6 +45,7 @@ def calibration_of(
         head_scatter=None if fit is None else fit.scatter,
         roundness=found.roundness,
         size_plane=None if fit is None else (fit.plane.a, fit.plane.b, fit.plane.c),
+        size_plane_covariance=None if fit is None else tuple(map(tuple, fit.covariance.tolist())),
         walkers=found.walkers,
         walking_speed=speed,
         scale_applied=found.scale,
