@@ -16,7 +16,7 @@ from vbbench.dataset import Dataset
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.geometry import relative_to_world
-from vbbench.plotting import plot_sequence, plot_to_file, save_png
+from vbbench.plotting import plot_sequence, plot_to_file, save_png, style
 from vbbench.plotting.labels import beside, spread, text_extent
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
@@ -127,6 +127,14 @@ def test_every_box_has_its_id_in_both_views_and_the_horizon_is_drawn():
         assert sorted(t.get_text() for t in part(figure, name).texts if t.get_gid()) == ["14", "15", "3", "92"]
     horizon = next(line for line in part(figure, "ego").lines if line.get_gid() == "horizon")
     assert horizon.get_ydata()[0] == PanoramaCamera().cy
+
+
+def test_in_a_large_crowd_only_the_nearest_bear_their_ids(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(style, "MOST_LABELS", 2)
+    figure = plot_sequence(make(PanoramaCamera()), 0, frame=FOCUS)
+    for name in ("ego", "bird"):
+        assert {t.get_text() for t in part(figure, name).texts if t.get_gid()} == {"3", "92"}
+    assert "ids of the nearest 2" in words(figure)
 
 
 def test_one_colour_stands_for_one_distance_in_both_views():

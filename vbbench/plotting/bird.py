@@ -140,7 +140,7 @@ def _draw_labels(axes: Axes, moment: Moment) -> None:
     places = np.where(np.isnan(moment.estimated), moment.known, moment.estimated)
     inside = [axes.viewLim.contains(x, y) for x, y in places]
     shown = np.flatnonzero(moment.observed & np.array(inside, bool))
-    order = shown[np.argsort(moment.distances[shown])]
+    order = shown[np.argsort(moment.distances[shown])][: style.MOST_LABELS]
     texts = [str(track) for track in moment.sequence.tracks[order]]
     offsets = labels.beside(
         _in_points(axes, places[order]),

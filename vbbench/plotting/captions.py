@@ -29,7 +29,7 @@ def draw_title(figure: Figure, moment: Moment) -> None:
     if info.caution:
         text = textwrap.shorten(f"Caution: {info.caution.split('. ')[0]}", 70, placeholder=" …")
         right = 1.0 - 0.2 / figure.get_figwidth()
-        figure.text(right, top, text, fontsize=style.TEXT_SIZE, style="italic", color=style.CAUTION, ha="right")
+        figure.text(right, below, text, fontsize=style.TEXT_SIZE, style="italic", color=style.CAUTION, ha="right")
 
 
 def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
@@ -58,6 +58,8 @@ def draw_facts(axes: Axes, moment: Moment) -> None:
         f"people's heights {info.height_mean:.2f} ± {info.height_std:.2f} m",
         "dashed: horizon; box widths are made up",
     ]
+    if moment.observed.sum() > style.MOST_LABELS:
+        lines.append(f"ids of the nearest {style.MOST_LABELS}")
     axes.text(0.03, 1.0, "\n".join(lines), va="top", fontsize=style.TEXT_SIZE, color=style.INK, linespacing=1.4)
 
 
@@ -74,7 +76,7 @@ def _result_line(moment: Moment) -> str:
 
 def _handles(moment: Moment) -> list[Line2D]:
     revealed = moment.protocol.revealed_frames if moment.estimate else 0
-    given = "given to the solver" + f", besides {revealed} frames before" * (revealed > 0)
+    given = f"given, besides {revealed} frames before" if revealed else "given to the solver"
     handles = [_line(given, color=style.GIVEN, marker="D", markersize=4, linestyle="none", fill=False)]
     if moment.truth is not None:
         handles += _truth_handles(moment)

@@ -74,7 +74,8 @@ def _draw_box(
 
 
 def _draw_labels(axes: Axes, moment: Moment, people: IntArray) -> None:
-    """One row of ids over all heads, each joined to its box; set upright where they would not fit in a line."""
+    """One row of ids over the heads, each joined to its box; set upright where they would not fit in a line."""
+    people = people[: style.MOST_LABELS]
     texts = [str(track) for track in moment.sequence.tracks[people]]
     widths = labels.text_extent(texts, style.LABEL_SIZE)[:, 0] + 2.0
     width = axes.get_xlim()[1]

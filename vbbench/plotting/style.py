@@ -14,6 +14,8 @@ CAUTION = "#9c2a00"
 
 LABEL_SIZE = 6.5
 TEXT_SIZE = 8.5
+MOST_LABELS = 60
+"""In larger crowds only so many of the nearest people bear their ids."""
 TAIL_FRAMES = 8
 """Frames of the past drawn darker than the rest of a track."""
 
