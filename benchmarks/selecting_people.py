@@ -1,7 +1,7 @@
 """What it costs to reason about the nearest people only: vb-cv and vb-sf with 100, 200 and all people.
 
 On the first 100 sequences of the made crossing of ``bench_shibuya``, or of the split ``shibuya01`` in
-``--source``. Run from the repository: ``python -m benchmarks.selecting_people [--sequences 100] [--protocol one-step] [--jobs 2]``.
+``--source``. Run from the repository: ``python -m benchmarks.selecting_people [--sequences N] [--protocol NAME]``.
 """
 
 import argparse
