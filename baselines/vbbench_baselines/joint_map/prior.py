@@ -69,7 +69,7 @@ class Prior:
         return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=self.yaw_scale * ratio)
 
 
-PRIORS = ("default",)
+PRIORS = ("default", "without-hotel", "without-eth", "sim")
 """Names of the fitted priors."""
 
 
