@@ -1,0 +1,72 @@
+"""Boxes as the joint solver sees them: rays that know their range from the feet, or from the height of the box.
+
+A box's bottom stands at v + l/2 = c_y + f·h_0/r, whoever it shows: it measures the distance as a box of height
+v + l/2 − c_y of somebody as tall as the camera's mount would, with the noise of one edge instead of two. What the top
+adds, (h_0 − h)²/h_0² of that information where the height h is known, is under one per cent for people about as tall
+as the mount; it is left out, and no height is unknown any more. Without feet, the box height l = f·h/r and the prior of
+h are all there is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera
+from vbbench.solver import Problem
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.ego_motion import invert
+from vbbench_baselines.sightings import SMALLEST_BOX, Sightings, measure, sight
+
+FLOOR = 1e-3
+"""Standard deviation in m that every measured place has at least, exact boxes or not."""
+
+
+class Statures(NamedTuple):
+    """What scales the rays: heights of people, or the mount's.
+
+    Attributes
+    ----------
+    mean, variance : [K] in m and m²; a variance of nought is a known one.
+    """
+
+    mean: FloatArray
+    variance: FloatArray
+
+
+def horizon(camera: Camera) -> float:
+    """Row in px in which everything as high as the camera's mount appears: c_y."""
+    return float(camera.project(np.array((0.0, 1.0)), np.array(2.0 * camera.mount_height))[1])
+
+
+def sight_boxes(problem: Problem, boxes: FloatArray, feet: bool) -> Sightings:
+    """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
+    if not feet:
+        return sight(problem.camera, boxes, problem.pixel_std)
+    below = boxes[..., 1] + 0.5 * boxes[..., 2] - horizon(problem.camera)
+    upright = np.stack((boxes[..., 0], boxes[..., 1], below), axis=-1)
+    rays, sideways, stretch = sight(problem.camera, upright, problem.pixel_std)
+    return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+
+
+def statures_of(problem: Problem, feet: bool) -> Statures:
+    """What scales the rays of a problem's people before anything is seen."""
+    people = len(problem.tracks)
+    if feet:
+        return Statures(np.full(people, problem.camera.mount_height), np.zeros(people))
+    return Statures(np.full(people, problem.height_mean), np.full(people, problem.height_std**2))
+
+
+@kernel
+def inform(
+    rays: FloatArray, sideways: FloatArray, stretch: FloatArray, statures: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where boxes [K] place people of known stature: places z [K, 2] in m and N⁻¹ [K, 3] as (rr, rf, ff) in 1/m²."""
+    relative, noise = measure(rays, sideways, stretch, statures, np.zeros(len(statures)))
+    for k in range(len(statures)):
+        n = noise[k]
+        n[0], n[1], n[2] = invert(n[0] + FLOOR**2, n[1], n[2] + FLOOR**2)
+    return relative, noise
+
+
+__all__ = ["FLOOR", "SMALLEST_BOX", "Statures", "horizon", "inform", "sight_boxes", "statures_of"]
