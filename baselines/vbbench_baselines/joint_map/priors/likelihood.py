@@ -8,7 +8,7 @@ With innovations e_j of the autoregression, in units c_j of their scale where a 
 over a fixed grid of ln s², so that the likelihood is smooth in all parameters.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -63,10 +63,11 @@ def _log_units(walks: Walks, prior: Prior) -> float:
     return -2.0 * float(counts[0] * np.log(prior.start.first) + counts[1] * np.log(prior.start.second))
 
 
-def fit_walks(crowds: Sequence[Walks], start: Prior, least_nu: float) -> Prior:
+def fit_walks(crowds: Sequence[Walks], start: Prior, least_nu: float, held: Collection[str] = ()) -> Prior:
     """The prior with the greatest mean of `log_likelihood` over crowds: each counts the same, however large.
 
     ν ≥ ``least_nu`` keeps interpolated recordings, most of whose second differences are zero, from being believed.
+    What is ``held`` of ``b``, ``nu`` and ``a0`` stays what it is in ``start``, which measures what it is good for.
     """
 
     def cost(v: FloatArray) -> float:
@@ -76,6 +77,9 @@ def fit_walks(crowds: Sequence[Walks], start: Prior, least_nu: float) -> Prior:
     lower = np.array((-2.0, -2.0, *np.log((SIGMA_RANGE[0], least_nu, A0_RANGE[0]))))
     upper = np.array((2.0, 2.0, *np.log((SIGMA_RANGE[1], MOST_NU, A0_RANGE[1]))))
     v = np.clip(_pack(start), lower, upper)
+    for i, name in enumerate(("b", "b", "sigma", "nu", "a0")):
+        if name in held:
+            lower[i] = upper[i] = v[i]
     best = minimize(cost, v, method="L-BFGS-B", bounds=Bounds(lower, upper), options={"ftol": 1e-11, "gtol": 1e-7})
     speed = float(np.sqrt(np.mean([walks.speed for walks in crowds])))
     return replace(_unpack(best.x, start), speed=speed)
