@@ -217,7 +217,7 @@ def mean_distance(covariance: FloatArray) -> FloatArray:
 
 
 def least_errors(spread: Spread, sequence: Sequence, protocol: str) -> FloatArray:
-    """Mean (Δr, Δt, Δx) of a sequence, over what is scored."""
+    """Mean (Δx, Δt, Δr) of a sequence, over what is scored."""
     given = get_protocol(protocol).select_given(sequence.given)
     frames, rows = scored_frames(sequence.observed), scored_positions(sequence.observed, given)
     rows &= ~np.isnan(spread.positions[..., 0, 0])
@@ -225,20 +225,25 @@ def least_errors(spread: Spread, sequence: Sequence, protocol: str) -> FloatArra
         return np.full(3, np.nan)
     turn = np.sqrt(2.0 / np.pi * spread.poses[frames, 2, 2])
     place = mean_distance(spread.poses[frames, :2, :2])
-    return np.array((turn.mean(), place.mean(), mean_distance(spread.positions[rows]).mean()))
+    return np.array((mean_distance(spread.positions[rows]).mean(), place.mean(), turn.mean()))
 
 
 def floor_of(dataset: Dataset, floor: Floor, protocol: str, sequences: int, jobs: int = 1) -> FloatArray:
-    """(Δr, Δt, Δx) of about so many sequences spread over a dataset, mean over sequences."""
+    """[N, 3] (Δx, Δt, Δr) of about so many sequences spread over a dataset; NaN where nothing is scored."""
     chosen = range(0, len(dataset), max(len(dataset) // sequences, 1))
     rows = Parallel(n_jobs=jobs)(delayed(_one)(dataset, floor, protocol, index) for index in chosen)
-    return np.nanmean(rows, axis=0)
+    return np.array(rows)
 
 
 def _one(dataset: Dataset, floor: Floor, protocol: str, index: int) -> FloatArray:
     sequence = dataset.sequence(index)
     truth = dataset.truth(sequence)
     return least_errors(floor.spread(dataset.problem(sequence), sequence, truth, protocol), sequence, protocol)
+
+
+def _cell(rows: FloatArray) -> str:
+    dx, dt, dr = np.nanmean(rows, axis=0)
+    return f"{dx:.3f} / {dt:.3f} / {dr:.4f} ({np.nanmedian(rows[:, 1]):.3f})"
 
 
 def cases() -> Iterator[tuple[str, Tier]]:
@@ -264,7 +269,7 @@ def main() -> None:
                 floor = {batch: Floor(prior=get_prior(OWN_PRIOR[split]), feet=feet, batch=batch) for batch in (0, 1)}
                 asked = [(floor[0], protocol) for protocol in PROTOCOLS] + [(floor[1], "sequential")]
                 cells = [floor_of(dataset, *each, options.sequences, options.jobs) for each in asked]
-                text = [" / ".join(f"{value:.4f}" for value in cell) for cell in cells]
+                text = [_cell(rows) for rows in cells]
                 print(f"| {split}, {tier} | {'feet' if feet else 'height'} | " + " | ".join(text) + " |", flush=True)
 
 
