@@ -9,6 +9,7 @@ from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.joint_map.descent import settle
+from vbbench_baselines.joint_map.forgetting import forget_first
 from vbbench_baselines.joint_map.one_step import PAST, fit_robustly, foresee_all, learn_scales
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
@@ -46,7 +47,8 @@ class MapCausal:
         self._rows = Window(self.window, people)
         self._scales = np.zeros((people + 1, 2))
         self._variances = np.full(people + 1, self._walk.sigma**2)
-        self._hold = np.zeros((3, 3))
+        self._left = np.zeros(0), np.zeros((0, 0))
+        self._about = np.zeros((0, 3))
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -75,15 +77,27 @@ class MapCausal:
         return fit_robustly(relative, covariance, *expected, rows.given_poses[-1], self._walk.nu, 8)
 
     def _settle(self) -> None:
-        """Solve the window; the first pose is held by what was believed of it when the frame before it left."""
+        """Solve the window, and keep what the frame that leaves it next has said."""
         rows = self._rows
         used = rows.filled
-        poses = rows.poses[used]
-        full = rows.frames > self.window
-        anchor = Anchor(~np.isnan(rows.given_poses[used, 0]), poses[0].copy(), self._hold if full else np.zeros((3, 3)))
-        settled = settle(
-            poses, rows.places[used], rows.scene(self._statures), anchor, self._walk, self.rounds, self.tolerance
-        )
+        poses, scene, fixed = rows.poses[used], rows.scene(self._statures), ~np.isnan(rows.given_poses[used, 0])
+        anchor = Anchor(fixed, self._centre(poses), *self._kept(3 * len(poses)))
+        settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance)
         rows.poses[used], rows.places[used] = settled.poses, settled.places
         self._variances = settled.variances
-        self._hold = np.diag(np.array((1e6, 1e6, 1e6)))
+        if rows.frames >= self.window:
+            self._left = forget_first(settled, scene, anchor, self._walk)
+            self._about = settled.poses[1:]
+
+    def _centre(self, poses: FloatArray) -> FloatArray:
+        """The poses about which what is kept of frames before is known."""
+        centre = poses.copy()
+        centre[: len(self._about)] = self._about
+        return centre
+
+    def _kept(self, size: int) -> tuple[FloatArray, FloatArray]:
+        """Slope [size] and information [size, size] of what is kept of frames before."""
+        slope, information = np.zeros(size), np.zeros((size, size))
+        known = len(self._left[0])
+        slope[:known], information[:known, :known] = self._left
+        return slope, information

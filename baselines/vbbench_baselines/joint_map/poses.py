@@ -24,11 +24,13 @@ class Anchor(NamedTuple):
     Attributes
     ----------
     fixed : [T] whether the pose is given.
-    pose, information : [3] and [3, 3] a prior of the first pose, nought for none.
+    poses, slope, information : [T, 3], [3T] and [3T, 3T] what is kept of frames before, sᵀd + ½ dᵀΛd with d the poses'
+        distance from ``poses``.
     """
 
     fixed: BoolArray
-    pose: FloatArray
+    poses: FloatArray
+    slope: FloatArray
     information: FloatArray
 
 
@@ -107,12 +109,12 @@ def _keep(person: Person, k: int, scene: Scene, places: FloatArray, heights: Flo
 
 @kernel
 def _own_energy(poses: FloatArray, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray) -> float:
-    """The observer's walk, its turning, and the prior of the first pose."""
+    """The observer's walk, its turning, and what is kept of frames before."""
     total = walk_energy(poses[:, :2], weights, walk)
     for t in range(1, len(poses)):
         total += 0.5 * yaw_weights[t] * (poses[t, 2] - poses[t - 1, 2]) ** 2
-    off = poses[0] - anchor.pose
-    return float(total + 0.5 * off @ (anchor.information @ off))
+    off = (poses - anchor.poses).ravel()
+    return float(total + off @ anchor.slope + 0.5 * off @ (anchor.information @ off))
 
 
 @kernel
@@ -144,8 +146,8 @@ def _own_terms(
         hessian[here, here] += w
         hessian[before, before] += w
         hessian[here, before] -= w
-    gradient[:3] += anchor.information @ (poses[0] - anchor.pose)
-    hessian[:3, :3] += anchor.information
+    gradient += anchor.slope + anchor.information @ (poses - anchor.poses).ravel()
+    hessian += anchor.information
 
 
 @kernel
