@@ -8,10 +8,9 @@ from vbbench.arrays import FloatArray
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.joint_map.descent import settle
-from vbbench_baselines.joint_map.forgetting import forget_first
+from vbbench_baselines.joint_map.descent import Settled, settle
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
 from vbbench_baselines.joint_map.one_step import PAST, fit_robustly, foresee_all, learn_scales
-from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.sighted import FLOOR, sight_boxes, statures_of
 from vbbench_baselines.joint_map.walks import walk_of
@@ -43,12 +42,11 @@ class MapCausal:
         people = len(problem.tracks)
         self._problem = problem
         self._walk = walk_of(self.prior, problem.dt)
-        self._statures = statures_of(problem, self.feet)
+        self.statures = statures_of(problem, self.feet)
         self._rows = Window(self.window, people)
         self._scales = np.zeros((people + 1, 2))
         self._variances = np.full(people + 1, self._walk.sigma**2)
-        self._left = np.zeros(0), np.zeros((0, 0))
-        self._about = np.zeros((0, 3))
+        self._left = NOTHING_LEFT
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -57,7 +55,7 @@ class MapCausal:
     def advance(self, seen: Sightings, given: Given) -> FrameEstimate:
         """The answer for the next frame, of which are known the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
-        rows.push(seen, self._statures, given)
+        rows.push(seen, self.statures, given)
         pose, places, _spread, _own = self._foresee(seen)
         rows.poses[-1], rows.places[-1] = pose, places
         if rows.frames > START_FRAMES and np.isnan(rows.given_poses[-3:-1, 0]).any():
@@ -67,7 +65,7 @@ class MapCausal:
     def _foresee(self, seen: Sightings) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """The newest frame's pose and places by what was known before it."""
         rows = self._rows
-        relative, covariance = measure(*seen, self._statures.mean, self._statures.variance)
+        relative, covariance = measure(*seen, self.statures.mean, self.statures.variance)
         covariance[:, 0] += FLOOR**2
         covariance[:, 2] += FLOOR**2
         past = slice(-1 - PAST, -1)
@@ -76,28 +74,15 @@ class MapCausal:
         expected = foresee_all(rows.places[past], rows.poses[past], rows.given[-1], self._walk, self._variances)
         return fit_robustly(relative, covariance, *expected, rows.given_poses[-1], self._walk.nu, 8)
 
-    def _settle(self) -> None:
+    def _settle(self) -> Settled:
         """Solve the window, and keep what the frame that leaves it next has said."""
         rows = self._rows
         used = rows.filled
-        poses, scene, fixed = rows.poses[used], rows.scene(self._statures), ~np.isnan(rows.given_poses[used, 0])
-        anchor = Anchor(fixed, self._centre(poses), *self._kept(3 * len(poses)))
+        poses, scene = rows.poses[used], rows.scene(self.statures)
+        anchor = hold(~np.isnan(rows.given_poses[used, 0]), poses, self._left)
         settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance)
         rows.poses[used], rows.places[used] = settled.poses, settled.places
         self._variances = settled.variances
         if rows.frames >= self.window:
-            self._left = forget_first(settled, scene, anchor, self._walk)
-            self._about = settled.poses[1:]
-
-    def _centre(self, poses: FloatArray) -> FloatArray:
-        """The poses about which what is kept of frames before is known."""
-        centre = poses.copy()
-        centre[: len(self._about)] = self._about
-        return centre
-
-    def _kept(self, size: int) -> tuple[FloatArray, FloatArray]:
-        """Slope [size] and information [size, size] of what is kept of frames before."""
-        slope, information = np.zeros(size), np.zeros((size, size))
-        known = len(self._left[0])
-        slope[:known], information[:known, :known] = self._left
-        return slope, information
+            self._left = leave(settled, scene, anchor, self._walk, 1)
+        return settled

@@ -21,31 +21,37 @@ from vbbench_baselines.joint_map.walks import Walk
 
 
 @kernel
-def forget_first(settled: Settled, scene: Scene, anchor: Anchor, walk: Walk) -> tuple[FloatArray, FloatArray]:
-    """Slope [3(T − 1)] and information [3(T − 1), 3(T − 1)] that the first of T frames leaves behind."""
-    size = 3 * (len(settled.poses) - 1)
+def forget(
+    settled: Settled, scene: Scene, anchor: Anchor, walk: Walk, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Slope [3(T − n)] and information [3(T − n), 3(T − n)] that the first n = ``count`` of T frames leave behind."""
+    size, gone = 3 * (len(settled.poses) - count), 3 * count
     shorter = Scene(
-        scene.relative[1:],
-        scene.information[1:],
-        scene.given[1:],
-        np.maximum(scene.first - 1, 0),
-        scene.last - 1,
+        scene.relative[count:],
+        scene.information[count:],
+        scene.given[count:],
+        np.maximum(scene.first - count, 0),
+        scene.last - count,
         scene.stature,
         scene.stature_variance,
     )
-    nothing = Anchor(anchor.fixed[1:], settled.poses[1:], np.zeros(size), np.zeros((size, size)))
-    weights = settled.weights[:, :-1].copy()
+    nothing = Anchor(anchor.fixed[count:], settled.poses[count:], np.zeros(size), np.zeros((size, size)))
+    weights = settled.weights[:, : len(settled.poses) - count].copy()
     for k in range(len(weights)):
-        if k == len(scene.first) or scene.first[k] == 0:
-            weights[k] = settled.weights[k, 1:]
+        lost = count - (0 if k == len(scene.first) else int(scene.first[k]))
+        if lost > 0:
+            weights[k] = settled.weights[k, lost : lost + weights.shape[1]]
     room = np.empty((2 * len(settled.poses), 2 * len(settled.poses)))
     places, heights = settled.places.copy(), settled.heights.copy()
     _, slope, whole = linearise(
         settled.poses, scene, anchor, walk, settled.weights, settled.yaw_weights, places, heights, room
     )
+    rest_yaw, rest_places = settled.yaw_weights[count:], places[count:].copy()
     _, rest_slope, rest = linearise(
-        settled.poses[1:], shorter, nothing, walk, weights, settled.yaw_weights[1:], places[1:].copy(), heights, room
+        settled.poses[count:], shorter, nothing, walk, weights, rest_yaw, rest_places, heights, room
     )
-    across = np.ascontiguousarray(whole[3:, :3])
-    gone = np.linalg.solve(np.ascontiguousarray(whole[:3, :3]), np.ascontiguousarray(across.T))
-    return slope[3:] - gone.T.copy() @ slope[:3] - rest_slope, whole[3:, 3:] - across @ gone - rest
+    across = np.ascontiguousarray(whole[gone:, :gone])
+    first = np.ascontiguousarray(whole[:gone, :gone])
+    share = np.ascontiguousarray(np.linalg.solve(first, np.ascontiguousarray(across.T)).T)
+    slope = slope[gone:] - share @ slope[:gone] - rest_slope
+    return slope, whole[gone:, gone:] - share @ np.ascontiguousarray(across.T) - rest
