@@ -13,7 +13,6 @@ from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
-from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.sighted import inform, sight_boxes
@@ -59,10 +58,10 @@ class MapBatch:
             scene = make_scene(relative[rows], information[rows], given.positions[rows], start.statures)
             anchor = hold(fixed[rows], poses[rows], left)
             settled = settle(poses[rows], places[rows], scene, anchor, walk, self.rounds, self.tolerance)
-            answer.take(settled, scene, anchor, walk, first)
+            answer.take(settled, anchor, walk, first)
             if rows.stop == len(poses):
                 return answer.estimate(None if self.feet else settled.heights)
-            left = leave(settled, scene, anchor, walk, self.stride)
+            left = leave(settled, anchor, walk, self.stride)
             first += self.stride
 
 
@@ -76,7 +75,7 @@ class _Answer:
         self._pose_spread = np.full((frames, 3, 3), np.nan) if covariances else None
         self._place_spread = np.full((frames, people, 2, 2), np.nan) if covariances else None
 
-    def take(self, settled: Settled, scene: Scene, anchor: Anchor, walk: Walk, first: int) -> None:
+    def take(self, settled: Settled, anchor: Anchor, walk: Walk, first: int) -> None:
         """Write the block that begins with frame ``first``."""
         rows = slice(first, first + len(settled.poses))
         self._poses[rows] = settled.poses
@@ -84,10 +83,10 @@ class _Answer:
         self._places[rows][known] = settled.places[known]
         self._converged[rows] = settled.converged
         if self._pose_spread is not None and self._place_spread is not None:
-            sigma = pose_covariance_of(settled, scene, anchor, walk)
+            sigma = pose_covariance_of(settled, anchor, walk)
             for t in range(len(settled.poses)):
                 self._pose_spread[first + t] = sigma[3 * t : 3 * t + 3, 3 * t : 3 * t + 3]
-            self._place_spread[rows] = place_covariances(settled, scene, walk, sigma, 0)
+            self._place_spread[rows] = place_covariances(settled, walk, sigma, 0)
 
     def estimate(self, heights: FloatArray | None) -> Estimate:
         """All that was written."""

@@ -84,5 +84,5 @@ class MapCausal:
         rows.poses[used], rows.places[used] = settled.poses, settled.places
         self._variances = settled.variances
         if rows.frames >= self.window:
-            self._left = leave(settled, scene, anchor, self._walk, 1)
+            self._left = leave(settled, anchor, self._walk, 1)
         return settled

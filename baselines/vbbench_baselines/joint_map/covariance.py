@@ -20,8 +20,9 @@ from vbbench_baselines.joint_map.walks import Walk
 
 
 @kernel
-def pose_covariance_of(settled: Settled, scene: Scene, anchor: Anchor, walk: Walk) -> FloatArray:
+def pose_covariance_of(settled: Settled, anchor: Anchor, walk: Walk) -> FloatArray:
     """Σ [3T, 3T] of the poses at the energy's minimum; nought for given ones."""
+    scene = settled.scene
     frames = len(settled.poses)
     room = np.empty((2 * frames, 2 * frames))
     places, heights = settled.places.copy(), settled.heights.copy()
@@ -39,8 +40,9 @@ def pose_covariance_of(settled: Settled, scene: Scene, anchor: Anchor, walk: Wal
 
 
 @kernel
-def place_covariances(settled: Settled, scene: Scene, walk: Walk, sigma: FloatArray, oldest: int) -> FloatArray:
+def place_covariances(settled: Settled, walk: Walk, sigma: FloatArray, oldest: int) -> FloatArray:
     """[T, K, 2, 2] in m² of the places from frame ``oldest`` on, NaN where there is no box; ``sigma`` as above."""
+    scene = settled.scene
     frames, people = len(settled.poses), len(scene.first)
     spread = np.full((frames, people, 2, 2), np.nan)
     for k in range(people):

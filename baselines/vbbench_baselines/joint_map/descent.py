@@ -13,6 +13,7 @@ from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor, energy_of, linearise
+from vbbench_baselines.joint_map.sighted import farther
 from vbbench_baselines.joint_map.walks import Walk, reweigh, walk_deviance, walk_energy
 
 LONGEST = 1.0
@@ -33,7 +34,7 @@ class Settled(NamedTuple):
     deviance : −ln of the robust posterior density, up to a constant.
     converged : whether the last step was shorter than the tolerance.
     rounds : steps taken.
-    hessian : [3T, 3T] of the energy in the poses at the last step; rows of given poses are those of the identity.
+    scene : what was known, with the boxes' noise that belongs to the distances found.
     """
 
     poses: FloatArray
@@ -45,7 +46,7 @@ class Settled(NamedTuple):
     deviance: float
     converged: bool
     rounds: int
-    hessian: FloatArray
+    scene: Scene
 
 
 @kernel
@@ -65,7 +66,9 @@ def settle(
     variances, yaw_weights = np.full(people + 1, walk.sigma**2), np.zeros(frames)
     inverse = np.empty((2 * frames, 2 * frames))
     renew(poses, places, scene, walk, weights, variances, yaw_weights)
-    damping, converged, done, hessian = 1e-6, False, 0, np.zeros((3 * frames, 3 * frames))
+    boxes = scene
+    scene = rescaled(boxes, poses, places, heights)
+    damping, converged, done = 1e-6, False, 0
     trial_places = places.copy()
     while done < rounds and not converged:
         done += 1
@@ -91,12 +94,26 @@ def settle(
             poses, damping = trial, max(damping * 0.1, 1e-9)
             places[:] = trial_places
         renew(poses, places, scene, walk, weights, variances, yaw_weights)
+        scene = rescaled(boxes, poses, places, heights)
         converged = length < tolerance
         if not taken:
             break
     energy = energy_of(poses, scene, anchor, walk, weights, yaw_weights, places, heights)
     deviance = _deviance(energy, poses, places, scene, walk, weights, variances, yaw_weights)
-    return Settled(poses, places, heights, weights, yaw_weights, variances, deviance, converged, done, hessian)
+    return Settled(poses, places, heights, weights, yaw_weights, variances, deviance, converged, done, scene)
+
+
+@kernel
+def rescaled(scene: Scene, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Scene:
+    """The scene with its boxes linearised about these poses, places and heights, where they are known (see `farther`)."""
+    relative, information = scene.relative.copy(), scene.information.copy()
+    for t in range(len(poses)):
+        for k in range(len(scene.first)):
+            if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
+                q = farther(relative[t, k] * (heights[k] / scene.stature[k]), places[t, k], poses[t])
+                relative[t, k] *= 2.0 * q - q * q
+                information[t, k] /= q**4
+    return Scene(relative, information, scene.given, scene.first, scene.last, scene.stature, scene.stature_variance)
 
 
 @kernel

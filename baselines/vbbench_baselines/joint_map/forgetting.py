@@ -22,9 +22,10 @@ from vbbench_baselines.joint_map.walks import Walk
 
 @kernel
 def forget(
-    settled: Settled, scene: Scene, anchor: Anchor, walk: Walk, count: int
+    settled: Settled, anchor: Anchor, walk: Walk, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Slope [3(T − n)] and information [3(T − n), 3(T − n)] that the first n = ``count`` of T frames leave behind."""
+    scene = settled.scene
     size, gone = 3 * (len(settled.poses) - count), 3 * count
     shorter = Scene(
         scene.relative[count:],

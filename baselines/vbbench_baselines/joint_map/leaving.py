@@ -7,7 +7,6 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_baselines.joint_map.descent import Settled
 from vbbench_baselines.joint_map.forgetting import forget
-from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.walks import Walk
 
@@ -38,6 +37,6 @@ def hold(fixed: BoolArray, poses: FloatArray, left: Left) -> Anchor:
     return Anchor(fixed, centre, slope, information)
 
 
-def leave(settled: Settled, scene: Scene, anchor: Anchor, walk: Walk, count: int) -> Left:
+def leave(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> Left:
     """What the first ``count`` frames of a solved window leave behind."""
-    return Left(settled.poses[count:], *forget(settled, scene, anchor, walk, count))
+    return Left(settled.poses[count:], *forget(settled, anchor, walk, count))

@@ -10,6 +10,7 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.joint_map.sighted import farther
 from vbbench_baselines.joint_map.walks import REACH, Walk, innovation
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.motion import ANCHOR_STD
@@ -111,13 +112,14 @@ def fit_robustly(
     nu : ν of the innovations; people given at t are not reweighed.
     """
     pose, last = known.copy(), np.full(3, np.inf)
-    spread, own_spread = std.copy(), own
+    spread, own_spread, seen, noise = std.copy(), own, relative.copy(), covariance.copy()
+    _linearise_boxes(relative, covariance, expected, walk_pose if np.isnan(known[2]) else known, seen, noise)
     free = np.isnan(known[2])
     places = np.empty_like(expected)
     for _ in range(rounds):
         if free:
-            pose = fit_pose(relative, covariance, expected, spread, walk_pose, own_spread)
-        places = localise(pose, relative, covariance, expected, spread)
+            pose = fit_pose(seen, noise, expected, spread, walk_pose, own_spread)
+        places = localise(pose, seen, noise, expected, spread)
         for k in range(len(std)):
             if std[k] > ANCHOR_STD:
                 squared = ((places[k, 0] - expected[k, 0]) ** 2 + (places[k, 1] - expected[k, 1]) ** 2) / std[k] ** 2
@@ -128,4 +130,22 @@ def fit_robustly(
         if np.max(np.abs(pose - last)) < 1e-4:
             break
         last = pose
+        _linearise_boxes(relative, covariance, places, pose, seen, noise)
     return pose, places, spread, own_spread
+
+
+@kernel
+def _linearise_boxes(
+    relative: FloatArray,
+    covariance: FloatArray,
+    places: FloatArray,
+    pose: FloatArray,
+    seen: FloatArray,
+    noise: FloatArray,
+) -> None:
+    """Write to ``seen`` and ``noise`` the measured places [K, 2] and [K, 3] linearised about ``places`` (see `farther`)."""
+    for k in range(len(places)):
+        if not np.isnan(places[k, 0] + relative[k, 0]):
+            q = farther(relative[k], places[k], pose)
+            seen[k] = relative[k] * (2.0 * q - q * q)
+            noise[k] = covariance[k] * q**4

@@ -16,10 +16,14 @@ from vbbench.camera import Camera
 from vbbench.solver import Problem
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.ego_motion import invert
-from vbbench_baselines.sightings import SMALLEST_BOX, Sightings, measure, sight
+from vbbench_baselines.sightings import Sightings, measure, sight
 
 FLOOR = 1e-3
 """Standard deviation in m that every measured place has at least, exact boxes or not."""
+
+
+FARTHEST = 1.5
+"""Nobody is taken to be more than so many times as far, or as near, as measured."""
 
 
 class Statures(NamedTuple):
@@ -69,4 +73,14 @@ def inform(
     return relative, noise
 
 
-__all__ = ["FLOOR", "SMALLEST_BOX", "Statures", "horizon", "inform", "sight_boxes", "statures_of"]
+@kernel
+def farther(relative: FloatArray, place: FloatArray, pose: FloatArray) -> float:
+    """q = r/r_m: how many times as far as measured, ``relative`` [2], somebody at ``place`` [2] is from ``pose`` [3].
+
+    A box measures 1/r with an error that does not depend on r. To first order about r this is the distance
+    2r − r²/r_m = r_m(2q − q²) with the standard deviation of the measured distance times q². Taken at the measured
+    distance instead, boxes that came out too low, and so too near, would count more and stray less, and everybody
+    would seem to come nearer too fast.
+    """
+    true = np.sqrt((place[0] - pose[0]) ** 2 + (place[1] - pose[1]) ** 2)
+    return float(min(max(true / np.sqrt(relative[0] ** 2 + relative[1] ** 2), 1.0 / FARTHEST), FARTHEST))
