@@ -15,7 +15,7 @@ from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.sighted import inform, sight_boxes
+from vbbench_baselines.joint_map.sighted import Eye, inform
 from vbbench_baselines.joint_map.walks import Walk, walk_of
 from vbbench_baselines.joint_map.window import make_scene
 from vbbench_baselines.sightings import Sightings
@@ -46,7 +46,7 @@ class MapBatch:
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
-        seen = sight_boxes(problem, observations, self.feet)
+        seen = Eye(problem, self.feet).sight(observations)
         start = MapCausal(prior=self.prior, feet=self.feet)
         poses, places = _walk_through(start, problem, seen, given)
         relative, information = _inform_all(seen, start.statures.mean)
@@ -102,9 +102,7 @@ class _Answer:
         )
 
 
-def _walk_through(
-    start: MapCausal, problem: Problem, seen: Sightings, given: Given
-) -> tuple[FloatArray, FloatArray]:
+def _walk_through(start: MapCausal, problem: Problem, seen: Sightings, given: Given) -> tuple[FloatArray, FloatArray]:
     """The causal solver's poses [T, 3] and places [T, K, 2]."""
     start.start(replace(problem, covariances=False))
     answers = []

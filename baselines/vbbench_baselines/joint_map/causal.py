@@ -1,21 +1,24 @@
 """``map-causal``: the joint problem over a sliding window, solved anew with every frame; only the newest is reported."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, settle
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
-from vbbench_baselines.joint_map.one_step import PAST, fit_robustly, foresee_all, learn_scales
+from vbbench_baselines.joint_map.one_step import PAST, Located, learn_scales, locate
+from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.sighted import FLOOR, sight_boxes, statures_of
+from vbbench_baselines.joint_map.sighted import Eye, statures_of
 from vbbench_baselines.joint_map.walks import walk_of
 from vbbench_baselines.joint_map.window import Window
-from vbbench_baselines.sightings import Sightings, measure
+from vbbench_baselines.sightings import Sightings
+from vbbench_baselines.uncertainty import pose_covariance, position_covariances
 
 
 @dataclass(kw_only=True)
@@ -40,41 +43,48 @@ class MapCausal:
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         people = len(problem.tracks)
-        self._problem = problem
+        self._eye = Eye(problem, self.feet)
         self._walk = walk_of(self.prior, problem.dt)
         self.statures = statures_of(problem, self.feet)
         self._rows = Window(self.window, people)
         self._scales = np.zeros((people + 1, 2))
         self._variances = np.full(people + 1, self._walk.sigma**2)
         self._left = NOTHING_LEFT
+        self._covariances = problem.covariances
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
-        return self.advance(sight_boxes(self._problem, frame.observations, self.feet), frame.given)
+        return self.advance(self._eye.sight(frame.observations), frame.given)
 
     def advance(self, seen: Sightings, given: Given) -> FrameEstimate:
         """The answer for the next frame, of which are known the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
         rows.push(seen, self.statures, given)
-        pose, places, _spread, _own = self._foresee(seen)
-        rows.poses[-1], rows.places[-1] = pose, places
+        located = self._locate(seen)
+        rows.poses[-1], rows.places[-1] = located.pose, located.places
         if rows.frames > START_FRAMES and np.isnan(rows.given_poses[-3:-1, 0]).any():
-            self._settle()
-        return FrameEstimate(pose=rows.poses[-1].copy(), positions=rows.places[-1].copy())
+            return self._settle()
+        return FrameEstimate(
+            pose=located.pose, positions=located.places, converged=True, **self._report_located(located)
+        )
 
-    def _foresee(self, seen: Sightings) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    def _locate(self, seen: Sightings) -> Located:
         """The newest frame's pose and places by what was known before it."""
-        rows = self._rows
-        relative, covariance = measure(*seen, self.statures.mean, self.statures.variance)
-        covariance[:, 0] += FLOOR**2
-        covariance[:, 2] += FLOOR**2
-        past = slice(-1 - PAST, -1)
+        rows, past = self._rows, slice(-1 - PAST, -1)
         if not np.isnan(rows.given_poses[-2, 0]):
             learn_scales(rows.places[past], rows.poses[past], self._walk, self._scales, self._variances)
-        expected = foresee_all(rows.places[past], rows.poses[past], rows.given[-1], self._walk, self._variances)
-        return fit_robustly(relative, covariance, *expected, rows.given_poses[-1], self._walk.nu, 8)
+        return locate(
+            *seen,
+            *self.statures,
+            rows.places[past],
+            rows.poses[past],
+            rows.given[-1],
+            rows.given_poses[-1],
+            self._walk,
+            self._variances,
+        )
 
-    def _settle(self) -> Settled:
+    def _settle(self) -> FrameEstimate:
         """Solve the window, and keep what the frame that leaves it next has said."""
         rows = self._rows
         used = rows.filled
@@ -85,4 +95,24 @@ class MapCausal:
         self._variances = settled.variances
         if rows.frames >= self.window:
             self._left = leave(settled, anchor, self._walk, 1)
-        return settled
+        pose, places = settled.poses[-1].copy(), settled.places[-1].copy()
+        report = self._report_settled(settled, anchor)
+        return FrameEstimate(pose=pose, positions=places, converged=bool(settled.converged), **report)
+
+    def _report_located(self, located: Located) -> dict[str, Any]:
+        if not self._covariances:
+            return {}
+        pose, places, *terms, own = located
+        given = not np.isnan(self._rows.given_poses[-1, 0])
+        sigma = np.zeros((3, 3)) if given else pose_covariance(pose, *terms, own)
+        return {
+            "pose_covariance": sigma,
+            "position_covariances": position_covariances(pose, sigma, *terms[:2], terms[3]),
+        }
+
+    def _report_settled(self, settled: Settled, anchor: Anchor) -> dict[str, Any]:
+        if not self._covariances:
+            return {}
+        sigma, newest = pose_covariance_of(settled, anchor, self._walk), len(settled.poses) - 1
+        places = place_covariances(settled, self._walk, sigma, newest)[newest]
+        return {"pose_covariance": sigma[-3:, -3:].copy(), "position_covariances": places}

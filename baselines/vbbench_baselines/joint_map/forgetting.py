@@ -21,9 +21,7 @@ from vbbench_baselines.joint_map.walks import Walk
 
 
 @kernel
-def forget(
-    settled: Settled, anchor: Anchor, walk: Walk, count: int
-) -> tuple[FloatArray, FloatArray]:
+def forget(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> tuple[FloatArray, FloatArray]:
     """Slope [3(T − n)] and information [3(T − n), 3(T − n)] that the first n = ``count`` of T frames leave behind."""
     scene = settled.scene
     size, gone = 3 * (len(settled.poses) - count), 3 * count

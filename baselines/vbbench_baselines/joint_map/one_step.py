@@ -5,18 +5,27 @@ the filter foresees, p_k, so that a weighted problem is that of `vbbench_baselin
 over all poses is exact; the weights are those of `vbbench_baselines.joint_map.walks`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.joint_map.sighted import farther
+from vbbench_baselines.joint_map.sighted import FLOOR, farther
 from vbbench_baselines.joint_map.walks import REACH, Walk, innovation
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.motion import ANCHOR_STD
+from vbbench_baselines.sightings import measure
 
 PAST = REACH + 1
 """Frames before the newest that tell of it."""
+
+ROUNDS = 10
+"""Most times the weights are renewed."""
+
+TOLERANCE = 2e-4
+"""In m and rad; the rounds end when the pose moves less."""
 
 
 @kernel
@@ -90,48 +99,72 @@ def foresee_all(
     return expected, std, pose, own
 
 
+class Located(NamedTuple):
+    """One frame on a known past.
+
+    Attributes
+    ----------
+    pose, places : [3], [K, 2] (NaN = not observed).
+    seen, noise, expected, std, own : the normal terms that were minimised in the end, as `fit_pose` takes them.
+    """
+
+    pose: FloatArray
+    places: FloatArray
+    seen: FloatArray
+    noise: FloatArray
+    expected: FloatArray
+    std: FloatArray
+    own: float
+
+
 @kernel
-def fit_robustly(
-    relative: FloatArray,
-    covariance: FloatArray,
-    expected: FloatArray,
-    std: FloatArray,
-    walk_pose: FloatArray,
-    own: float,
+def locate(
+    rays: FloatArray,
+    sideways: FloatArray,
+    stretch: FloatArray,
+    stature: FloatArray,
+    stature_variance: FloatArray,
+    places: FloatArray,
+    poses: FloatArray,
+    given: FloatArray,
     known: FloatArray,
-    nu: float,
-    rounds: int,
-) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """The pose [3] and everybody's places [K, 2], with the standard deviations [K] and of the observer in the end.
+    walk: Walk,
+    variances: FloatArray,
+) -> Located:
+    """The pose and everybody's places at t.
 
     Parameters
     ----------
-    relative, covariance : as `vbbench_baselines.sightings.measure` gives them.
-    expected, std, walk_pose, own : as `foresee_all` gives them.
+    rays, sideways, stretch, stature, stature_variance : as `vbbench_baselines.sightings.measure` takes them.
+    places, poses, given, walk, variances : as of `foresee_all`.
     known : [3] the pose where it is given, else NaN.
-    nu : ν of the innovations; people given at t are not reweighed.
     """
+    relative, covariance = measure(rays, sideways, stretch, stature, stature_variance)
+    covariance[:, 0] += FLOOR**2
+    covariance[:, 2] += FLOOR**2
+    expected, std, walk_pose, own = foresee_all(places, poses, given, walk, variances)
+    seen, noise = relative.copy(), covariance.copy()
     pose, last = known.copy(), np.full(3, np.inf)
-    spread, own_spread, seen, noise = std.copy(), own, relative.copy(), covariance.copy()
-    _linearise_boxes(relative, covariance, expected, walk_pose if np.isnan(known[2]) else known, seen, noise)
-    free = np.isnan(known[2])
-    places = np.empty_like(expected)
-    for _ in range(rounds):
+    free, nu = np.isnan(known[2]), walk.nu
+    _linearise_boxes(relative, covariance, expected, walk_pose if free else known, seen, noise)
+    spread, own_spread, found = std.copy(), own, expected
+    for _ in range(ROUNDS):
         if free:
             pose = fit_pose(seen, noise, expected, spread, walk_pose, own_spread)
-        places = localise(pose, seen, noise, expected, spread)
+        found = localise(pose, seen, noise, expected, spread)
+        if np.max(np.abs(pose - last)) < TOLERANCE:
+            break
+        last = pose
         for k in range(len(std)):
             if std[k] > ANCHOR_STD:
-                squared = ((places[k, 0] - expected[k, 0]) ** 2 + (places[k, 1] - expected[k, 1]) ** 2) / std[k] ** 2
+                squared = ((found[k, 0] - expected[k, 0]) ** 2 + (found[k, 1] - expected[k, 1]) ** 2) / std[k] ** 2
                 if not np.isnan(squared):
                     spread[k] = std[k] * np.sqrt((nu + squared) / (nu + 2.0))
         squared = ((pose[0] - walk_pose[0]) ** 2 + (pose[1] - walk_pose[1]) ** 2) / own**2
-        own_spread = own * np.sqrt((nu + squared) / (nu + 2.0))
-        if np.max(np.abs(pose - last)) < 1e-4:
-            break
-        last = pose
-        _linearise_boxes(relative, covariance, places, pose, seen, noise)
-    return pose, places, spread, own_spread
+        if free and not np.isnan(squared):
+            own_spread = own * np.sqrt((nu + squared) / (nu + 2.0))
+        _linearise_boxes(relative, covariance, found, pose, seen, noise)
+    return Located(pose, found, seen, noise, expected, spread, own_spread)
 
 
 @kernel

@@ -108,9 +108,7 @@ def eliminate(k: int, poses: FloatArray, scene: Scene, weights: FloatArray, walk
     energy = walk_energy(track, weights, walk) + _misfit(k, first, track, measured, information, scene)
     if scene.stature_variance[k] > 0.0:
         energy += 0.5 * (height - scene.stature[k]) ** 2 / scene.stature_variance[k]
-    return Person(
-        track, measured, seen, information, lower, along, response, height, height_information, energy
-    )
+    return Person(track, measured, seen, information, lower, along, response, height, height_information, energy)
 
 
 @kernel

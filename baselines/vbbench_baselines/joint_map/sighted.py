@@ -43,14 +43,32 @@ def horizon(camera: Camera) -> float:
     return float(camera.project(np.array((0.0, 1.0)), np.array(2.0 * camera.mount_height))[1])
 
 
+class Eye:
+    """What turns boxes into rays.
+
+    Parameters
+    ----------
+    problem : tells camera and noise.
+    feet : whether a box tells its distance by its bottom, else by its height.
+    """
+
+    def __init__(self, problem: Problem, feet: bool) -> None:
+        self._camera, self._pixel_std, self._feet = problem.camera, problem.pixel_std, feet
+        self._horizon = horizon(problem.camera)
+
+    def sight(self, boxes: FloatArray) -> Sightings:
+        """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
+        if not self._feet:
+            return sight(self._camera, boxes, self._pixel_std)
+        upright = boxes.copy()
+        upright[..., 2] = boxes[..., 1] + 0.5 * boxes[..., 2] - self._horizon
+        rays, sideways, stretch = sight(self._camera, upright, self._pixel_std)
+        return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+
+
 def sight_boxes(problem: Problem, boxes: FloatArray, feet: bool) -> Sightings:
-    """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
-    if not feet:
-        return sight(problem.camera, boxes, problem.pixel_std)
-    below = boxes[..., 1] + 0.5 * boxes[..., 2] - horizon(problem.camera)
-    upright = np.stack((boxes[..., 0], boxes[..., 1], below), axis=-1)
-    rays, sideways, stretch = sight(problem.camera, upright, problem.pixel_std)
-    return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+    """Rays of boxes [..., K, 3] in px, see `Eye`."""
+    return Eye(problem, feet).sight(boxes)
 
 
 def statures_of(problem: Problem, feet: bool) -> Statures:

@@ -6,6 +6,7 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.sequence import Given
+from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.sighted import Statures, inform
 from vbbench_baselines.sightings import Sightings
@@ -32,7 +33,14 @@ class Window:
     information: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        shapes = {"poses": (3,), "given_poses": (3,), "places": (2,), "given": (2,), "relative": (2,), "information": (3,)}
+        shapes = {
+            "poses": (3,),
+            "given_poses": (3,),
+            "places": (2,),
+            "given": (2,),
+            "relative": (2,),
+            "information": (3,),
+        }
         for name, shape in shapes.items():
             rows = shape if "poses" in name else (self.people, *shape)
             setattr(self, name, np.full((self.size, *rows), np.nan))
@@ -40,16 +48,11 @@ class Window:
 
     def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
         """Take in a frame; what is given of the two before it is learned, too."""
-        rows = (self.poses, self.places, self.given_poses, self.given, self.relative, self.information)
-        for row in rows:
-            row[:-1] = row[1:]
-            row[-1] = np.nan
         self.frames += 1
-        self.relative[-1], self.information[-1] = inform(*seen, statures.mean)
-        self.given_poses[-3:] = np.where(np.isnan(given.poses), self.given_poses[-3:], given.poses)
-        self.given[-3:] = np.where(np.isnan(given.positions), self.given[-3:], given.positions)
-        np.copyto(self.poses[-3:], self.given_poses[-3:], where=~np.isnan(self.given_poses[-3:]))
-        np.copyto(self.places[-3:], self.given[-3:], where=~np.isnan(self.given[-3:]))
+        boxes = inform(*seen, statures.mean)
+        _push(self.poses, self.given_poses, given.poses)
+        _push(self.places, self.given, given.positions)
+        _shift(self.relative, self.information, *boxes)
 
     @property
     def filled(self) -> slice:
@@ -69,3 +72,21 @@ def make_scene(relative: FloatArray, information: FloatArray, given: FloatArray,
     first: IntArray = np.argmax(known, axis=0)
     last: IntArray = np.where(known.any(axis=0), frames - 1 - np.argmax(known[::-1], axis=0), -1)
     return Scene(relative, information, given, first, last, statures.mean, statures.variance)
+
+
+@kernel
+def _push(believed: FloatArray, given: FloatArray, window: FloatArray) -> None:
+    """Move both on by one row; ``window`` holds what is given of the last three, which is believed from now on."""
+    believed[:-1], given[:-1] = believed[1:].copy(), given[1:].copy()
+    believed[-1], given[-1] = np.nan, np.nan
+    here, known, new = believed[-3:].reshape(-1), given[-3:].reshape(-1), np.ascontiguousarray(window).reshape(-1)
+    for i in range(len(new)):
+        if not np.isnan(new[i]):
+            known[i] = here[i] = new[i]
+
+
+@kernel
+def _shift(relative: FloatArray, information: FloatArray, newest: FloatArray, informed: FloatArray) -> None:
+    """Move both on by one row, and put in the newest."""
+    relative[:-1], information[:-1] = relative[1:].copy(), information[1:].copy()
+    relative[-1], information[-1] = newest, informed
