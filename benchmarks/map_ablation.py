@@ -10,11 +10,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from vbbench_baselines.joint_map.batch import MapBatch
 
 from benchmarks.map_evaluation import Case, Maker, evaluate
 from vbbench.generator import Options
 from vbbench.registry import load
+from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.fit import LEAST_NU
 from vbbench_baselines.joint_map.prior import Prior, get_prior
@@ -41,6 +41,8 @@ def variants(case: Case) -> Iterator[tuple[str, Prior, dict[str, Any]]]:
     yield "normal innovations, not Student-t", without("nu", nu=MOST_NU), {}
     yield "constant velocity, no autoregression", without("b", b=(0.0, 0.0)), {}
     yield "everybody alike, no own scale", without("a0", a0=A0_RANGE[1]), {}
+    students = walks_of(load("generator", "students").plan(Options()), 0)
+    yield "fitted on the interpolated Students", replace(fit_walks([students], whole, LEAST_NU), speed=whole.speed), {}
     yield "no prior on yaw", replace(whole, yaw_scale=np.inf), {}
     yield "yaw prior of heads that follow the walk", replace(whole, yaw_scale=0.02), {}
     yield "no prior on the speed of strangers", replace(whole, speed=100.0), {}
