@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image
-from vbbench_baselines.joint_map.batch import MapBatch
 
 from benchmarks.map_evaluation import Case, answer, evaluate
 from benchmarks.map_floor import OWN_PRIOR, Floor, least_errors
@@ -20,11 +19,12 @@ from vbbench.plotting.bird import draw_bird
 from vbbench.plotting.figure import Rectangles, lay_out, person_colours
 from vbbench.plotting.moment import gather
 from vbbench.sequence import Sequence, Truth
+from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 
 PROTOCOL, WORST, COLUMNS = "sequential", 10, 5
 PANEL, GAP, HEAD = (2.55, 2.2), (0.5, 0.72), 0.35
-SHEET_WIDTH = 1700
+SHEET_WIDTH = 1800
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 
 
@@ -49,7 +49,7 @@ def draw(dataset: Dataset, prior: Prior, chosen: FloatArray, errors: FloatArray,
     save_png(figure, out)
     with Image.open(out) as picture:
         small = picture.convert("RGB").resize((SHEET_WIDTH, round(picture.height * SHEET_WIDTH / picture.width)))
-    small.quantize(96).save(out, optimize=True)
+    small.quantize(256, method=Image.Quantize.FASTOCTREE).save(out, optimize=True)
 
 
 def facts(sequence: Sequence, truth: Truth) -> list[str]:
