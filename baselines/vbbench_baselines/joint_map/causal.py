@@ -1,4 +1,4 @@
-"""``map-causal``: the joint problem over a sliding window, solved anew with every frame; only the newest is reported."""
+"""``map-causal``: the joint problem over a sliding window, solved anew each frame; only the newest is reported."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -102,7 +102,7 @@ class MapCausal:
     def _report_located(self, located: Located) -> dict[str, Any]:
         if not self._covariances:
             return {}
-        pose, places, *terms, own = located
+        pose, _, *terms, own = located
         given = not np.isnan(self._rows.given_poses[-1, 0])
         sigma = np.zeros((3, 3)) if given else pose_covariance(pose, *terms, own)
         return {

@@ -14,7 +14,7 @@ from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.banded import solve
 from vbbench_baselines.joint_map.descent import Settled
-from vbbench_baselines.joint_map.people import Person, Scene, eliminate
+from vbbench_baselines.joint_map.people import Person, eliminate
 from vbbench_baselines.joint_map.poses import Anchor, linearise
 from vbbench_baselines.joint_map.walks import Walk
 

@@ -105,7 +105,7 @@ def settle(
 
 @kernel
 def rescaled(scene: Scene, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Scene:
-    """The scene with its boxes linearised about these poses, places and heights, where they are known (see `farther`)."""
+    """The scene with its boxes linearised about these poses, places and heights, where known (see `farther`)."""
     relative, information = scene.relative.copy(), scene.information.copy()
     for t in range(len(poses)):
         for k in range(len(scene.first)):

@@ -17,7 +17,7 @@ from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.descent import Settled
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor, linearise
-from vbbench_baselines.joint_map.walks import Walk
+from vbbench_baselines.joint_map.walks import REACH, Walk, innovation
 
 
 @kernel
@@ -35,11 +35,7 @@ def forget(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> tuple[Fl
         scene.stature_variance,
     )
     nothing = Anchor(anchor.fixed[count:], settled.poses[count:], np.zeros(size), np.zeros((size, size)))
-    weights = settled.weights[:, : len(settled.poses) - count].copy()
-    for k in range(len(weights)):
-        lost = count - (0 if k == len(scene.first) else int(scene.first[k]))
-        if lost > 0:
-            weights[k] = settled.weights[k, lost : lost + weights.shape[1]]
+    weights = _begin_anew(settled, walk, count)
     room = np.empty((2 * len(settled.poses), 2 * len(settled.poses)))
     places, heights = settled.places.copy(), settled.heights.copy()
     _, slope, whole = linearise(
@@ -54,3 +50,27 @@ def forget(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> tuple[Fl
     share = np.ascontiguousarray(np.linalg.solve(first, np.ascontiguousarray(across.T)).T)
     slope = slope[gone:] - share @ slope[:gone] - rest_slope
     return slope, whole[gone:, gone:] - share @ np.ascontiguousarray(across.T) - rest
+
+
+@kernel
+def _begin_anew(settled: Settled, walk: Walk, count: int) -> FloatArray:
+    """The weights [K + 1, T − n] of innovations without the first n = ``count`` frames.
+
+    Where a track now begins later its first innovations are of lower order, with weights of their own: those that the
+    next window finds, so that what is taken away here is what is added there.
+    """
+    scene, size = settled.scene, len(settled.poses) - count
+    weights = settled.weights[:, :size].copy()
+    for k in range(len(weights)):
+        first, last = 0, len(settled.poses) - 1
+        if k < len(scene.first):
+            first, last = int(scene.first[k]), int(scene.last[k])
+        if first >= count or last < count:
+            continue
+        weights[k] = settled.weights[k, count - first : count - first + size]
+        track = (
+            settled.poses[count:, :2].copy() if k == len(scene.first) else settled.places[count : last + 1, k].copy()
+        )
+        for i in range(2, min(REACH, len(track))):
+            weights[k, i] = (walk.nu + 2.0) / (walk.nu * settled.variances[k] + innovation(track, i, walk))
+    return weights

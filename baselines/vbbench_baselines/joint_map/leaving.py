@@ -1,4 +1,4 @@
-"""Handing on what frames that left have said, from one window to the next (see `vbbench_baselines.joint_map.forgetting`)."""
+"""Hands what frames that left have said (`vbbench_baselines.joint_map.forgetting`) from one window to the next."""
 
 from typing import NamedTuple
 

@@ -4,8 +4,8 @@ Poses (c_t, θ_t) fixed, a person's track x, in the world, has the energy
 
     ½ Σ_t (x_t − y_t)ᵀ M_t (x_t − y_t) + ½ (Dx)ᵀ W (Dx) + ½ Σ_t ‖x_t − g_t‖²/ε²  + ½ (s − μ)²/σ_s²,
 
-y_t = c_t + R_t z_t the measured places, M_t = R_t N_t⁻¹ R_tᵀ, g_t the given places (ε = 1 mm) and s the stature, by which
-z_t = s ρ_t scales. It is least at A x = M y + g/ε², A = DᵀWD + M + E, a banded matrix (half-bandwidth 8, see
+y_t = c_t + R_t z_t the measured places, M_t = R_t N_t⁻¹ R_tᵀ, g_t the given places (ε = 1 mm) and s the stature, by
+which z_t = s ρ_t scales. It is least at A x = M y + g/ε², A = DᵀWD + M + E, a banded matrix (half-bandwidth 8, see
 `vbbench_baselines.joint_map.banded`). With x eliminated the energy of the y has the gradient M(y − x) and the Hessian
 
     H_yy = M − M A⁻¹ M,
@@ -115,7 +115,7 @@ def eliminate(k: int, poses: FloatArray, scene: Scene, weights: FloatArray, walk
 def _measured(
     k: int, first: int, n: int, poses: FloatArray, scene: Scene
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
-    """y [n, 2], M [n, 3], whether there is a box [n], and u [2n]."""
+    """The y [n, 2], M [n, 3], whether there is a box [n], and u [2n]."""
     measured, information = np.zeros((n, 2)), np.zeros((n, 3))
     seen, along = np.zeros(n, np.bool_), np.zeros(2 * n)
     for i in range(n):

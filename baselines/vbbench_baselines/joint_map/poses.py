@@ -1,8 +1,8 @@
 """The joint energy as a function of the poses alone, and its Gauss–Newton model.
 
 Everybody eliminated (`vbbench_baselines.joint_map.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
-(I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of the
-whole problem in poses and places together, people eliminated. It is x and not y that G turns about c: M turns with the
+(I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
+the whole problem in poses and places together, people eliminated. It is x and not y that G turns about c: M turns with the
 camera, too. The observer is a walker whose place is c itself. A Cauchy distribution of yaw increments d with scale γ
 counts as the normal one with precision 2/(γ² + d²) that touches it.
 """
@@ -168,6 +168,18 @@ def _add(
         gradient[p + 2] += mx * turn[i, 0] + my * turn[i, 1]
         rx, ry = person.response[2 * i], person.response[2 * i + 1]
         tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * turn[i, 0] + ry * turn[i, 1]
+    _add_hessian(person, first, turn, inverse, hessian)
+    if not np.isinf(person.height_information):
+        for i in range(3 * n):
+            scaled = tilt[i] / person.height_information
+            for j in range(i + 1):
+                hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]
+
+
+@kernel
+def _add_hessian(person: Person, first: int, turn: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
+    """Add the lower half of Gᵀ(M − M A⁻¹ M)G; ``turn`` [n, 2] is the yaw's column of G."""
+    n = len(person.track)
     for i in range(n):
         if not person.seen[i]:
             continue
@@ -200,8 +212,3 @@ def _add(
             hessian[p + 2, q] += ix * ha + iy * hc
             hessian[p + 2, q + 1] += ix * hb + iy * hd
             hessian[p + 2, q + 2] += ix * ta + iy * tc
-    if not np.isinf(person.height_information):
-        for i in range(3 * n):
-            scaled = tilt[i] / person.height_information
-            for j in range(i + 1):
-                hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]
