@@ -9,7 +9,7 @@ import pytest
 
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.generator import Options
-from vbbench.registry import load
+from vbbench.registry import load, make_solver
 from vbbench.scene import Scene
 from vbbench_baselines.joint_map.fit import fit, main, to_toml
 from vbbench_baselines.joint_map.prior import PRIORS, Prior, get_prior
@@ -105,6 +105,14 @@ def test_committed_priors_say_what_they_stand_on(name):
     assert name.removeprefix("without-") not in splits or name == "sim"
     assert prior.nu >= 3.0
     assert np.abs(np.roots((1.0, *(-b for b in prior.b)))).max() < 1.0
+
+
+@pytest.mark.parametrize("kind", ["Causal", "Batch"])
+@pytest.mark.parametrize("prior", ["without-hotel", "without-eth", "sim"])
+def test_solvers_with_a_prior_left_out_can_be_named(kind, prior):
+    name = kind + prior.title().replace("-", "")
+    solver = make_solver(f"vbbench_baselines.joint_map.priors.left_out:{name}")
+    assert solver.prior == get_prior(prior)
 
 
 def test_other_frame_rates():
