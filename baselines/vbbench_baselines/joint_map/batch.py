@@ -118,5 +118,5 @@ def _walk_through(start: MapCausal, problem: Problem, seen: Sightings, given: Gi
 
 def _inform_all(seen: Sightings, statures: FloatArray) -> tuple[FloatArray, FloatArray]:
     """`inform` for all frames: [T, K, 2] and [T, K, 3]."""
-    frames = [inform(*(rows[t] for rows in seen), statures) for t in range(len(seen.rays))]
+    frames = [inform(*boxes, statures) for boxes in map(Sightings, seen.rays, seen.sideways, seen.stretch)]
     return np.stack([relative for relative, _ in frames]), np.stack([information for _, information in frames])

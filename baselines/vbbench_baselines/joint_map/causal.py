@@ -102,13 +102,12 @@ class MapCausal:
     def _report_located(self, located: Located) -> dict[str, Any]:
         if not self._covariances:
             return {}
-        pose, _, *terms, own = located
-        given = not np.isnan(self._rows.given_poses[-1, 0])
-        sigma = np.zeros((3, 3)) if given else pose_covariance(pose, *terms, own)
-        return {
-            "pose_covariance": sigma,
-            "position_covariances": position_covariances(pose, sigma, *terms[:2], terms[3]),
-        }
+        pose, seen, noise, std = located.pose, located.seen, located.noise, located.std
+        sigma = np.zeros((3, 3))
+        if np.isnan(self._rows.given_poses[-1, 0]):
+            sigma = pose_covariance(pose, seen, noise, located.expected, std, located.own)
+        places = position_covariances(pose, sigma, seen, noise, std)
+        return {"pose_covariance": sigma, "position_covariances": places}
 
     def _report_settled(self, settled: Settled, anchor: Anchor) -> dict[str, Any]:
         if not self._covariances:

@@ -31,7 +31,8 @@ def pose_covariance_of(settled: Settled, anchor: Anchor, walk: Walk) -> FloatArr
     )
     for t in range(frames):
         hessian[3 * t + 2, 3 * t + 2] += 1e-9
-    sigma = np.linalg.inv(hessian)
+    sigma = np.eye(3 * frames)
+    sigma[:] = np.linalg.inv(hessian)
     for t in range(frames):
         if anchor.fixed[t]:
             sigma[3 * t : 3 * t + 3] = 0.0

@@ -176,7 +176,7 @@ def _linearise_boxes(
     seen: FloatArray,
     noise: FloatArray,
 ) -> None:
-    """Write the measured places, linearised about ``places`` (see `farther`), to ``seen`` [K, 2] and ``noise`` [K, 3]."""
+    """Write the measured places, linearised about ``places``, to ``seen`` [K, 2] and ``noise`` [K, 3]."""
     for k in range(len(places)):
         if not np.isnan(places[k, 0] + relative[k, 0]):
             q = farther(relative[k], places[k], pose)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.banded import factor, solve
 from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk, walk_energy
@@ -42,8 +42,8 @@ class Scene(NamedTuple):
     relative: FloatArray
     information: FloatArray
     given: FloatArray
-    first: FloatArray
-    last: FloatArray
+    first: IntArray
+    last: IntArray
     stature: FloatArray
     stature_variance: FloatArray
 

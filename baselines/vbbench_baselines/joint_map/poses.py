@@ -2,9 +2,9 @@
 
 Everybody eliminated (`vbbench_baselines.joint_map.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
 (I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
-the whole problem in poses and places together, people eliminated. It is x and not y that G turns about c: M turns with the
-camera, too. The observer is a walker whose place is c itself. A Cauchy distribution of yaw increments d with scale γ
-counts as the normal one with precision 2/(γ² + d²) that touches it.
+the whole problem in poses and places together. It is x and not y that G turns about c: M turns with the camera, too.
+The observer is a walker whose place is c itself. A Cauchy distribution of yaw increments d with scale γ counts as the
+normal one with precision 2/(γ² + d²) that touches it.
 """
 
 from typing import NamedTuple

@@ -93,7 +93,7 @@ def inform(
 
 @kernel
 def farther(relative: FloatArray, place: FloatArray, pose: FloatArray) -> float:
-    """The ratio q = r/r_m: how many times as far as measured, ``relative`` [2], somebody at ``place`` [2] is from ``pose`` [3].
+    """The ratio q = r/r_m: how many times as far as measured (``relative`` [2]) a ``place`` [2] is from ``pose`` [3].
 
     A box measures 1/r with an error that does not depend on r. To first order about r this is the distance
     2r − r²/r_m = r_m(2q − q²) with the standard deviation of the measured distance times q². Taken at the measured

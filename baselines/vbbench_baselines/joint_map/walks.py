@@ -110,4 +110,4 @@ def walk_deviance(track: FloatArray, variance: float, walk: Walk) -> float:
             total += 0.5 * squared
         else:
             total += np.log(variance) + 0.5 * (walk.nu + 2.0) * np.log(1.0 + squared / (walk.nu * variance))
-    return total + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance))
+    return float(total + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance)))
