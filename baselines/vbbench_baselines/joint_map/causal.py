@@ -20,6 +20,12 @@ from vbbench_baselines.joint_map.window import Window
 from vbbench_baselines.sightings import Sightings
 from vbbench_baselines.uncertainty import pose_covariance, position_covariances
 
+CROWD = 30
+"""Tracks of a sequence beyond which it is a crowd."""
+
+CROWDED_WINDOW = 8
+"""Frames that are enough in a crowd, where many hold the poses."""
+
 
 @dataclass(kw_only=True)
 class MapCausal:
@@ -29,7 +35,7 @@ class MapCausal:
     ----------
     prior : how people walk.
     feet : whether boxes tell their distance by their bottom, else by their height.
-    window : frames that are solved together.
+    window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
     rounds : most steps of the descent a frame.
     tolerance : in m and rad; the descent ends with a step shorter than this.
     """
@@ -46,7 +52,8 @@ class MapCausal:
         self._eye = Eye(problem, self.feet)
         self._walk = walk_of(self.prior, problem.dt)
         self.statures = statures_of(problem, self.feet)
-        self._rows = Window(self.window, people)
+        self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
+        self._rows = Window(self._size, people)
         self._scales = np.zeros((people + 1, 2))
         self._variances = np.full(people + 1, self._walk.sigma**2)
         self._left = NOTHING_LEFT
@@ -93,7 +100,7 @@ class MapCausal:
         settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance)
         rows.poses[used], rows.places[used] = settled.poses, settled.places
         self._variances = settled.variances
-        if rows.frames >= self.window:
+        if rows.frames >= self._size:
             self._left = leave(settled, anchor, self._walk, 1)
         pose, places = settled.poses[-1].copy(), settled.places[-1].copy()
         report = self._report_settled(settled, anchor)
