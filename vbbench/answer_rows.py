@@ -8,7 +8,7 @@ from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.protocol import Protocol, scored_frames, scored_positions
-from vbbench.schemas import COVARIANCES, Columns
+from vbbench.schemas import CONVERGED, COVARIANCES, FALLBACK, Columns
 from vbbench.sequence import Sequence
 
 
@@ -38,7 +38,9 @@ def _pose_rows(sequence: Sequence, estimate: Estimate, covariance: bool) -> Colu
     x, y, yaw = estimate.poses[frame].T
     rows: dict[str, Any] = {"sequence": np.full(len(frame), sequence.index), "frame": frame, "x": x, "y": y, "yaw": yaw}
     if estimate.fallback is not None:
-        rows["fallback"] = estimate.fallback[frame]
+        rows[FALLBACK] = estimate.fallback[frame]
+    if estimate.converged is not None:
+        rows[CONVERGED] = estimate.converged[frame]
     if covariance and estimate.pose_covariances is not None:
         rows |= _upper_triangle("poses", estimate.pose_covariances[frame])
     return rows

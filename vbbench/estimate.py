@@ -18,6 +18,7 @@ class FrameEstimate:
     pose : [3] (x, y, yaw) in m and rad.
     positions : [K, 2] in m, for every observed track; the rest is ignored.
     fallback : whether fewer than two people were of use, so that the observer's own prior decided the pose.
+    converged : whether the solver believes that it found its own optimum; False warns of a pose that may be far off.
     pose_covariance : [3, 3] of (x, y, yaw), in m², m·rad and rad².
     position_covariances : [K, 2, 2] of world positions, in m².
     heights, height_variances : [K] what is believed by now of people's heights, in m and m².
@@ -26,6 +27,7 @@ class FrameEstimate:
     pose: FloatArray
     positions: FloatArray
     fallback: bool | None = None
+    converged: bool | None = None
     pose_covariance: FloatArray | None = None
     position_covariances: FloatArray | None = None
     heights: FloatArray | None = None
@@ -46,7 +48,7 @@ class Estimate:
     ----------
     poses : [T, 3] in m and rad.
     positions : [T, K, 2] in m.
-    fallback : [T] as in `FrameEstimate`.
+    fallback, converged : [T] as in `FrameEstimate`.
     pose_covariances, position_covariances : [T, 3, 3] and [T, K, 2, 2], likewise; NaN = not reported of that frame.
     heights, height_variances : [K] what is believed in the end of people's heights, in m and m².
     """
@@ -54,6 +56,7 @@ class Estimate:
     poses: FloatArray
     positions: FloatArray
     fallback: BoolArray | None = None
+    converged: BoolArray | None = None
     pose_covariances: FloatArray | None = None
     position_covariances: FloatArray | None = None
     heights: FloatArray | None = None
@@ -65,17 +68,17 @@ class Estimate:
         _freeze(self, positions=(frames, None, 2), pose_covariances=(frames, 3, 3))
         people = self.positions.shape[1]
         _freeze(self, position_covariances=(frames, people, 2, 2), heights=(people,), height_variances=(people,))
-        _freeze(self, np.bool_, fallback=(frames,))
+        _freeze(self, np.bool_, fallback=(frames,), converged=(frames,))
 
     @staticmethod
     def of_frames(frames: Sequence[FrameEstimate]) -> "Estimate":
         """Stack the answers of consecutive frames; the heights are those reported last."""
-        fallback = [frame.fallback for frame in frames]
         last = next((frame for frame in reversed(frames) if frame.heights is not None), frames[-1])
         return Estimate(
             poses=np.stack([frame.pose for frame in frames]),
             positions=np.stack([frame.positions for frame in frames]),
-            fallback=None if all(fell is None for fell in fallback) else np.array(fallback, dtype=np.bool_),
+            fallback=_marks([frame.fallback for frame in frames]),
+            converged=_marks([frame.converged for frame in frames]),
             pose_covariances=_stack([frame.pose_covariance for frame in frames]),
             position_covariances=_stack([frame.position_covariances for frame in frames]),
             heights=last.heights,
@@ -88,6 +91,7 @@ class Estimate:
             pose=self.poses[t],
             positions=self.positions[t],
             fallback=None if self.fallback is None else bool(self.fallback[t]),
+            converged=None if self.converged is None else bool(self.converged[t]),
             pose_covariance=None if self.pose_covariances is None else self.pose_covariances[t],
             position_covariances=None if self.position_covariances is None else self.position_covariances[t],
             heights=self.heights,
@@ -101,6 +105,11 @@ def _freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | Non
         values = getattr(owner, name)
         if values is not None:
             object.__setattr__(owner, name, frozen_array(name, values, shape, dtype))
+
+
+def _marks(frames: list[bool | None]) -> BoolArray | None:
+    """Marks of consecutive frames, False for a frame without; ``None`` if no frame has one."""
+    return None if all(mark is None for mark in frames) else np.array(frames, dtype=np.bool_)
 
 
 def _stack(frames: list[FloatArray | None]) -> FloatArray | None:

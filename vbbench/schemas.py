@@ -33,11 +33,14 @@ SCHEMAS: dict[str, pa.Schema] = {
 FALLBACK = "fallback"
 """Optional column of ``poses``: whether the observer's own prior decided the frame, for want of people."""
 
+CONVERGED = "converged"
+"""Optional column of ``poses``: whether the solver believes that it found its own optimum."""
+
 COVARIANCES = {"poses": ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw"), "positions": ("xx", "xy", "yy")}
 """Optional columns of ``poses`` and ``positions``: the upper triangle, row by row, of a covariance."""
 
 OPTIONAL: dict[str, pa.Schema] = {
-    "poses": pa.schema([(FALLBACK, pa.bool_())] + [(name, _F4) for name in COVARIANCES["poses"]]),
+    "poses": pa.schema([(FALLBACK, pa.bool_()), (CONVERGED, pa.bool_())] + [(name, _F4) for name in COVARIANCES["poses"]]),
     "positions": pa.schema([(name, _F4) for name in COVARIANCES["positions"]]),
 }
 """Columns that a table may have besides; they stand behind the others."""

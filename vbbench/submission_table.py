@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vbbench.csv_rows import read_csv_rows
 from vbbench.errors import FileError
 from vbbench.faults import Faults
-from vbbench.schemas import FALLBACK, SCHEMAS
+from vbbench.schemas import CONVERGED, FALLBACK, SCHEMAS
 from vbbench.tables import SequenceTable
 
 Arrays = dict[str, NDArray[Any]]
@@ -100,6 +100,6 @@ def _require_numbers(path: Path, name: str, optional: Collection[str]) -> None:
 
 
 def _is_number(field: pa.Field) -> bool:
-    if field.name == FALLBACK and pa.types.is_boolean(field.type):
+    if field.name in (FALLBACK, CONVERGED) and pa.types.is_boolean(field.type):
         return True
     return bool(pa.types.is_integer(field.type) or pa.types.is_floating(field.type))

@@ -36,12 +36,12 @@ class Sightings(NamedTuple):
 
 
 def sight(camera: Camera, observations: FloatArray, pixel_std: float) -> Sightings:
-    """Rays of the boxes [K, 3] in px, with noise of ``pixel_std`` px on u and on box top and bottom."""
+    """Rays of the boxes [..., K, 3] in px, with noise of ``pixel_std`` px on u and on box top and bottom."""
     boxes = np.array((observations, observations))
-    boxes[1, :, 0] += 1.0
+    boxes[1, ..., 0] += 1.0
     np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
     rays, shifted = camera.unproject(boxes, _ONE_METRE)
-    return Sightings(rays, pixel_std * (shifted - rays), (np.sqrt(2.0) * pixel_std) / boxes[0, :, 2])
+    return Sightings(rays, pixel_std * (shifted - rays), (np.sqrt(2.0) * pixel_std) / boxes[0, ..., 2])
 
 
 _ONE_METRE = np.ones(())

@@ -1,0 +1,122 @@
+"""``map-batch``: the joint problem over the whole sequence, from where the causal solver left it."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.geometry import wrap_angle
+from vbbench.runner import WINDOW
+from vbbench.sequence import Given
+from vbbench.solver import Estimate, Problem
+from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
+from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map.sighted import Eye, inform
+from vbbench_baselines.joint_map.walks import Walk, walk_of
+from vbbench_baselines.joint_map.window import make_scene
+from vbbench_baselines.sightings import Sightings
+
+
+@dataclass(kw_only=True)
+class MapBatch:
+    """Joint maximum a posteriori of all frames.
+
+    A sequence of more than ``block`` frames is solved in blocks of so many, each ``stride`` frames after the last, with
+    what the frames before have said kept as a quadratic form: the time is linear in frames, and a frame is decided by
+    everything before it and at least block − stride frames after it.
+
+    Parameters
+    ----------
+    prior, feet : as of `MapCausal`.
+    block, stride : in frames.
+    rounds : most steps of the descent of a block.
+    tolerance : in m and rad; the descent ends with a step shorter than this.
+    """
+
+    prior: Prior = field(default_factory=lambda: get_prior("default"))
+    feet: bool = True
+    block: int = 60
+    stride: int = 30
+    rounds: int = 50
+    tolerance: float = 1e-4
+
+    def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
+        """See `vbbench.solver.SequenceSolver.solve`."""
+        seen = Eye(problem, self.feet).sight(observations)
+        start = MapCausal(prior=self.prior, feet=self.feet)
+        poses, places = _walk_through(start, problem, seen, given)
+        relative, information = _inform_all(seen, start.statures.mean)
+        walk, fixed = walk_of(self.prior, problem.dt), ~np.isnan(given.poses[:, 2])
+        answer = _Answer(poses.copy(), np.full_like(places, np.nan), problem.covariances)
+        first, left = 0, NOTHING_LEFT
+        while True:
+            rows = slice(first, min(first + self.block, len(poses)))
+            scene = make_scene(relative[rows], information[rows], given.positions[rows], start.statures)
+            anchor = hold(fixed[rows], poses[rows], left)
+            settled = settle(poses[rows], places[rows], scene, anchor, walk, self.rounds, self.tolerance)
+            answer.take(settled, anchor, walk, first)
+            if rows.stop == len(poses):
+                return answer.estimate(None if self.feet else settled.heights)
+            left = leave(settled, anchor, walk, self.stride)
+            first += self.stride
+
+
+class _Answer:
+    """The estimate as it is put together, block after block; a later block knows better."""
+
+    def __init__(self, poses: FloatArray, places: FloatArray, covariances: bool) -> None:
+        frames, people = places.shape[:2]
+        self._poses, self._places = poses, places
+        self._converged = np.zeros(frames, np.bool_)
+        self._pose_spread = np.full((frames, 3, 3), np.nan) if covariances else None
+        self._place_spread = np.full((frames, people, 2, 2), np.nan) if covariances else None
+
+    def take(self, settled: Settled, anchor: Anchor, walk: Walk, first: int) -> None:
+        """Write the block that begins with frame ``first``."""
+        rows = slice(first, first + len(settled.poses))
+        self._poses[rows] = settled.poses
+        known = ~np.isnan(settled.places)
+        self._places[rows][known] = settled.places[known]
+        self._converged[rows] = settled.converged
+        if self._pose_spread is not None and self._place_spread is not None:
+            sigma = pose_covariance_of(settled, anchor, walk)
+            for t in range(len(settled.poses)):
+                self._pose_spread[first + t] = sigma[3 * t : 3 * t + 3, 3 * t : 3 * t + 3]
+            self._place_spread[rows] = place_covariances(settled, walk, sigma, 0)
+
+    def estimate(self, heights: FloatArray | None) -> Estimate:
+        """All that was written."""
+        poses = self._poses.copy()
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        return Estimate(
+            poses=poses,
+            positions=self._places,
+            converged=self._converged,
+            pose_covariances=self._pose_spread,
+            position_covariances=self._place_spread,
+            heights=heights,
+        )
+
+
+def _walk_through(start: MapCausal, problem: Problem, seen: Sightings, given: Given) -> tuple[FloatArray, FloatArray]:
+    """The causal solver's poses [T, 3] and places [T, K, 2]."""
+    start.start(replace(problem, covariances=False))
+    answers = []
+    for t in range(len(given.poses)):
+        shown = [np.full((WINDOW + 1, *rows.shape[1:]), np.nan) for rows in (given.poses, given.positions)]
+        for window, rows in zip(shown, (given.poses, given.positions), strict=True):
+            window[max(WINDOW - t, 0) :] = rows[max(t - WINDOW, 0) : t + 1]
+        boxes = Sightings(*(rows[t] for rows in seen))
+        answers.append(start.advance(boxes, Given(poses=shown[0], positions=shown[1])))
+    poses = np.stack([answer.pose for answer in answers])
+    return unwrapped(poses), np.stack([answer.positions for answer in answers])
+
+
+def _inform_all(seen: Sightings, statures: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`inform` for all frames: [T, K, 2] and [T, K, 3]."""
+    frames = [inform(*boxes, statures) for boxes in map(Sightings, seen.rays, seen.sideways, seen.stretch)]
+    return np.stack([relative for relative, _ in frames]), np.stack([information for _, information in frames])

@@ -1,0 +1,124 @@
+"""``map-causal``: the joint problem over a sliding window, solved anew each frame; only the newest is reported."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vbbench.protocol import START_FRAMES
+from vbbench.sequence import Given
+from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.descent import Settled, settle
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
+from vbbench_baselines.joint_map.one_step import PAST, Located, learn_scales, locate
+from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map.sighted import Eye, statures_of
+from vbbench_baselines.joint_map.walks import walk_of
+from vbbench_baselines.joint_map.window import Window
+from vbbench_baselines.sightings import Sightings
+from vbbench_baselines.uncertainty import pose_covariance, position_covariances
+
+CROWD = 30
+"""Tracks of a sequence beyond which it is a crowd."""
+
+CROWDED_WINDOW = 8
+"""Frames that are enough in a crowd, where many hold the poses."""
+
+
+@dataclass(kw_only=True)
+class MapCausal:
+    """Joint maximum a posteriori, causal.
+
+    Parameters
+    ----------
+    prior : how people walk.
+    feet : whether boxes tell their distance by their bottom, else by their height.
+    window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
+    rounds : most steps of the descent a frame.
+    tolerance : in m and rad; the descent ends with a step shorter than this.
+    """
+
+    prior: Prior = field(default_factory=lambda: get_prior("default"))
+    feet: bool = True
+    window: int = 12
+    rounds: int = 12
+    tolerance: float = 1e-3
+
+    def start(self, problem: Problem) -> None:
+        """See `vbbench.solver.FrameSolver.start`."""
+        people = len(problem.tracks)
+        self._eye = Eye(problem, self.feet)
+        self._walk = walk_of(self.prior, problem.dt)
+        self.statures = statures_of(problem, self.feet)
+        self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
+        self._rows = Window(self._size, people)
+        self._scales = np.zeros((people + 1, 2))
+        self._variances = np.full(people + 1, self._walk.sigma**2)
+        self._left = NOTHING_LEFT
+        self._covariances = problem.covariances
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        """See `vbbench.solver.FrameSolver.step`."""
+        return self.advance(self._eye.sight(frame.observations), frame.given)
+
+    def advance(self, seen: Sightings, given: Given) -> FrameEstimate:
+        """The answer for the next frame, of which are known the rays of its boxes and what `Frame.given` holds."""
+        rows = self._rows
+        rows.push(seen, self.statures, given)
+        located = self._locate(seen)
+        rows.poses[-1], rows.places[-1] = located.pose, located.places
+        if rows.frames > START_FRAMES and np.isnan(rows.given_poses[-3:-1, 0]).any():
+            return self._settle()
+        return FrameEstimate(
+            pose=located.pose, positions=located.places, converged=True, **self._report_located(located)
+        )
+
+    def _locate(self, seen: Sightings) -> Located:
+        """The newest frame's pose and places by what was known before it."""
+        rows, past = self._rows, slice(-1 - PAST, -1)
+        if not np.isnan(rows.given_poses[-2, 0]):
+            learn_scales(rows.places[past], rows.poses[past], self._walk, self._scales, self._variances)
+        return locate(
+            *seen,
+            *self.statures,
+            rows.places[past],
+            rows.poses[past],
+            rows.given[-1],
+            rows.given_poses[-1],
+            self._walk,
+            self._variances,
+        )
+
+    def _settle(self) -> FrameEstimate:
+        """Solve the window, and keep what the frame that leaves it next has said."""
+        rows = self._rows
+        used = rows.filled
+        poses, scene = rows.poses[used], rows.scene(self.statures)
+        anchor = hold(~np.isnan(rows.given_poses[used, 0]), poses, self._left)
+        settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance)
+        rows.poses[used], rows.places[used] = settled.poses, settled.places
+        self._variances = settled.variances
+        if rows.frames >= self._size:
+            self._left = leave(settled, anchor, self._walk, 1)
+        pose, places = settled.poses[-1].copy(), settled.places[-1].copy()
+        report = self._report_settled(settled, anchor)
+        return FrameEstimate(pose=pose, positions=places, converged=bool(settled.converged), **report)
+
+    def _report_located(self, located: Located) -> dict[str, Any]:
+        if not self._covariances:
+            return {}
+        pose, seen, noise, std = located.pose, located.seen, located.noise, located.std
+        sigma = np.zeros((3, 3))
+        if np.isnan(self._rows.given_poses[-1, 0]):
+            sigma = pose_covariance(pose, seen, noise, located.expected, std, located.own)
+        places = position_covariances(pose, sigma, seen, noise, std)
+        return {"pose_covariance": sigma, "position_covariances": places}
+
+    def _report_settled(self, settled: Settled, anchor: Anchor) -> dict[str, Any]:
+        if not self._covariances:
+            return {}
+        sigma, newest = pose_covariance_of(settled, anchor, self._walk), len(settled.poses) - 1
+        places = place_covariances(settled, self._walk, sigma, newest)[newest]
+        return {"pose_covariance": sigma[-3:, -3:].copy(), "position_covariances": places}

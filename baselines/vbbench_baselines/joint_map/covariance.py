@@ -1,0 +1,102 @@
+"""How sure poses and places are: the inverse of the joint energy's Hessian.
+
+With Σ = H⁻¹ of the poses, people eliminated, a place has the covariance A⁻¹ given the poses, and follows them:
+
+    Cov(x) = A⁻¹ + (∂x/∂p) Σ (∂x/∂p)ᵀ,   ∂x/∂p = A⁻¹ M G,
+
+to which an unknown stature adds its own part. H takes the Student-t terms at their weights, and so says how sure one is
+if the weights are right.
+"""
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.banded import solve
+from vbbench_baselines.joint_map.descent import Settled
+from vbbench_baselines.joint_map.people import Person, eliminate
+from vbbench_baselines.joint_map.poses import Anchor, linearise
+from vbbench_baselines.joint_map.walks import Walk
+
+
+@kernel
+def pose_covariance_of(settled: Settled, anchor: Anchor, walk: Walk) -> FloatArray:
+    """Σ [3T, 3T] of the poses at the energy's minimum; nought for given ones."""
+    scene = settled.scene
+    frames = len(settled.poses)
+    room = np.empty((2 * frames, 2 * frames))
+    places, heights = settled.places.copy(), settled.heights.copy()
+    _, _, hessian = linearise(
+        settled.poses, scene, anchor, walk, settled.weights, settled.yaw_weights, places, heights, room
+    )
+    for t in range(frames):
+        hessian[3 * t + 2, 3 * t + 2] += 1e-9
+    sigma = np.eye(3 * frames)
+    sigma[:] = np.linalg.inv(hessian)
+    for t in range(frames):
+        if anchor.fixed[t]:
+            sigma[3 * t : 3 * t + 3] = 0.0
+            sigma[:, 3 * t : 3 * t + 3] = 0.0
+    return sigma
+
+
+@kernel
+def place_covariances(settled: Settled, walk: Walk, sigma: FloatArray, oldest: int) -> FloatArray:
+    """[T, K, 2, 2] in m² of the places from frame ``oldest`` on, NaN where there is no box; ``sigma`` as above."""
+    scene = settled.scene
+    frames, people = len(settled.poses), len(scene.first)
+    spread = np.full((frames, people, 2, 2), np.nan)
+    for k in range(people):
+        if scene.last[k] < scene.first[k]:
+            continue
+        person = eliminate(k, settled.poses, scene, settled.weights[k], walk)
+        _spread_person(person, int(scene.first[k]), k, settled.poses, sigma, oldest, spread)
+    return spread
+
+
+@kernel
+def _spread_person(
+    person: Person, first: int, k: int, poses: FloatArray, sigma: FloatArray, oldest: int, spread: FloatArray
+) -> None:
+    """Write the covariances of one person's places to ``spread`` [T, K, 2, 2]."""
+    n = len(person.track)
+    tilt = np.zeros(3 * n)
+    for i in range(n):
+        rx, ry = person.response[2 * i], person.response[2 * i + 1]
+        jx, jy = poses[first + i, 1] - person.track[i, 1], person.track[i, 0] - poses[first + i, 0]
+        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * jx + ry * jy
+    raised = np.zeros(2 * n)
+    if not np.isinf(person.height_information):
+        raised = _weigh(person.information, person.along)
+        solve(person.lower, raised)
+    own = np.ascontiguousarray(sigma[3 * first : 3 * (first + n), 3 * first : 3 * (first + n)])
+    for i in range(max(oldest - first, 0), n):
+        if not person.seen[i]:
+            continue
+        follow, alone = np.zeros((2, 3 * n)), np.zeros((2, 2))
+        for a in range(2):
+            row = np.zeros(2 * n)
+            row[2 * i + a] = 1.0
+            solve(person.lower, row)
+            alone[a] = row[2 * i : 2 * i + 2]
+            pull = _weigh(person.information, row)
+            for j in range(n):
+                jx, jy = poses[first + j, 1] - person.track[j, 1], person.track[j, 0] - poses[first + j, 0]
+                follow[a, 3 * j], follow[a, 3 * j + 1] = pull[2 * j], pull[2 * j + 1]
+                follow[a, 3 * j + 2] = pull[2 * j] * jx + pull[2 * j + 1] * jy
+            follow[a] -= raised[2 * i + a] / person.height_information * tilt
+        for a in range(2):
+            for b in range(2):
+                alone[a, b] += raised[2 * i + a] * raised[2 * i + b] / person.height_information
+        spread[first + i, k] = alone + follow @ own @ follow.T
+
+
+@kernel
+def _weigh(information: FloatArray, values: FloatArray) -> FloatArray:
+    """M v for values [2n]."""
+    weighed = np.empty_like(values)
+    for i in range(len(information)):
+        xx, xy, yy = information[i]
+        x, y = values[2 * i], values[2 * i + 1]
+        weighed[2 * i], weighed[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
+    return weighed

@@ -1,0 +1,90 @@
+"""How people walk and heads turn, before any box is seen: the motion prior of the joint MAP solvers.
+
+Second differences a_t = x_t − 2x_{t−1} + x_{t−2} of a walk follow an autoregression of order two,
+
+    a_t = b_1 a_{t−1} + b_2 a_{t−2} + e_t,   e_t ~ Student-t_ν with scale σ_k, in the plane,
+
+and persons differ: σ_k² ~ scaled inverse χ² with a_0 degrees of freedom about σ². Yaw increments are Cauchy. The values
+are fitted by ``python -m vbbench_baselines.joint_map.fit`` and kept as TOML in ``priors/``.
+"""
+
+import tomllib
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+from vbbench.errors import UnknownNameError
+
+
+class Start(NamedTuple):
+    """The autoregression while the past is too short for it.
+
+    Attributes
+    ----------
+    first : standard deviation of a track's first second difference, in units of that of the innovations e.
+    b : coefficient of its second one on the first.
+    second : standard deviation about that, in the same units.
+    """
+
+    first: float
+    b: float
+    second: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prior:
+    """The motion prior at frames of ``dt`` seconds.
+
+    Parameters
+    ----------
+    dt : seconds a frame to which the other values belong.
+    b : b_1 and b_2, without unit; stationary.
+    sigma : σ in m: the typical scale of an innovation, each component.
+    nu : ν, degrees of freedom of the innovations; inf = normal.
+    a0 : a_0, how alike persons are: σ counts as much as so many squared innovation components; inf = all alike.
+    yaw_scale : scale in rad of the Cauchy distribution of yaw increments between frames; inf = no such prior.
+    speed : in m/s, standard deviation of a velocity component of somebody of whom nothing is known.
+    """
+
+    dt: float = 0.4
+    b: tuple[float, float] = (-0.35, -0.1)
+    sigma: float = 0.08
+    nu: float = 6.0
+    a0: float = 8.0
+    yaw_scale: float = 0.03
+    speed: float = 0.9
+
+    @property
+    def start(self) -> Start:
+        """How a stationary walk begins (Yule–Walker): nothing to fit."""
+        b1, b2 = self.b
+        rho = b1 / (1.0 - b2)
+        variance = 1.0 / (1.0 - b1 * rho - b2 * (b1 * rho + b2))
+        return Start(variance**0.5, rho, (variance * (1.0 - rho * rho)) ** 0.5)
+
+    def at(self, dt: float) -> "Prior":
+        """The prior at another frame rate: accelerations and turning speeds keep their size, b and ν their values."""
+        ratio = dt / self.dt
+        return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=self.yaw_scale * ratio)
+
+
+PRIORS = ("default", "without-hotel", "without-eth", "sim")
+"""Names of the fitted priors."""
+
+
+@cache
+def get_prior(name: str) -> Prior:
+    """The fitted prior called ``name``.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none; the nearest name is suggested.
+    """
+    if name not in PRIORS:
+        raise UnknownNameError("prior", name, PRIORS)
+    text = (files("vbbench_baselines") / "joint_map" / "priors" / f"{name}.toml").read_text("utf-8")
+    values: dict[str, Any] = tomllib.loads(text)["prior"]
+    values["b"] = tuple(values["b"])
+    return Prior(**{field.name: values[field.name] for field in fields(Prior)})

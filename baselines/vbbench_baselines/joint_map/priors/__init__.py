@@ -1,0 +1,1 @@
+"""Fitted motion priors as TOML, and how they are fitted."""

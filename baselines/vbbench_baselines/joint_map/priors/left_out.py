@@ -1,0 +1,53 @@
+"""The joint solvers with priors that never saw the split they are tested on; ``vbbench solve --solver module:name``.
+
+A solver is not told which split it has, so that it cannot choose for itself. ``map-causal`` and ``map-batch`` take the
+prior of all recordings at hand; where one of these is the test, the variant without it is the one to publish.
+"""
+
+from dataclasses import dataclass, field
+
+from vbbench_baselines.joint_map.batch import MapBatch
+from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.prior import Prior, get_prior
+
+
+@dataclass(kw_only=True)
+class CausalWithoutHotel(MapCausal):
+    """`MapCausal` for Hotel."""
+
+    prior: Prior = field(default_factory=lambda: get_prior("without-hotel"))
+
+
+@dataclass(kw_only=True)
+class CausalWithoutEth(MapCausal):
+    """`MapCausal` for ETH, at either speed."""
+
+    prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
+
+
+@dataclass(kw_only=True)
+class CausalSim(MapCausal):
+    """`MapCausal` for Sim, fitted on another seed."""
+
+    prior: Prior = field(default_factory=lambda: get_prior("sim"))
+
+
+@dataclass(kw_only=True)
+class BatchWithoutHotel(MapBatch):
+    """`MapBatch` for Hotel."""
+
+    prior: Prior = field(default_factory=lambda: get_prior("without-hotel"))
+
+
+@dataclass(kw_only=True)
+class BatchWithoutEth(MapBatch):
+    """`MapBatch` for ETH, at either speed."""
+
+    prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
+
+
+@dataclass(kw_only=True)
+class BatchSim(MapBatch):
+    """`MapBatch` for Sim, fitted on another seed."""
+
+    prior: Prior = field(default_factory=lambda: get_prior("sim"))

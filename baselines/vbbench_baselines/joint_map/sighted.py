@@ -1,0 +1,104 @@
+"""Boxes as the joint solver sees them: rays that know their range from the feet, or from the height of the box.
+
+A box's bottom stands at v + l/2 = c_y + f·h_0/r, whoever it shows: it measures the distance as a box of height
+v + l/2 − c_y of somebody as tall as the camera's mount would, with the noise of one edge instead of two. What the top
+adds, (h_0 − h)²/h_0² of that information where the height h is known, is under one per cent for people about as tall
+as the mount; it is left out, and no height is unknown any more. Without feet, the box height l = f·h/r and the prior of
+h are all there is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera
+from vbbench.solver import Problem
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.ego_motion import invert
+from vbbench_baselines.sightings import Sightings, measure, sight
+
+FLOOR = 1e-3
+"""Standard deviation in m that every measured place has at least, exact boxes or not."""
+
+
+FARTHEST = 1.5
+"""Nobody is taken to be more than so many times as far, or as near, as measured."""
+
+
+class Statures(NamedTuple):
+    """What scales the rays: heights of people, or the mount's.
+
+    Attributes
+    ----------
+    mean, variance : [K] in m and m²; a variance of nought is a known one.
+    """
+
+    mean: FloatArray
+    variance: FloatArray
+
+
+def horizon(camera: Camera) -> float:
+    """Row in px in which everything as high as the camera's mount appears: c_y."""
+    return float(camera.project(np.array((0.0, 1.0)), np.array(2.0 * camera.mount_height))[1])
+
+
+class Eye:
+    """What turns boxes into rays.
+
+    Parameters
+    ----------
+    problem : tells camera and noise.
+    feet : whether a box tells its distance by its bottom, else by its height.
+    """
+
+    def __init__(self, problem: Problem, feet: bool) -> None:
+        self._camera, self._pixel_std, self._feet = problem.camera, problem.pixel_std, feet
+        self._horizon = horizon(problem.camera)
+
+    def sight(self, boxes: FloatArray) -> Sightings:
+        """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
+        if not self._feet:
+            return sight(self._camera, boxes, self._pixel_std)
+        upright = boxes.copy()
+        upright[..., 2] = boxes[..., 1] + 0.5 * boxes[..., 2] - self._horizon
+        rays, sideways, stretch = sight(self._camera, upright, self._pixel_std)
+        return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+
+
+def sight_boxes(problem: Problem, boxes: FloatArray, feet: bool) -> Sightings:
+    """Rays of boxes [..., K, 3] in px, see `Eye`."""
+    return Eye(problem, feet).sight(boxes)
+
+
+def statures_of(problem: Problem, feet: bool) -> Statures:
+    """What scales the rays of a problem's people before anything is seen."""
+    people = len(problem.tracks)
+    if feet:
+        return Statures(np.full(people, problem.camera.mount_height), np.zeros(people))
+    return Statures(np.full(people, problem.height_mean), np.full(people, problem.height_std**2))
+
+
+@kernel
+def inform(
+    rays: FloatArray, sideways: FloatArray, stretch: FloatArray, statures: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where boxes [K] place people of known stature: places z [K, 2] in m and N⁻¹ [K, 3] as (rr, rf, ff) in 1/m²."""
+    relative, noise = measure(rays, sideways, stretch, statures, np.zeros(len(statures)))
+    for k in range(len(statures)):
+        n = noise[k]
+        n[0], n[1], n[2] = invert(n[0] + FLOOR**2, n[1], n[2] + FLOOR**2)
+    return relative, noise
+
+
+@kernel
+def farther(relative: FloatArray, place: FloatArray, pose: FloatArray) -> float:
+    """The ratio q = r/r_m: how many times as far as measured (``relative`` [2]) a ``place`` [2] is from ``pose`` [3].
+
+    A box measures 1/r with an error that does not depend on r. To first order about r this is the distance
+    2r − r²/r_m = r_m(2q − q²) with the standard deviation of the measured distance times q². Taken at the measured
+    distance instead, boxes that came out too low, and so too near, would count more and stray less, and everybody
+    would seem to come nearer too fast.
+    """
+    true = np.sqrt((place[0] - pose[0]) ** 2 + (place[1] - pose[1]) ** 2)
+    return float(min(max(true / np.sqrt(relative[0] ** 2 + relative[1] ** 2), 1.0 / FARTHEST), FARTHEST))

@@ -1,0 +1,113 @@
+"""The motion prior as a banded quadratic form: innovations of walks, their weights, and DᵀWD.
+
+An innovation is a short filter of a track (`filters`): from the fifth frame on e_t = a_t − b_1 a_{t−1} − b_2 a_{t−2},
+a_t = x_t − 2x_{t−1} + x_{t−2}; before, what a shorter past allows, with a wider spread; at the second frame the
+velocity. Student-t innovations with ν degrees of freedom and scale σ_k in the plane are normal ones with precision
+
+    w_t/κ²,   w_t = (ν + 2)/(νσ_k² + m_t²),   m_t = ‖e_t‖/κ,   σ_k² = (a_0σ² + Σ u_t m_t²)/(a_0 + 2n),   u_t = w_t σ_k²,
+
+where κ is the spread of a lower order in units of the full one's. This is the expectation–maximisation of the t
+distribution (Lange, Little and Taylor 1989), with σ_k² drawn towards σ² by a_0.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.prior import Prior
+
+REACH = 4
+"""Frames that an innovation looks back."""
+
+
+class Walk(NamedTuple):
+    """The prior's numbers as kernels take them.
+
+    Attributes
+    ----------
+    filters : [5, 5] coefficients of x_t, x_{t−1}, … x_{t−4} of the innovation of order 0 to 4 (0: none).
+    spreads : [5] κ of each order; of order 1, the velocity, the standard deviation in m of a displacement.
+    sigma, nu, a0 : σ in m, ν, a_0.
+    yaw_scale : in rad.
+    """
+
+    filters: FloatArray
+    spreads: FloatArray
+    sigma: float
+    nu: float
+    a0: float
+    yaw_scale: float
+
+
+def walk_of(prior: Prior, dt: float) -> Walk:
+    """The numbers of ``prior`` at frames of ``dt`` seconds."""
+    prior = prior.at(dt)
+    start, second = prior.start, np.array((1.0, -2.0, 1.0, 0.0, 0.0))
+    filters = np.zeros((REACH + 1, REACH + 1))
+    filters[1, :2] = 1.0, -1.0
+    filters[2] = second
+    filters[3] = second - start.b * np.roll(second, 1)
+    filters[4] = second - prior.b[0] * np.roll(second, 1) - prior.b[1] * np.roll(second, 2)
+    spreads = np.array((1.0, prior.speed * dt, start.first, start.second, 1.0))
+    nu, a0 = min(prior.nu, 1e9), min(prior.a0, 1e9)
+    return Walk(filters, spreads, prior.sigma, nu, a0, min(prior.yaw_scale, 1e6))
+
+
+@kernel
+def innovation(track: FloatArray, i: int, walk: Walk) -> float:
+    """m_i² in m², the squared innovation of a track [n, 2] at its frame i ≥ 2, in units of the full order's spread."""
+    order = min(i, REACH)
+    e0 = e1 = 0.0
+    for d in range(order + 1):
+        e0 += walk.filters[order, d] * track[i - d, 0]
+        e1 += walk.filters[order, d] * track[i - d, 1]
+    return float((e0 * e0 + e1 * e1) / walk.spreads[order] ** 2)
+
+
+@kernel
+def reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float) -> float:
+    """Update the ``weights`` [n] of a track [n, 2], and return its σ_k² in m², which was ``variance``."""
+    n, total = len(track), 0.0
+    for i in range(2, n):
+        squared = innovation(track, i, walk)
+        total += (walk.nu + 2.0) / (walk.nu * variance + squared) * variance * squared
+    variance = (walk.a0 * walk.sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+    for i in range(2, n):
+        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + innovation(track, i, walk))
+    return float(variance)
+
+
+@kernel
+def add_walk(weights: FloatArray, walk: Walk, band: FloatArray) -> None:
+    """Add DᵀWD of a track with weights [n] to ``band`` [n, 5], which couples frame i with i, i−1, … i−4."""
+    for i in range(1, len(weights)):
+        order = min(i, REACH)
+        precision = (1.0 if order == 1 else weights[i]) / walk.spreads[order] ** 2
+        for d in range(order + 1):
+            scaled = precision * walk.filters[order, d]
+            for e in range(d, order + 1):
+                band[i - d, e - d] += scaled * walk.filters[order, e]
+
+
+@kernel
+def walk_energy(track: FloatArray, weights: FloatArray, walk: Walk) -> float:
+    """½ Σ of the weighted squared innovations of a track [n, 2], velocity included."""
+    total = 0.0
+    for i in range(1, len(track)):
+        total += innovation(track, i, walk) * (1.0 if i == 1 else weights[i])
+    return 0.5 * total
+
+
+@kernel
+def walk_deviance(track: FloatArray, variance: float, walk: Walk) -> float:
+    """−ln of the prior density of a track [n, 2] whose scale is σ_k² = ``variance``, up to a constant."""
+    total = 0.0
+    for i in range(1, len(track)):
+        squared = innovation(track, i, walk)
+        if i == 1:
+            total += 0.5 * squared
+        else:
+            total += np.log(variance) + 0.5 * (walk.nu + 2.0) * np.log(1.0 + squared / (walk.nu * variance))
+    return float(total + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance)))

@@ -1,0 +1,189 @@
+"""The joint solvers' terms and kernels against plain NumPy, and what they answer on made walks."""
+
+from itertools import islice
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.solver_runs import CAMERAS, DT, assert_close, problem_of, run, see, walk
+from vbbench.arrays import FloatArray
+from vbbench.camera import Camera
+from vbbench.geometry import world_to_relative
+from vbbench.runner import frames_of
+from vbbench.solver import Estimate, FrameSolver, SequenceSolver
+from vbbench_baselines.joint_map.banded import factor, invert, solve
+from vbbench_baselines.joint_map.batch import MapBatch
+from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.descent import settle
+from vbbench_baselines.joint_map.forgetting import forget
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, Left, hold
+from vbbench_baselines.joint_map.people import Scene
+from vbbench_baselines.joint_map.poses import energy_of, linearise
+from vbbench_baselines.joint_map.prior import Prior
+from vbbench_baselines.joint_map.sighted import Statures, horizon, inform, sight_boxes, statures_of
+from vbbench_baselines.joint_map.walks import add_walk, reweigh, walk_energy, walk_of
+from vbbench_baselines.joint_map.window import make_scene
+
+NORMAL = Prior(nu=1e9, a0=1e9, yaw_scale=1e3)
+PROTOCOLS = ("one-step", "sequential", "rollout")
+
+
+def test_banded_kernels_agree_with_numpy() -> None:
+    rng = np.random.default_rng(0)
+    full = np.zeros((14, 14))
+    for i in range(14):
+        full[i, max(i - 8, 0) : i + 1] = rng.normal(size=min(i, 8) + 1)
+    full = full @ full.T + 0.5 * np.eye(14)
+    band = np.zeros((14, 9))
+    for i in range(14):
+        for d in range(min(i, 8) + 1):
+            band[i, d] = full[i, i - d]
+    banded = np.array([[band[max(i, j), abs(i - j)] if abs(i - j) < 9 else 0.0 for j in range(14)] for i in range(14)])
+    right, inverse = rng.normal(size=14), np.full((14, 14), np.nan)
+    expected = np.linalg.solve(banded, right)
+    factor(band)
+    solve(band, right)
+    invert(band, inverse)
+    np.testing.assert_allclose(right, expected, rtol=1e-9)
+    lower = np.tril_indices(14)
+    np.testing.assert_allclose(inverse[lower], np.linalg.inv(banded)[lower], rtol=1e-8, atol=1e-12)
+
+
+def test_the_quadratic_form_of_a_walk_is_its_energy() -> None:
+    rng = np.random.default_rng(1)
+    numbers, track, weights = walk_of(Prior(), DT), rng.normal(size=(9, 2)), rng.uniform(1, 9, 9)
+    band = np.zeros((9, 5))
+    add_walk(weights, numbers, band)
+    full = np.array([[band[max(i, j), abs(i - j)] if abs(i - j) < 5 else 0.0 for j in range(9)] for i in range(9)])
+    np.testing.assert_allclose(0.5 * np.sum(track * (full @ track)), walk_energy(track, weights, numbers))
+
+
+def test_weights_fall_with_the_innovation_and_scales_stay_near_the_prior() -> None:
+    rng = np.random.default_rng(2)
+    numbers, weights = walk_of(Prior(), DT), np.zeros(40)
+    track = np.cumsum(np.cumsum(rng.normal(0.0, 0.08, (40, 2)), axis=0), axis=0)
+    calm = reweigh(track, numbers, weights, 0.08**2)
+    assert 0.04 < np.sqrt(calm) < 0.16
+    track[20:] += 3.0
+    reweigh(track, numbers, weights, calm)
+    assert weights[20] < 0.1 * np.median(weights[2:])
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
+def test_feet_tell_the_distance_without_the_height(camera: Camera) -> None:
+    truth = walk(3)
+    sequence = see(truth, camera)
+    problem = problem_of(sequence, camera)
+    assert horizon(camera) == pytest.approx(vars(camera)["cy"])
+    rays = sight_boxes(problem, sequence.observations, feet=True).rays
+    expected = world_to_relative(truth.positions, truth.poses)
+    seen = ~np.isnan(rays[..., 0])
+    np.testing.assert_allclose((rays * camera.mount_height)[seen], expected[seen], rtol=1e-9)
+
+
+def made_scene(feet: bool, frames: int = 7, pixel_std: float = 1.0) -> tuple[Scene, FloatArray]:
+    truth = walk(4, frames=frames, wobble=0.03)
+    sequence = see(truth, CAMERAS[0], pixel_std)
+    problem = problem_of(sequence, CAMERAS[0], pixel_std)
+    statures, seen = statures_of(problem, feet), sight_boxes(problem, sequence.observations, feet)
+    rows = [inform(*(row[t] for row in seen), statures.mean) for t in range(frames)]
+    relative, information = (np.stack(part) for part in zip(*rows, strict=True))
+    return make_scene(relative, information, sequence.given.positions, statures), np.array(truth.poses)
+
+
+@pytest.mark.parametrize("feet", [True, False])
+def test_the_gradient_is_that_of_the_energy(feet: bool) -> None:
+    scene, poses = made_scene(feet)
+    poses += np.random.default_rng(5).normal(0.0, 0.02, poses.shape)
+    frames, people = len(poses), len(scene.first)
+    numbers, anchor = walk_of(Prior(), DT), hold(np.zeros(frames, bool), poses, NOTHING_LEFT)
+    weights, yaw_weights = np.full((people + 1, frames), 100.0), np.full(frames, 50.0)
+    places, heights = np.full((frames, people, 2), np.nan), scene.stature.copy()
+    room = np.empty((2 * frames, 2 * frames))
+    terms = scene, anchor, numbers, weights, yaw_weights, places, heights
+    energy, gradient, hessian = linearise(poses, *terms, room)
+    assert energy == pytest.approx(energy_of(poses, *terms))
+    assert np.linalg.eigvalsh(hessian)[0] > -1e-6
+    for i in range(3 * frames):
+        step = np.zeros(3 * frames)
+        step[i] = 1e-6
+        rise = energy_of(poses + step.reshape(-1, 3), *terms) - energy_of(poses - step.reshape(-1, 3), *terms)
+        assert rise / 2e-6 == pytest.approx(gradient[i], rel=1e-4, abs=1e-3)
+
+
+def test_what_leaves_is_kept_exactly_for_normal_walks() -> None:
+    scene, poses = made_scene(feet=True, frames=10, pixel_std=0.0)
+    numbers, fixed = walk_of(NORMAL, DT), np.arange(10) < 2
+    places = np.full((10, len(scene.first), 2), np.nan)
+    anchor = hold(fixed, poses, NOTHING_LEFT)
+    whole = settle(poses, places, scene, anchor, numbers, 50, 1e-10)
+    assert whole.converged
+    for count in (1, 4):
+        slope, information = forget(whole, anchor, numbers, count)
+        rest = make_scene(*(rows[count:] for rows in scene[:3]), statures_of_scene(scene))
+        left = Left(whole.poses[count:], slope, information)
+        kept = settle(
+            whole.poses[count:] + 0.01 * ~fixed[count:, None],
+            places[count:],
+            rest,
+            hold(fixed[count:], whole.poses[count:], left),
+            numbers,
+            50,
+            1e-10,
+        )
+        np.testing.assert_allclose(kept.poses, whole.poses[count:], atol=1e-4)
+
+
+def statures_of_scene(scene: Scene) -> Statures:
+    return Statures(scene.stature, scene.stature_variance)
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+@pytest.mark.parametrize("solver", [MapCausal, MapBatch])
+def test_straight_walks_seen_exactly_are_found(camera: Camera, protocol: str, solver: type[Any]) -> None:
+    truth = walk(6)
+    estimate = run_any(solver(), truth, protocol, camera)
+    assert_close(estimate, truth.poses, truth.positions, 3e-2)  # the yaw's prior pulls a little
+    assert estimate.converged is not None
+    assert estimate.converged[2:].all()
+
+
+@pytest.mark.parametrize("solver", [MapCausal, MapBatch])
+def test_heights_are_estimated_where_feet_do_not_tell(solver: type[Any]) -> None:
+    truth = walk(7, frames=12)
+    estimate = run_any(solver(feet=False), truth, "sequential", CAMERAS[0])
+    assert np.abs(estimate.poses[:, :2] - truth.poses[:, :2]).max() < 0.1
+
+
+def test_windows_and_blocks_lose_little() -> None:
+    truth = walk(8, frames=40, people=8, wobble=0.02)
+    whole = run_any(MapCausal(window=60), truth, "sequential", CAMERAS[0], 1.0)
+    narrow = run_any(MapCausal(window=12), truth, "sequential", CAMERAS[0], 1.0)
+    assert np.abs(whole.poses - narrow.poses).max() < 0.3
+    whole = run_any(MapBatch(), truth, "sequential", CAMERAS[0], 1.0)
+    blocks = run_any(MapBatch(block=24, stride=8), truth, "sequential", CAMERAS[0], 1.0)
+    assert np.abs(whole.poses - blocks.poses).max() < 0.15
+
+
+def test_nothing_leaks_from_the_future() -> None:
+    truth = walk(9, frames=12, wobble=0.02)
+    sequence = see(truth, CAMERAS[0], 1.0)
+    problem, given = problem_of(sequence, CAMERAS[0], 1.0), sequence.given
+    solver = MapCausal()
+    solver.start(problem)
+    told = [solver.step(frame).pose for frame in islice(frames_of(sequence, given, given), 8)]
+    np.testing.assert_array_equal(np.stack(told), run_any(MapCausal(), truth, "rollout", CAMERAS[0], 1.0).poses[:8])
+
+
+@pytest.mark.parametrize("solver", [MapCausal, MapBatch])
+@pytest.mark.parametrize("people", [1, 2])
+def test_hardly_anybody_in_sight(solver: type[Any], people: int) -> None:
+    estimate = run_any(solver(), walk(10, people=people), "rollout", CAMERAS[1])
+    assert np.isfinite(estimate.poses).all()
+
+
+def run_any(solver: Any, truth: Any, protocol: str, camera: Camera, pixel_std: float = 0.0) -> Estimate:
+    assert isinstance(solver, FrameSolver | SequenceSolver)
+    return run(solver, truth, protocol, camera, pixel_std)  # type: ignore[arg-type]

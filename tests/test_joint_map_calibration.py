@@ -1,0 +1,85 @@
+"""Covariances mean what they say: errors normalised by them, on walks drawn from the prior and on Sim."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from tests.solver_runs import CAMERAS, DT, run
+from vbbench.arrays import FloatArray
+from vbbench.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.geometry import wrap_angle
+from vbbench.protocol import get_protocol, scored_frames
+from vbbench.runner import run_sequence
+from vbbench.sequence import Truth
+from vbbench_baselines.joint_map.batch import MapBatch
+from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.prior import Prior
+
+PRIOR = Prior(nu=1e9, a0=1e9, yaw_scale=0.05)
+SEQUENCES, FRAMES, PEOPLE = 60, 10, 6
+
+
+def drawn_walk(rng: np.random.Generator) -> FloatArray:
+    """Ten frames of a walk as the prior has it, normal innovations."""
+    (first, b, second), (b1, b2) = PRIOR.start, PRIOR.b
+    e = rng.normal(0.0, PRIOR.sigma, (FRAMES, 2))
+    a = np.zeros((FRAMES, 2))
+    a[2], a[3] = first * e[2], b * first * e[2] + second * e[3]
+    for t in range(4, FRAMES):
+        a[t] = b1 * a[t - 1] + b2 * a[t - 2] + e[t]
+    velocity = rng.normal(0.0, PRIOR.speed * DT, 2) + np.cumsum(a, axis=0)
+    return np.cumsum(velocity, axis=0)
+
+
+def drawn_truth(rng: np.random.Generator) -> Truth:
+    walks = np.stack([drawn_walk(rng) for _ in range(PEOPLE + 1)], axis=1)
+    positions = walks[:, :-1] + rng.uniform(-8.0, 8.0, (PEOPLE, 2))
+    yaw = rng.uniform(-3.0, 3.0) + np.cumsum(PRIOR.yaw_scale * rng.standard_cauchy(FRAMES).clip(-5, 5))
+    heights = np.clip(rng.normal(1.7, 0.07, PEOPLE), 1.4, 2.0)
+    return Truth(poses=np.column_stack((walks[:, -1], yaw)), positions=positions, heights=heights)
+
+
+def normalised(error: FloatArray, covariance: FloatArray) -> float:
+    return float(error @ np.linalg.solve(covariance, error))
+
+
+@pytest.mark.parametrize("protocol", ["one-step", "sequential"])
+@pytest.mark.parametrize("solver", [MapCausal, MapBatch])
+def test_errors_are_as_large_as_is_said_where_the_model_holds(solver: type[Any], protocol: str) -> None:
+    """The last pose of independent sequences: the sum of normalised squared errors has 3 degrees of freedom each."""
+    rng, total = np.random.default_rng(0), 0.0
+    for _ in range(SEQUENCES):
+        truth = drawn_truth(rng)
+        estimate = run(solver(prior=PRIOR), truth, protocol, CAMERAS[0], 1.0, covariances=True)
+        assert estimate.pose_covariances is not None
+        error = estimate.poses[-1] - truth.poses[-1]
+        error[2] = wrap_angle(error[2])
+        total += normalised(error, estimate.pose_covariances[-1])
+    low, high = chi2.ppf((0.025, 0.975), 3 * SEQUENCES)
+    assert low < total < high, f"{total / SEQUENCES:.2f} a pose where 3 is expected"
+
+
+def test_errors_are_as_large_as_is_said_on_sim(tmp_path: Path) -> None:
+    """Sequences are the independent samples; the mean over them is within its own 95 % band of the expected value."""
+    data = Dataset(generate("sim", tmp_path / "sim", Options(tier="noisy", limit=30), jobs=1).folder)
+    poses, places = [], []
+    for sequence in data.sequences():
+        problem = data.problem(sequence, covariances=True)
+        estimate, _ = run_sequence(MapCausal(), problem, sequence, get_protocol("sequential"), None)
+        truth, t = data.truth(sequence), np.flatnonzero(scored_frames(sequence.observed))[-1]
+        assert estimate.pose_covariances is not None
+        assert estimate.position_covariances is not None
+        error = estimate.poses[t] - truth.poses[t]
+        error[2] = wrap_angle(error[2])
+        poses.append(normalised(error, estimate.pose_covariances[t]) / 3.0)
+        k = np.flatnonzero(sequence.observed[t])[0]
+        spread = estimate.position_covariances[t, k]
+        places.append(normalised(estimate.positions[t, k] - truth.positions[t, k], spread) / 2.0)
+    for values in (poses, places):
+        band = 1.96 * np.std(values) / np.sqrt(len(values))
+        assert abs(np.mean(values) - 1.0) < band, f"{np.mean(values):.2f} ± {band:.2f}"
