@@ -40,7 +40,9 @@ COVARIANCES = {"poses": ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw"), "positi
 """Optional columns of ``poses`` and ``positions``: the upper triangle, row by row, of a covariance."""
 
 OPTIONAL: dict[str, pa.Schema] = {
-    "poses": pa.schema([(FALLBACK, pa.bool_()), (CONVERGED, pa.bool_())] + [(name, _F4) for name in COVARIANCES["poses"]]),
+    "poses": pa.schema(
+        [(FALLBACK, pa.bool_()), (CONVERGED, pa.bool_())] + [(name, _F4) for name in COVARIANCES["poses"]]
+    ),
     "positions": pa.schema([(name, _F4) for name in COVARIANCES["positions"]]),
 }
 """Columns that a table may have besides; they stand behind the others."""
