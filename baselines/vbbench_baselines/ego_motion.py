@@ -38,6 +38,7 @@ def fit_pose(
     std: FloatArray,
     predicted: FloatArray,
     ego_std: float,
+    yaw_information: float = VAGUE,
 ) -> FloatArray:
     """The pose (x, y, yaw) of least energy.
 
@@ -46,8 +47,9 @@ def fit_pose(
     relative : [K, 2] measured (right, forward) in m, NaN = not observed.
     covariance : [K, 3] its covariance (rr, rf, ff) in m².
     expected, std : [K, 2] and [K] where people are expected, in m, NaN = unknown.
-    predicted : [3] the observer's own predicted pose; its position counts with ``ego_std``, its yaw not at all.
+    predicted : [3] the observer's own predicted pose.
     ego_std : standard deviation in m of the observer about its prediction, inf for no such prior.
+    yaw_information : in 1/rad², of the predicted yaw; as 2(1 − cos d) for d², a multiple of the polynomial's own terms.
     """
     information = max(1.0 / ego_std**2, VAGUE)
     s_rr, s_rf, s_ff = information, 0.0, information  # S = Σ W
@@ -71,7 +73,7 @@ def fit_pose(
     a[1, 0] = a[0, 1]
     a -= wd.T @ inverse @ wd
     g -= wd.T @ inverse @ wz
-    g += VAGUE * np.array((np.cos(predicted[2]), np.sin(predicted[2])))
+    g += yaw_information * np.array((np.cos(predicted[2]), np.sin(predicted[2])))
     yaw = least_angle(a, g)
     sin, cos = np.sin(yaw), np.cos(yaw)
     q = inverse @ (wz - wd @ np.array((cos, sin)))

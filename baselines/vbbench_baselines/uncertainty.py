@@ -2,7 +2,7 @@
 
 With r_k = z_k + Rᵀ(c − p_k) as in `vbbench_baselines.ego_motion` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
 
-    Σ = (I/σ_0² + Σ_k J_kᵀ W_k J_k)⁻¹,   W_k = (σ_k² I + N_k)⁻¹ (I/σ_0² on the place only),
+    Σ = (I/σ_0² + Σ_k J_kᵀ W_k J_k)⁻¹,   W_k = (σ_k² I + N_k)⁻¹ (I/σ_0² on the place; on the yaw its own information),
 
 where under a reweighted norm the σ² are divided by the weights. A person's position inherits the pose's error as far as
 it rests on the measurement: dx_k = R B_k Rᵀ (I, ∂x_k/∂yaw) dpose with B_k = σ_k² W_k, on top of P_k = σ_k² W_k N_k.
@@ -23,11 +23,12 @@ def pose_covariance(
     expected: FloatArray,
     std: FloatArray,
     walk_std: float,
+    yaw_information: float = VAGUE,
 ) -> FloatArray:
     """[3, 3] of (x, y, yaw) in m, m·rad, rad²; arguments as in `fit_pose`, at the pose [3] found."""
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
     prior = max(1.0 / walk_std**2, VAGUE)
-    hessian = np.diag(np.array((prior, prior, VAGUE)))
+    hessian = np.diag(np.array((prior, prior, yaw_information)))
     for k in range(len(std)):
         if np.isnan(std[k]) or np.isnan(relative[k, 0]):
             continue

@@ -10,8 +10,9 @@ from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, settle
+from vbbench_baselines.joint_map.learning import learn, nothing_learned
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
-from vbbench_baselines.joint_map.one_step import PAST, Located, learn_scales, locate
+from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.sighted import Eye, statures_of
@@ -54,8 +55,7 @@ class MapCausal:
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)
-        self._scales = np.zeros((people + 1, 2))
-        self._variances = np.full(people + 1, self._walk.sigma**2)
+        self._lessons, self._learned = nothing_learned(people, self._walk), self._walk
         self._left = NOTHING_LEFT
         self._covariances = problem.covariances
 
@@ -79,7 +79,8 @@ class MapCausal:
         """The newest frame's pose and places by what was known before it."""
         rows, past = self._rows, slice(-1 - PAST, -1)
         if not np.isnan(rows.given_poses[-2, 0]):
-            learn_scales(rows.places[past], rows.poses[past], self._walk, self._scales, self._variances)
+            known = rows.places[past], rows.poses[past]
+            self._learned = learn(*known, self._walk, self._learned, self._lessons)
         return locate(
             *seen,
             *self.statures,
@@ -87,8 +88,8 @@ class MapCausal:
             rows.poses[past],
             rows.given[-1],
             rows.given_poses[-1],
-            self._walk,
-            self._variances,
+            self._learned,
+            self._lessons.variances,
         )
 
     def _settle(self) -> FrameEstimate:
@@ -99,7 +100,7 @@ class MapCausal:
         anchor = hold(~np.isnan(rows.given_poses[used, 0]), poses, self._left)
         settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance)
         rows.poses[used], rows.places[used] = settled.poses, settled.places
-        self._variances = settled.variances
+        self._lessons.variances[:] = settled.variances
         if rows.frames >= self._size:
             self._left = leave(settled, anchor, self._walk, 1)
         pose, places = settled.poses[-1].copy(), settled.places[-1].copy()
@@ -112,7 +113,8 @@ class MapCausal:
         pose, seen, noise, std = located.pose, located.seen, located.noise, located.std
         sigma = np.zeros((3, 3))
         if np.isnan(self._rows.given_poses[-1, 0]):
-            sigma = pose_covariance(pose, seen, noise, located.expected, std, located.own)
+            normal = located.expected, std, located.own, located.yaw_information
+            sigma = pose_covariance(pose, seen, noise, *normal)
         places = position_covariances(pose, sigma, seen, noise, std)
         return {"pose_covariance": sigma, "position_covariances": places}
 

@@ -2,7 +2,9 @@
 
 This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what
 the filter foresees, p_k, so that a weighted problem is that of `vbbench_baselines.ego_motion.fit_pose`, whose minimum
-over all poses is exact; the weights are those of `vbbench_baselines.joint_map.walks`.
+over all poses is exact. The weights are those of `vbbench_baselines.joint_map.walks`, and those of a Cauchy
+distribution for the turn since the frame before. What the walks are like is learned from the past, too
+(`vbbench_baselines.joint_map.learning`).
 """
 
 from typing import NamedTuple
@@ -11,9 +13,10 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.ego_motion import VAGUE, fit_pose
+from vbbench_baselines.joint_map.learning import known_before
 from vbbench_baselines.joint_map.sighted import FLOOR, farther
-from vbbench_baselines.joint_map.walks import REACH, Walk, innovation
+from vbbench_baselines.joint_map.walks import REACH, Walk
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.motion import ANCHOR_STD
 from vbbench_baselines.sightings import measure
@@ -29,44 +32,32 @@ TOLERANCE = 2e-4
 
 
 @kernel
-def known_before(places: FloatArray) -> int:
-    """How many frames in a row are known at the end of places [n, 2], up to five."""
-    n, count = len(places), 0
-    while count <= REACH and count < n and not np.isnan(places[n - 1 - count, 0]):
-        count += 1
-    return count
-
-
-@kernel
-def learn_scales(places: FloatArray, poses: FloatArray, walk: Walk, scales: FloatArray, variances: FloatArray) -> None:
-    """Count the newest innovations of places [n, K, 2] and poses [n, 3] in ``scales`` [K + 1, 2]: Σ u m² and number.
-
-    The σ_k² that follow are written to ``variances`` [K + 1].
-    """
-    for k in range(len(scales)):
-        walked = poses[:, :2] if k == len(scales) - 1 else places[:, k]
-        count = known_before(walked)
-        if count < 3:
-            continue
-        squared = innovation(walked[len(walked) - count :], count - 1, walk)
-        scales[k, 0] += (walk.nu + 2.0) / (walk.nu * variances[k] + squared) * variances[k] * squared
-        scales[k, 1] += 1.0
-        variances[k] = (walk.a0 * walk.sigma**2 + scales[k, 0]) / (walk.a0 + 2.0 * scales[k, 1])
-
-
-@kernel
 def foresee(places: FloatArray, walk: Walk, variance: float) -> tuple[float, float, float]:
-    """Where a walk [n, 2] with σ_k² = ``variance`` goes next, and its standard deviation, in m; NaN = unknown."""
-    n, order = len(places), min(known_before(places), REACH)
-    if order < 1:
+    """Where a walk [n, 2] with σ_k² = ``variance`` goes next, and its standard deviation, in m; NaN = unknown.
+
+    One unknown frame at the end is foreseen first, and its error carried on.
+    """
+    known = known_before(places)
+    if known > 0:
+        return _continue(places, min(known, REACH), walk, variance)
+    known = known_before(places[:-1])
+    if known == 0:
         return np.nan, np.nan, np.nan
-    x = y = 0.0
+    filled = places.copy()
+    filled[-1, 0], filled[-1, 1], before = _continue(places[:-1], min(known, REACH), walk, variance)
+    order = min(known + 1, REACH)
+    x, y, std = _continue(filled, order, walk, variance)
+    return x, y, np.sqrt(std**2 + (walk.filters[order, 1] * before) ** 2)
+
+
+@kernel
+def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tuple[float, float, float]:
+    """`foresee` by the filter of this order; so many frames at the end of places [n, 2] are known."""
+    n, x, y = len(places), 0.0, 0.0
     for d in range(1, order + 1):
         x -= walk.filters[order, d] * places[n - d, 0]
         y -= walk.filters[order, d] * places[n - d, 1]
-    if order == 1:
-        return x, y, walk.spreads[1]
-    return x, y, walk.spreads[order] * np.sqrt(variance)
+    return x, y, walk.spreads[order] * (1.0 if order == 1 else np.sqrt(variance))
 
 
 @kernel
@@ -105,7 +96,8 @@ class Located(NamedTuple):
     Attributes
     ----------
     pose, places : [3], [K, 2] (NaN = not observed).
-    seen, noise, expected, std, own : the normal terms that were minimised in the end, as `fit_pose` takes them.
+    seen, noise, expected, std, own, yaw_information : the normal terms that were minimised in the end, as `fit_pose`
+        takes them.
     """
 
     pose: FloatArray
@@ -115,6 +107,7 @@ class Located(NamedTuple):
     expected: FloatArray
     std: FloatArray
     own: float
+    yaw_information: float
 
 
 @kernel
@@ -148,9 +141,10 @@ def locate(
     free, nu = np.isnan(known[2]), walk.nu
     _linearise_boxes(relative, covariance, expected, walk_pose if free else known, seen, noise)
     spread, own_spread, found = std.copy(), own, expected
+    yaw_information = VAGUE if np.isinf(own) else max(1.0 / walk.yaw_scale**2, VAGUE)
     for _ in range(ROUNDS):
         if free:
-            pose = fit_pose(seen, noise, expected, spread, walk_pose, own_spread)
+            pose = fit_pose(seen, noise, expected, spread, walk_pose, own_spread, yaw_information)
         found = localise(pose, seen, noise, expected, spread)
         if np.max(np.abs(pose - last)) < TOLERANCE:
             break
@@ -163,8 +157,15 @@ def locate(
         squared = ((pose[0] - walk_pose[0]) ** 2 + (pose[1] - walk_pose[1]) ** 2) / own**2
         if free and not np.isnan(squared):
             own_spread = own * np.sqrt((nu + squared) / (nu + 2.0))
+            yaw_information = max(2.0 / (walk.yaw_scale**2 + turn_between(walk_pose[2], pose[2]) ** 2), VAGUE)
         _linearise_boxes(relative, covariance, found, pose, seen, noise)
-    return Located(pose, found, seen, noise, expected, spread, own_spread)
+    return Located(pose, found, seen, noise, expected, spread, own_spread, yaw_information)
+
+
+@kernel
+def turn_between(before: float, now: float) -> float:
+    """From one yaw to another the short way round, in rad."""
+    return float((now - before + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 @kernel

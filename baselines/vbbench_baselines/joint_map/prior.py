@@ -15,6 +15,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from vbbench.errors import UnknownNameError
+from vbbench_baselines.compiled import kernel
 
 
 class Start(NamedTuple):
@@ -30,6 +31,14 @@ class Start(NamedTuple):
     first: float
     b: float
     second: float
+
+
+@kernel
+def start_of(b1: float, b2: float) -> tuple[float, float, float]:
+    """How a stationary walk with these coefficients begins (Yule–Walker): the values of `Start`."""
+    rho = b1 / (1.0 - b2)
+    variance = 1.0 / (1.0 - b1 * rho - b2 * (b1 * rho + b2))
+    return variance**0.5, rho, (variance * (1.0 - rho * rho)) ** 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,11 +66,8 @@ class Prior:
 
     @property
     def start(self) -> Start:
-        """How a stationary walk begins (Yule–Walker): nothing to fit."""
-        b1, b2 = self.b
-        rho = b1 / (1.0 - b2)
-        variance = 1.0 / (1.0 - b1 * rho - b2 * (b1 * rho + b2))
-        return Start(variance**0.5, rho, (variance * (1.0 - rho * rho)) ** 0.5)
+        """How a walk begins: nothing to fit."""
+        return Start(*start_of(*self.b))
 
     def at(self, dt: float) -> "Prior":
         """The prior at another frame rate: accelerations and turning speeds keep their size, b and ν their values."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.joint_map.prior import Prior
+from vbbench_baselines.joint_map.prior import Prior, start_of
 
 REACH = 4
 """Frames that an innovation looks back."""
@@ -44,15 +44,20 @@ class Walk(NamedTuple):
 def walk_of(prior: Prior, dt: float) -> Walk:
     """The numbers of ``prior`` at frames of ``dt`` seconds."""
     prior = prior.at(dt)
-    start, second = prior.start, np.array((1.0, -2.0, 1.0, 0.0, 0.0))
+    nu, a0, yaw_scale = (min(value, most) for value, most in ((prior.nu, 1e9), (prior.a0, 1e9), (prior.yaw_scale, 1e6)))
+    filters, spreads = filters_of(*prior.b, prior.speed * dt)
+    return Walk(filters, spreads, prior.sigma, nu, a0, yaw_scale)
+
+
+@kernel
+def filters_of(b1: float, b2: float, pace: float) -> tuple[FloatArray, FloatArray]:
+    """The filters and spreads of an autoregression; ``pace`` is the standard deviation in m of a displacement."""
+    first, b, second = start_of(b1, b2)
     filters = np.zeros((REACH + 1, REACH + 1))
     filters[1, :2] = 1.0, -1.0
-    filters[2] = second
-    filters[3] = second - start.b * np.roll(second, 1)
-    filters[4] = second - prior.b[0] * np.roll(second, 1) - prior.b[1] * np.roll(second, 2)
-    spreads = np.array((1.0, prior.speed * dt, start.first, start.second, 1.0))
-    nu, a0 = min(prior.nu, 1e9), min(prior.a0, 1e9)
-    return Walk(filters, spreads, prior.sigma, nu, a0, min(prior.yaw_scale, 1e6))
+    for order, (near, far) in ((2, (0.0, 0.0)), (3, (b, 0.0)), (4, (b1, b2))):
+        filters[order] = 1.0, -2.0 - near, 1.0 + 2.0 * near - far, 2.0 * far - near, -far
+    return filters, np.array((1.0, pace, first, second, 1.0))
 
 
 @kernel
