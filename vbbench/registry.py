@@ -1,7 +1,7 @@
 """Finds generators, renderers, detectors, trackers, solvers and commands by entry point; imports none until asked."""
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -58,6 +58,21 @@ def make_solver(name: str) -> Any:
         return found()
     except TypeError as error:
         raise VbbenchError(f"solver '{name}' is no class that is called without arguments: {error}") from error
+
+
+def held_out(solver: str, split: str) -> str:
+    """What is run where ``solver`` is asked to solve ``split``: itself, or what it names for a split it was fitted on.
+
+    A solver is not told which split it has. One whose parameters were fitted on public splits names a variant for each
+    that was not, in a class attribute ``held_out``: split to registered name or ``module:attribute``.
+
+    Raises
+    ------
+    UnknownNameError, VbbenchError
+        As of `load`.
+    """
+    variants: Mapping[str, str] = getattr(load("solver", solver), "held_out", {})
+    return variants.get(split, solver)
 
 
 def load_all(kind: Kind) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from vbbench.isolation import IsolatedSolver
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import load, make_solver, registered
+from vbbench.registry import held_out, make_solver, registered
 from vbbench.runner import run_sequence, warm_up
 from vbbench.schemas import to_arrow
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
@@ -43,6 +43,7 @@ def solve(
 ) -> Path:
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
 
+    A solver that was fitted on the dataset's split is run as the variant that was not (`registry.held_out`).
     Interrupted work goes on where it stopped when the same call is made again.
 
     Parameters
@@ -64,13 +65,13 @@ def solve(
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
         )
-    load("solver", solver)
+    run_as = held_out(solver, dataset.info.split)
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
     job = _Job(
-        work=partial(_solve_part, dataset, solver, rules, isolate, covariance),
+        work=partial(_solve_part, dataset, run_as, rules, isolate, covariance),
         ranges=part_ranges(len(dataset), dataset.cells),
         label=f"{solver} {protocol}",
-        declare=partial(_declared, dataset, solver, protocol),
+        declare=partial(_declared, dataset, solver, run_as, protocol),
     )
     draft = out.with_name(out.name + ".partial")
     if scheduler is None:
@@ -112,7 +113,7 @@ def _reported(facts: list[dict[str, Any]]) -> list[str]:
     return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
-def _declared(dataset: Dataset, solver: str, protocol: str, facts: list[dict[str, Any]]) -> SubmissionInfo:
+def _declared(dataset: Dataset, solver: str, run_as: str, protocol: str, facts: list[dict[str, Any]]) -> SubmissionInfo:
     seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
     return SubmissionInfo(
         solver=solver,
@@ -121,6 +122,7 @@ def _declared(dataset: Dataset, solver: str, protocol: str, facts: list[dict[str
         protocol=protocol,
         seconds_per_frame=seconds / max(frames, 1),
         hardware="; ".join(sorted({part["hardware"] for part in facts})),
+        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on {dataset.info.split}",
     )
 
 

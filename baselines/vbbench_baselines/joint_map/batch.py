@@ -1,6 +1,8 @@
 """``map-batch``: the joint problem over the whole sequence, from where the causal solver left it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from vbbench.geometry import wrap_angle
 from vbbench.runner import WINDOW
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.causal import LEFT_OUT, MapCausal
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
@@ -27,7 +29,8 @@ class MapBatch:
 
     A sequence of more than ``block`` frames is solved in blocks of so many, each ``stride`` frames after the last, with
     what the frames before have said kept as a quadratic form: the time is linear in frames, and a frame is decided by
-    everything before it and at least block − stride frames after it.
+    everything before it and at least block − stride frames after it. Where all poses but the last are given there is
+    nothing for later frames to correct, and the causal answer is the whole one.
 
     Parameters
     ----------
@@ -36,6 +39,13 @@ class MapBatch:
     rounds : most steps of the descent of a block.
     tolerance : in m and rad; the descent ends with a step shorter than this.
     """
+
+    held_out: ClassVar[Mapping[str, str]] = {
+        "hotel": f"{LEFT_OUT}:BatchWithoutHotel",
+        "eth": f"{LEFT_OUT}:BatchWithoutEth",
+        "eth-15fps": f"{LEFT_OUT}:BatchWithoutEth",
+    }
+    """Variants with a prior that never saw the split."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     feet: bool = True
@@ -47,10 +57,14 @@ class MapBatch:
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
         seen = Eye(problem, self.feet).sight(observations)
-        start = MapCausal(prior=self.prior, feet=self.feet)
-        poses, places = _walk_through(start, problem, seen, given)
-        relative, information = _inform_all(seen, start.statures.mean)
         walk, fixed = walk_of(self.prior, problem.dt), ~np.isnan(given.poses[:, 2])
+        known_past = bool(fixed[:-1].all())
+        start = MapCausal(prior=self.prior, feet=self.feet)
+        causal = _walk_through(start, replace(problem, covariances=problem.covariances and known_past), seen, given)
+        if known_past:
+            return causal
+        poses, places = unwrapped(causal.poses), causal.positions
+        relative, information = _inform_all(seen, start.statures.mean)
         answer = _Answer(poses.copy(), np.full_like(places, np.nan), problem.covariances)
         first, left = 0, NOTHING_LEFT
         while True:
@@ -102,9 +116,9 @@ class _Answer:
         )
 
 
-def _walk_through(start: MapCausal, problem: Problem, seen: Sightings, given: Given) -> tuple[FloatArray, FloatArray]:
-    """The causal solver's poses [T, 3] and places [T, K, 2]."""
-    start.start(replace(problem, covariances=False))
+def _walk_through(start: MapCausal, problem: Problem, seen: Sightings, given: Given) -> Estimate:
+    """The causal solver's answer."""
+    start.start(problem)
     answers = []
     for t in range(len(given.poses)):
         shown = [np.full((WINDOW + 1, *rows.shape[1:]), np.nan) for rows in (given.poses, given.positions)]
@@ -112,8 +126,7 @@ def _walk_through(start: MapCausal, problem: Problem, seen: Sightings, given: Gi
             window[max(WINDOW - t, 0) :] = rows[max(t - WINDOW, 0) : t + 1]
         boxes = Sightings(*(rows[t] for rows in seen))
         answers.append(start.advance(boxes, Given(poses=shown[0], positions=shown[1])))
-    poses = np.stack([answer.pose for answer in answers])
-    return unwrapped(poses), np.stack([answer.positions for answer in answers])
+    return Estimate.of_frames(answers)
 
 
 def _inform_all(seen: Sightings, statures: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,7 +1,8 @@
 """``map-causal``: the joint problem over a sliding window, solved anew each frame; only the newest is reported."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from vbbench_baselines.joint_map.walks import walk_of
 from vbbench_baselines.joint_map.window import Window
 from vbbench_baselines.sightings import Sightings
 from vbbench_baselines.uncertainty import pose_covariance, position_covariances
+
+LEFT_OUT = "vbbench_baselines.joint_map.priors.left_out"
+"""Where the variants are that never saw a split."""
 
 CROWD = 30
 """Tracks of a sequence beyond which it is a crowd."""
@@ -40,6 +44,13 @@ class MapCausal:
     rounds : most steps of the descent a frame.
     tolerance : in m and rad; the descent ends with a step shorter than this.
     """
+
+    held_out: ClassVar[Mapping[str, str]] = {
+        "hotel": f"{LEFT_OUT}:CausalWithoutHotel",
+        "eth": f"{LEFT_OUT}:CausalWithoutEth",
+        "eth-15fps": f"{LEFT_OUT}:CausalWithoutEth",
+    }
+    """Variants with a prior that never saw the split."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     feet: bool = True

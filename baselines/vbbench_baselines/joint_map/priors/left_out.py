@@ -1,10 +1,12 @@
-"""The joint solvers with priors that never saw the split they are tested on; ``vbbench solve --solver module:name``.
+"""The joint solvers with priors that never saw the split they are tested on.
 
 A solver is not told which split it has, so that it cannot choose for itself. ``map-causal`` and ``map-batch`` take the
-prior of all recordings at hand; where one of these is the test, the variant without it is the one to publish.
+prior of all recordings at hand, and name (``held_out``) what is to be run on these recordings instead.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -15,6 +17,7 @@ from vbbench_baselines.joint_map.prior import Prior, get_prior
 class CausalWithoutHotel(MapCausal):
     """`MapCausal` for Hotel."""
 
+    held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("without-hotel"))
 
 
@@ -22,6 +25,7 @@ class CausalWithoutHotel(MapCausal):
 class CausalWithoutEth(MapCausal):
     """`MapCausal` for ETH, at either speed."""
 
+    held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
 
 
@@ -29,6 +33,7 @@ class CausalWithoutEth(MapCausal):
 class CausalSim(MapCausal):
     """`MapCausal` for Sim, fitted on another seed."""
 
+    held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("sim"))
 
 
@@ -36,6 +41,7 @@ class CausalSim(MapCausal):
 class BatchWithoutHotel(MapBatch):
     """`MapBatch` for Hotel."""
 
+    held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("without-hotel"))
 
 
@@ -43,6 +49,7 @@ class BatchWithoutHotel(MapBatch):
 class BatchWithoutEth(MapBatch):
     """`MapBatch` for ETH, at either speed."""
 
+    held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
 
 
@@ -50,4 +57,5 @@ class BatchWithoutEth(MapBatch):
 class BatchSim(MapBatch):
     """`MapBatch` for Sim, fitted on another seed."""
 
+    held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("sim"))
