@@ -31,6 +31,10 @@ REFERENCES = {
     "vb-cv": "View birdification with constant velocity, bundled with vbbench "
     "(VB-CV of arXiv 2111.05060, with changes)",
     "vb-sf": "View birdification with the social force, bundled with vbbench (VB-SF of arXiv 2111.05060, with changes)",
+    "map-causal": "Joint maximum a posteriori over a sliding window, causal, bundled with vbbench "
+    "(motion prior fitted on other recordings)",
+    "map-batch": "Joint maximum a posteriori over whole sequences, bundled with vbbench "
+    "(motion prior fitted on other recordings)",
 }
 """What the board says of the bundled solvers."""
 
