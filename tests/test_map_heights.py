@@ -1,0 +1,56 @@
+"""Heights that map-causal and map-batch read off boxes: exact where boxes are, as sure as they say where not."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.solver import Problem
+from vbbench_baselines.joint_map.heights import Heights
+
+CAMERAS: list[Camera] = [PanoramaCamera(), PerspectiveCamera()]
+
+
+def problem_of(camera: Camera, people: int, pixel_std: float) -> Problem:
+    facts = {"height_mean": 1.7, "height_std": 0.07, "pixel_std": pixel_std}
+    return Problem(sequence=0, camera=camera, dt=0.4, tracks=np.arange(people), **facts)
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
+@settings(deadline=None)
+@given(height=st.floats(1.4, 2.0), right=st.floats(-2, 2), forward=st.floats(3, 20))
+def test_one_exact_box_tells(camera: Camera, height: float, right: float, forward: float) -> None:
+    heights = Heights(problem_of(camera, 1, 0.0))
+    heights.learn(camera.project(np.array([[right, forward]]), np.array([height])))
+    assert heights.mean[0] == pytest.approx(height, abs=2e-6)
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
+def test_noisy_boxes_tell_as_much_as_is_said(camera: Camera) -> None:
+    """Squared errors in units of the variance have mean one; five frames at six metres."""
+    rng = np.random.default_rng(0)
+    true = rng.normal(1.7, 0.07, 4000)
+    boxes = camera.project(np.tile((1.0, 6.0), (5, 4000, 1)), np.tile(true, (5, 1)))
+    top, bottom = rng.normal(0.0, 1.0, (2, 5, 4000))
+    boxes[..., 1] += 0.5 * (top + bottom)
+    boxes[..., 2] += bottom - top
+    heights = Heights(problem_of(camera, 4000, 1.0))
+    heights.learn(boxes)
+    assert np.mean((heights.mean - true) ** 2 / heights.variance) == pytest.approx(1.0, abs=0.07)
+    assert np.sqrt(heights.variance).mean() < 0.02
+
+
+def test_frame_by_frame_is_all_at_once_and_nothing_seen_is_the_prior() -> None:
+    boxes = PanoramaCamera().project(np.random.default_rng(1).uniform(2, 9, (4, 3, 2)), np.full((4, 3), 1.8))
+    boxes[:, 2] = np.nan
+    boxes[1, 1, 1] = -50.0  # a foot above the horizon
+    problem = problem_of(PanoramaCamera(), 3, 1.0)
+    once, often = Heights(problem), Heights(problem)
+    once.learn(boxes)
+    for frame in boxes:
+        often.learn(frame)
+    np.testing.assert_allclose(once.mean, often.mean)
+    assert once.mean[2] == pytest.approx(1.7)
+    assert once.variance[2] == pytest.approx(0.07**2)
+    assert (once.variance[:2] < 0.02**2).all()
