@@ -17,7 +17,9 @@ CASES = (
     *(Case(split=split, look="wander") for split in ("hotel", "eth")),
     *(Case(split=split, perspective=True) for split in ("hotel", "eth")),
     *(Case(split=split, tier="noisy", perspective=True) for split in ("hotel", "eth")),
-    Case(split="students", tier="noisy"),
+    *(Case(split=split, tier="occluded") for split in ("hotel", "eth")),
+    *(Case(split=split, tier="tracked") for split in ("hotel", "eth")),
+    *(Case(split=split, tier="noisy") for split in ("sim", "students", "students-resampled")),
 )
 
 

@@ -102,13 +102,13 @@ def test_committed_priors_say_what_they_stand_on(name):
     assert text.startswith("# Written by: python -m vbbench_baselines.joint_map.fit")
     splits = [split["split"] for split in tomllib.loads(text)["fitted_on"]]
     assert splits
-    assert name.removeprefix("without-") not in splits or name == "sim"
+    assert name.removeprefix("without-") not in splits
     assert prior.nu >= 3.0
     assert np.abs(np.roots((1.0, *(-b for b in prior.b)))).max() < 1.0
 
 
 @pytest.mark.parametrize("kind", ["Causal", "Batch"])
-@pytest.mark.parametrize("prior", ["without-hotel", "without-eth", "sim"])
+@pytest.mark.parametrize("prior", ["without-hotel", "without-eth"])
 def test_solvers_with_a_prior_left_out_can_be_named(kind, prior):
     name = kind + prior.title().replace("-", "")
     solver = make_solver(f"vbbench_baselines.joint_map.priors.left_out:{name}")

@@ -75,7 +75,7 @@ class Prior:
         return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=self.yaw_scale * ratio)
 
 
-PRIORS = ("default", "without-hotel", "without-eth", "sim")
+PRIORS = ("default", "without-hotel", "without-eth")
 """Names of the fitted priors."""
 
 

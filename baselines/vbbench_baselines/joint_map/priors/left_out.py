@@ -30,14 +30,6 @@ class CausalWithoutEth(MapCausal):
 
 
 @dataclass(kw_only=True)
-class CausalSim(MapCausal):
-    """`MapCausal` for Sim, fitted on another seed."""
-
-    held_out: ClassVar[Mapping[str, str]] = {}
-    prior: Prior = field(default_factory=lambda: get_prior("sim"))
-
-
-@dataclass(kw_only=True)
 class BatchWithoutHotel(MapBatch):
     """`MapBatch` for Hotel."""
 
@@ -51,11 +43,3 @@ class BatchWithoutEth(MapBatch):
 
     held_out: ClassVar[Mapping[str, str]] = {}
     prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
-
-
-@dataclass(kw_only=True)
-class BatchSim(MapBatch):
-    """`MapBatch` for Sim, fitted on another seed."""
-
-    held_out: ClassVar[Mapping[str, str]] = {}
-    prior: Prior = field(default_factory=lambda: get_prior("sim"))
