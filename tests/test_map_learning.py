@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.solver_runs import run, walk
 from vbbench.arrays import FloatArray
 from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.joint_map.batch import MapBatch
+from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.learning import Lessons, learn, nothing_learned
 from vbbench_baselines.joint_map.one_step import PAST, foresee, turn_between
 from vbbench_baselines.joint_map.prior import Prior
@@ -100,3 +103,11 @@ def test_known_yaw_holds_the_pose_as_much_as_it_is_worth(information: float) -> 
     assert 1.0 / spread[1] - 1.0 / spread[0] == pytest.approx(information, rel=1e-6)
     if information > 1e6:
         assert held[2] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_map_batch_on_a_known_past_is_map_causal() -> None:
+    truth = walk(3, frames=10, wobble=0.03)
+    causal = run(MapCausal(), truth, "one-step", pixel_std=1.0)
+    batch = run(MapBatch(), truth, "one-step", pixel_std=1.0)  # type: ignore[arg-type]
+    np.testing.assert_allclose(batch.poses[2:], causal.poses[2:], atol=1e-12)
+    np.testing.assert_allclose(batch.positions[2:], causal.positions[2:], atol=1e-12)
