@@ -1,4 +1,4 @@
-"""``map-batch``: the joint problem over the whole sequence, from where the causal solver left it."""
+"""``map-batch``: the joint problem over the whole sequence, from where a quick causal solver left it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,6 +22,9 @@ from vbbench_baselines.joint_map.walks import Walk, walk_of
 from vbbench_baselines.joint_map.window import make_scene
 from vbbench_baselines.sightings import Sightings
 
+START_WINDOW, START_ROUNDS = 6, 2
+"""Of the causal solver that finds where to begin: it need not be exact."""
+
 
 @dataclass(kw_only=True)
 class MapBatch:
@@ -37,7 +40,7 @@ class MapBatch:
     prior, feet : as of `MapCausal`.
     block, stride : in frames.
     rounds : most steps of the descent of a block.
-    tolerance : in m and rad; the descent ends with a step shorter than this.
+    tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
     held_out: ClassVar[Mapping[str, str]] = {
@@ -53,13 +56,14 @@ class MapBatch:
     stride: int = 30
     rounds: int = 50
     tolerance: float = 1e-4
+    certain: float = 0.05
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
         seen = Eye(problem, self.feet).sight(observations)
         walk, fixed = walk_of(self.prior, problem.dt), ~np.isnan(given.poses[:, 2])
         known_past = bool(fixed[:-1].all())
-        start = MapCausal(prior=self.prior, feet=self.feet)
+        start = MapCausal(prior=self.prior, feet=self.feet, window=START_WINDOW, rounds=START_ROUNDS)
         causal = _walk_through(start, replace(problem, covariances=problem.covariances and known_past), seen, given)
         if known_past:
             return causal
@@ -71,11 +75,13 @@ class MapBatch:
             rows = slice(first, min(first + self.block, len(poses)))
             scene = make_scene(relative[rows], information[rows], given.positions[rows], start.statures)
             anchor = hold(fixed[rows], poses[rows], left)
-            settled = settle(poses[rows], places[rows], scene, anchor, walk, self.rounds, self.tolerance)
+            nowhere = np.full_like(places[rows], np.nan)
+            ends = self.rounds, self.tolerance, self.certain
+            settled = settle(poses[rows], nowhere, scene, anchor, walk, *ends)
             answer.take(settled, anchor, walk, first)
             if rows.stop == len(poses):
-                return answer.estimate(None if self.feet else settled.heights)
-            left = leave(settled, anchor, walk, self.stride)
+                return answer.estimate(None if self.feet else settled.state.heights)
+            left = leave(settled.state, anchor, walk, self.stride)
             first += self.stride
 
 
@@ -91,16 +97,16 @@ class _Answer:
 
     def take(self, settled: Settled, anchor: Anchor, walk: Walk, first: int) -> None:
         """Write the block that begins with frame ``first``."""
-        rows = slice(first, first + len(settled.poses))
-        self._poses[rows] = settled.poses
-        known = ~np.isnan(settled.places)
-        self._places[rows][known] = settled.places[known]
+        rows = slice(first, first + len(settled.state.poses))
+        self._poses[rows] = settled.state.poses
+        known = ~np.isnan(settled.state.places)
+        self._places[rows][known] = settled.state.places[known]
         self._converged[rows] = settled.converged
         if self._pose_spread is not None and self._place_spread is not None:
-            sigma = pose_covariance_of(settled, anchor, walk)
-            for t in range(len(settled.poses)):
+            sigma = pose_covariance_of(settled.state, anchor, walk)
+            for t in range(len(settled.state.poses)):
                 self._pose_spread[first + t] = sigma[3 * t : 3 * t + 3, 3 * t : 3 * t + 3]
-            self._place_spread[rows] = place_covariances(settled, walk, sigma, 0)
+            self._place_spread[rows] = place_covariances(settled.state, walk, sigma, 0)
 
     def estimate(self, heights: FloatArray | None) -> Estimate:
         """All that was written."""

@@ -42,7 +42,7 @@ class MapCausal:
     feet : whether boxes tell their distance by their bottom, else by their height.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
     rounds : most steps of the descent a frame.
-    tolerance : in m and rad; the descent ends with a step shorter than this.
+    tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
     held_out: ClassVar[Mapping[str, str]] = {
@@ -55,8 +55,9 @@ class MapCausal:
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     feet: bool = True
     window: int = 12
-    rounds: int = 12
+    rounds: int = 30
     tolerance: float = 1e-3
+    certain: float = 0.05
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
@@ -109,12 +110,12 @@ class MapCausal:
         used = rows.filled
         poses, scene = rows.poses[used], rows.scene(self.statures)
         anchor = hold(~np.isnan(rows.given_poses[used, 0]), poses, self._left)
-        settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance)
-        rows.poses[used], rows.places[used] = settled.poses, settled.places
-        self._lessons.variances[:] = settled.variances
+        settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance, self.certain)
+        rows.poses[used], rows.places[used] = settled.state.poses, settled.state.places
+        self._lessons.variances[:] = settled.state.variances
         if rows.frames >= self._size:
-            self._left = leave(settled, anchor, self._walk, 1)
-        pose, places = settled.poses[-1].copy(), settled.places[-1].copy()
+            self._left = leave(settled.state, anchor, self._walk, 1)
+        pose, places = settled.state.poses[-1].copy(), settled.state.places[-1].copy()
         report = self._report_settled(settled, anchor)
         return FrameEstimate(pose=pose, positions=places, converged=bool(settled.converged), **report)
 
@@ -132,6 +133,6 @@ class MapCausal:
     def _report_settled(self, settled: Settled, anchor: Anchor) -> dict[str, Any]:
         if not self._covariances:
             return {}
-        sigma, newest = pose_covariance_of(settled, anchor, self._walk), len(settled.poses) - 1
-        places = place_covariances(settled, self._walk, sigma, newest)[newest]
+        sigma, newest = pose_covariance_of(settled.state, anchor, self._walk), len(settled.state.poses) - 1
+        places = place_covariances(settled.state, self._walk, sigma, newest)[newest]
         return {"pose_covariance": sigma[-3:, -3:].copy(), "position_covariances": places}

@@ -13,22 +13,17 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.banded import solve
-from vbbench_baselines.joint_map.descent import Settled
-from vbbench_baselines.joint_map.people import Person, eliminate
+from vbbench_baselines.joint_map.people import Person, axes_of, eliminate
 from vbbench_baselines.joint_map.poses import Anchor, linearise
+from vbbench_baselines.joint_map.state import State
 from vbbench_baselines.joint_map.walks import Walk
 
 
 @kernel
-def pose_covariance_of(settled: Settled, anchor: Anchor, walk: Walk) -> FloatArray:
+def pose_covariance_of(state: State, anchor: Anchor, walk: Walk) -> FloatArray:
     """Σ [3T, 3T] of the poses at the energy's minimum; nought for given ones."""
-    scene = settled.scene
-    frames = len(settled.poses)
-    room = np.empty((2 * frames, 2 * frames))
-    places, heights = settled.places.copy(), settled.heights.copy()
-    _, _, hessian = linearise(
-        settled.poses, scene, anchor, walk, settled.weights, settled.yaw_weights, places, heights, room
-    )
+    frames = len(state.poses)
+    _, hessian = linearise(state.poses, state.scene, anchor, walk, state.weights, state.yaw_weights)
     for t in range(frames):
         hessian[3 * t + 2, 3 * t + 2] += 1e-9
     sigma = np.eye(3 * frames)
@@ -41,16 +36,16 @@ def pose_covariance_of(settled: Settled, anchor: Anchor, walk: Walk) -> FloatArr
 
 
 @kernel
-def place_covariances(settled: Settled, walk: Walk, sigma: FloatArray, oldest: int) -> FloatArray:
+def place_covariances(state: State, walk: Walk, sigma: FloatArray, oldest: int) -> FloatArray:
     """[T, K, 2, 2] in m² of the places from frame ``oldest`` on, NaN where there is no box; ``sigma`` as above."""
-    scene = settled.scene
-    frames, people = len(settled.poses), len(scene.first)
-    spread = np.full((frames, people, 2, 2), np.nan)
+    scene = state.scene
+    frames, people = len(state.poses), len(scene.first)
+    spread, axes = np.full((frames, people, 2, 2), np.nan), axes_of(state.poses)
     for k in range(people):
         if scene.last[k] < scene.first[k]:
             continue
-        person = eliminate(k, settled.poses, scene, settled.weights[k], walk)
-        _spread_person(person, int(scene.first[k]), k, settled.poses, sigma, oldest, spread)
+        person = eliminate(k, state.poses, axes, scene, state.weights[k], walk)
+        _spread_person(person, int(scene.first[k]), k, state.poses, sigma, oldest, spread)
     return spread
 
 

@@ -1,8 +1,11 @@
 """Damped Gauss–Newton on the poses, with the Student-t weights renewed between steps.
 
 A step minimises the quadratic model of the weighted energy (Levenberg–Marquardt, the damping scaled by the Hessian's
-diagonal) and is taken only if that energy falls; renewed weights lower the robust energy, too, because the weighted one
-touches it from above. The loop has converged when a whole step is shorter than the tolerance.
+diagonal), everybody following, and is taken only if the deviance falls. The Hessian is renewed only now and then: the
+gradient is that of the point, so that an old one costs steps and not exactness, and it makes the most of a step's cost.
+What the last steps have in common shows where they lead (`vbbench_baselines.joint_map.acceleration`); that point is
+taken if its deviance is lower still. The loop has converged when a whole step is short, in metres or in standard
+deviations, λ² = gᵀH⁻¹g: where poses are hardly known it does not matter where exactly they are.
 """
 
 from typing import NamedTuple
@@ -11,10 +14,11 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.joint_map.people import Scene
-from vbbench_baselines.joint_map.poses import Anchor, energy_of, linearise
-from vbbench_baselines.joint_map.sighted import farther
-from vbbench_baselines.joint_map.walks import Walk, reweigh, walk_deviance, walk_energy
+from vbbench_baselines.joint_map.acceleration import Past, extrapolate, no_past
+from vbbench_baselines.joint_map.people import Person, Scene, follow
+from vbbench_baselines.joint_map.poses import Anchor, eliminate_all, gradient_of, hessian_of
+from vbbench_baselines.joint_map.state import State, believe, deviance_of
+from vbbench_baselines.joint_map.walks import Walk
 
 LONGEST = 1.0
 """No step moves a pose further, in m and rad."""
@@ -22,98 +26,151 @@ LONGEST = 1.0
 TRIES = 8
 """Dampings tried before a step is given up."""
 
+RENEWED, LONG, OLDEST = 3, 0.02, 5
+"""The Hessian is renewed in the first steps, after one that was longer (m, rad), and when it is so many steps old."""
+
 
 class Settled(NamedTuple):
     """Where the descent ended.
 
     Attributes
     ----------
-    poses, places, heights : [T, 3], [T, K, 2] (NaN where a person is not followed) and [K].
-    weights, yaw_weights : [K + 1, T] and [T], see `vbbench_baselines.joint_map.poses.energy_of`.
-    variances : [K + 1] σ_k² in m².
-    deviance : −ln of the robust posterior density, up to a constant.
-    converged : whether the last step was shorter than the tolerance.
+    state : the last point.
+    converged : whether the last step was short enough.
     rounds : steps taken.
-    scene : what was known, with the boxes' noise that belongs to the distances found.
+    deviance : −ln of the robust posterior density, up to a constant.
     """
 
-    poses: FloatArray
-    places: FloatArray
-    heights: FloatArray
-    weights: FloatArray
-    yaw_weights: FloatArray
-    variances: FloatArray
-    deviance: float
+    state: State
     converged: bool
     rounds: int
-    scene: Scene
+    deviance: float
 
 
 @kernel
 def settle(
     poses: FloatArray,
     places: FloatArray,
-    scene: Scene,
+    boxes: Scene,
     anchor: Anchor,
     walk: Walk,
     rounds: int,
     tolerance: float,
+    certain: float,
 ) -> Settled:
-    """Descend from poses [T, 3] (yaws unwrapped) and places [T, K, 2] (NaN = unknown, which only costs a round)."""
-    frames, people = len(poses), len(scene.first)
-    poses, places, heights = unwrapped(poses), places.copy(), scene.stature.copy()
-    weights = np.full((people + 1, frames), 1.0 / walk.sigma**2)
-    variances, yaw_weights = np.full(people + 1, walk.sigma**2), np.zeros(frames)
-    inverse = np.empty((2 * frames, 2 * frames))
-    renew(poses, places, scene, walk, weights, variances, yaw_weights)
-    boxes = scene
-    scene = rescaled(boxes, poses, places, heights)
-    damping, converged, done = 1e-6, False, 0
-    trial_places = places.copy()
+    """Descend from poses [T, 3] and places [T, K, 2] (NaN = unknown, which only costs a round).
+
+    Parameters
+    ----------
+    rounds : most steps.
+    tolerance, certain : in m and rad, and in standard deviations: a step shorter than either is the last.
+    """
+    variances = np.full(len(boxes.first) + 1, walk.sigma**2)
+    state = believe(unwrapped(poses), places.copy(), boxes.stature.copy(), boxes, anchor, walk, variances)
+    past = no_past(poses.size + places.size + len(boxes.first))
+    model, done, length, converged = Model(np.empty((0, 0)), 1e-6, OLDEST), 0, np.inf, False
     while done < rounds and not converged:
-        done += 1
-        energy, gradient, hessian = linearise(
-            poses, scene, anchor, walk, weights, yaw_weights, places, heights, inverse
-        )
-        taken, length = False, np.inf
-        for _ in range(TRIES):
-            damped = hessian.copy()
-            for i in range(3 * frames):
-                damped[i, i] += damping * hessian[i, i] + 1e-9
-            step = np.linalg.solve(damped, -gradient).reshape((frames, 3))
-            length = np.max(np.abs(step))
-            if length > LONGEST:
-                step *= LONGEST / length
-            trial = poses + step
-            fallen = energy_of(trial, scene, anchor, walk, weights, yaw_weights, trial_places, heights)
-            if fallen <= energy + 1e-9 * abs(energy) + 1e-12:
-                taken = True
-                break
-            damping = max(damping, 1e-6) * 10.0
-        if taken:
-            poses, damping = trial, max(damping * 0.1, 1e-9)
-            places[:] = trial_places
-        renew(poses, places, scene, walk, weights, variances, yaw_weights)
-        scene = rescaled(boxes, poses, places, heights)
-        converged = length < tolerance
-        if not taken:
+        people = eliminate_all(state.poses, state.scene, walk, state.weights)
+        gradient = gradient_of(people, state.poses, anchor, walk, state.weights[-1], state.yaw_weights)
+        if done < RENEWED or length > LONG or model.age >= OLDEST:
+            model = _renewed(state, people, anchor, walk, model.damping)
+        trial, step, model, fallen = _try(state, people, gradient, model, boxes, anchor, walk)
+        if np.isnan(fallen):
             break
-    energy = energy_of(poses, scene, anchor, walk, weights, yaw_weights, places, heights)
-    deviance = _deviance(energy, poses, places, scene, walk, weights, variances, yaw_weights)
-    return Settled(poses, places, heights, weights, yaw_weights, variances, deviance, converged, done, scene)
+        done, length = done + 1, float(np.max(np.abs(step)))
+        known = not np.isnan(state.improbable)
+        converged = bool(known and (length < tolerance or -(step @ gradient) < certain**2))
+        if known and not converged:
+            guess = _guessed(past, state, trial, boxes, anchor, walk)
+            if deviance_of(guess, state.scene) < fallen:
+                trial = guess
+        state = trial
+    return Settled(state, converged, done, deviance_of(state, state.scene))
+
+
+class Model(NamedTuple):
+    """The quadratic model of the energy.
+
+    Attributes
+    ----------
+    inverse : [3T, 3T] of the damped Hessian.
+    damping : in units of the Hessian's diagonal.
+    age : steps since it was renewed.
+    """
+
+    inverse: FloatArray
+    damping: float
+    age: int
 
 
 @kernel
-def rescaled(scene: Scene, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Scene:
-    """The scene with its boxes linearised about these poses, places and heights, where known (see `farther`)."""
-    relative, information = scene.relative.copy(), scene.information.copy()
-    for t in range(len(poses)):
-        for k in range(len(scene.first)):
-            if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
-                q = farther(relative[t, k] * (heights[k] / scene.stature[k]), places[t, k], poses[t])
-                relative[t, k] *= 2.0 * q - q * q
-                information[t, k] /= q**4
-    return Scene(relative, information, scene.given, scene.first, scene.last, scene.stature, scene.stature_variance)
+def _renewed(state: State, people: list[Person], anchor: Anchor, walk: Walk, damping: float) -> Model:
+    hessian = hessian_of(people, state.poses, anchor, walk, state.weights[-1], state.yaw_weights)
+    for i in range(len(hessian)):
+        hessian[i, i] += damping * hessian[i, i] + 1e-9
+    inverse = np.empty_like(hessian)
+    inverse[:] = np.linalg.inv(hessian)
+    return Model(inverse, damping, 0)
+
+
+@kernel
+def _try(
+    state: State, people: list[Person], gradient: FloatArray, model: Model, boxes: Scene, anchor: Anchor, walk: Walk
+) -> tuple[State, FloatArray, Model, float]:
+    """A step [3T] that does not raise the deviance, where it leads, and the deviance there; NaN if none was found.
+
+    If a step fails the model is renewed, and damped more if that is not enough.
+    """
+    before = deviance_of(state, state.scene)
+    most = np.inf if np.isnan(before) else before + 1e-9 * abs(before) + 1e-12
+    trial, step = state, np.zeros_like(gradient)
+    for _ in range(TRIES):
+        step = -(model.inverse @ gradient)
+        length = np.max(np.abs(step))
+        if length > LONGEST:
+            step *= LONGEST / length
+        trial = _moved(state, people, step.reshape(state.poses.shape), boxes, anchor, walk)
+        fallen = deviance_of(trial, state.scene)
+        if fallen <= most:
+            return trial, step, Model(model.inverse, max(model.damping * 0.1, 1e-9), model.age + 1), fallen
+        damping = max(model.damping, 1e-6) * 10.0 if model.age == 0 else model.damping
+        model = _renewed(state, people, anchor, walk, damping)
+    return trial, step, model, np.nan
+
+
+@kernel
+def _moved(state: State, people: list[Person], step: FloatArray, boxes: Scene, anchor: Anchor, walk: Walk) -> State:
+    """The state after a step [T, 3] of the poses, everybody following."""
+    places, heights = state.places.copy(), state.heights.copy()
+    for person in people:
+        track, heights[person.number] = follow(person, state.poses, step)
+        places[person.first : person.first + len(track), person.number] = track
+    return believe(state.poses + step, places, heights, boxes, anchor, walk, state.variances)
+
+
+@kernel
+def _guessed(past: Past, before: State, after: State, boxes: Scene, anchor: Anchor, walk: Walk) -> State:
+    """Where steps such as that from ``before`` to ``after`` lead in the end."""
+    guess = extrapolate(past, _vector(before), _vector(after))
+    poses, places, heights = after.poses.copy(), after.places.copy(), after.heights.copy()
+    a, b = poses.size, poses.size + places.size
+    poses.ravel()[:] = guess[:a]
+    heights[:] = guess[b:]
+    flat, known = places.ravel(), guess[a:b]
+    for i in range(len(flat)):
+        if not np.isnan(flat[i]):
+            flat[i] = known[i]
+    return believe(poses, places, heights, boxes, anchor, walk, after.variances)
+
+
+@kernel
+def _vector(state: State) -> FloatArray:
+    """Poses, places (nought where there are none) and heights in a row."""
+    vector = np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights))
+    for i in range(len(vector)):
+        if np.isnan(vector[i]):
+            vector[i] = 0.0
+    return vector
 
 
 @kernel
@@ -124,52 +181,3 @@ def unwrapped(poses: FloatArray) -> FloatArray:
         turns = np.round((poses[t - 1, 2] - poses[t, 2]) / (2.0 * np.pi))
         poses[t, 2] += turns * 2.0 * np.pi
     return poses
-
-
-@kernel
-def renew(
-    poses: FloatArray,
-    places: FloatArray,
-    scene: Scene,
-    walk: Walk,
-    weights: FloatArray,
-    variances: FloatArray,
-    yaw_weights: FloatArray,
-) -> None:
-    """Weights and scales of everybody's innovations at these poses and places, as far as these are known."""
-    for k in range(len(scene.first)):
-        first, last = int(scene.first[k]), int(scene.last[k])
-        if last < first or np.any(np.isnan(places[first : last + 1, k])):
-            continue
-        track = places[first : last + 1, k].copy()
-        variances[k] = reweigh(track, walk, weights[k], variances[k])
-    variances[-1] = reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
-    for t in range(1, len(poses)):
-        yaw_weights[t] = 2.0 / (walk.yaw_scale**2 + (poses[t, 2] - poses[t - 1, 2]) ** 2)
-
-
-@kernel
-def _deviance(
-    energy: float,
-    poses: FloatArray,
-    places: FloatArray,
-    scene: Scene,
-    walk: Walk,
-    weights: FloatArray,
-    variances: FloatArray,
-    yaw_weights: FloatArray,
-) -> float:
-    """The weighted energy with the weighted motion terms replaced by the robust ones."""
-    total = energy
-    for k in range(len(scene.first) + 1):
-        if k == len(scene.first):
-            track = poses[:, :2].copy()
-        elif scene.last[k] >= scene.first[k]:
-            track = places[int(scene.first[k]) : int(scene.last[k]) + 1, k].copy()
-        else:
-            continue
-        total += walk_deviance(track, variances[k], walk) - walk_energy(track, weights[k], walk)
-    for t in range(1, len(poses)):
-        d = poses[t, 2] - poses[t - 1, 2]
-        total += np.log(1.0 + (d / walk.yaw_scale) ** 2) - 0.5 * yaw_weights[t] * d * d
-    return float(total)

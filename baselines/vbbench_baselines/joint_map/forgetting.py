@@ -14,17 +14,17 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.joint_map.descent import Settled
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor, linearise
+from vbbench_baselines.joint_map.state import State
 from vbbench_baselines.joint_map.walks import REACH, Walk, innovation
 
 
 @kernel
-def forget(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> tuple[FloatArray, FloatArray]:
+def forget(state: State, anchor: Anchor, walk: Walk, count: int) -> tuple[FloatArray, FloatArray]:
     """Slope [3(T − n)] and information [3(T − n), 3(T − n)] that the first n = ``count`` of T frames leave behind."""
-    scene = settled.scene
-    size, gone = 3 * (len(settled.poses) - count), 3 * count
+    scene = state.scene
+    size, gone = 3 * (len(state.poses) - count), 3 * count
     shorter = Scene(
         scene.relative[count:],
         scene.information[count:],
@@ -34,17 +34,10 @@ def forget(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> tuple[Fl
         scene.stature,
         scene.stature_variance,
     )
-    nothing = Anchor(anchor.fixed[count:], settled.poses[count:], np.zeros(size), np.zeros((size, size)))
-    weights = _begin_anew(settled, walk, count)
-    room = np.empty((2 * len(settled.poses), 2 * len(settled.poses)))
-    places, heights = settled.places.copy(), settled.heights.copy()
-    _, slope, whole = linearise(
-        settled.poses, scene, anchor, walk, settled.weights, settled.yaw_weights, places, heights, room
-    )
-    rest_yaw, rest_places = settled.yaw_weights[count:], places[count:].copy()
-    _, rest_slope, rest = linearise(
-        settled.poses[count:], shorter, nothing, walk, weights, rest_yaw, rest_places, heights, room
-    )
+    nothing = Anchor(anchor.fixed[count:], state.poses[count:], np.zeros(size), np.zeros((size, size)))
+    weights = _begin_anew(state, walk, count)
+    slope, whole = linearise(state.poses, scene, anchor, walk, state.weights, state.yaw_weights)
+    rest_slope, rest = linearise(state.poses[count:], shorter, nothing, walk, weights, state.yaw_weights[count:])
     across = np.ascontiguousarray(whole[gone:, :gone])
     first = np.ascontiguousarray(whole[:gone, :gone])
     share = np.ascontiguousarray(np.linalg.solve(first, np.ascontiguousarray(across.T)).T)
@@ -53,24 +46,22 @@ def forget(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> tuple[Fl
 
 
 @kernel
-def _begin_anew(settled: Settled, walk: Walk, count: int) -> FloatArray:
+def _begin_anew(state: State, walk: Walk, count: int) -> FloatArray:
     """The weights [K + 1, T − n] of innovations without the first n = ``count`` frames.
 
     Where a track now begins later its first innovations are of lower order, with weights of their own: those that the
     next window finds, so that what is taken away here is what is added there.
     """
-    scene, size = settled.scene, len(settled.poses) - count
-    weights = settled.weights[:, :size].copy()
+    scene, size = state.scene, len(state.poses) - count
+    weights = state.weights[:, :size].copy()
     for k in range(len(weights)):
-        first, last = 0, len(settled.poses) - 1
+        first, last = 0, len(state.poses) - 1
         if k < len(scene.first):
             first, last = int(scene.first[k]), int(scene.last[k])
         if first >= count or last < count:
             continue
-        weights[k] = settled.weights[k, count - first : count - first + size]
-        track = (
-            settled.poses[count:, :2].copy() if k == len(scene.first) else settled.places[count : last + 1, k].copy()
-        )
+        weights[k] = state.weights[k, count - first : count - first + size]
+        track = state.poses[count:, :2].copy() if k == len(scene.first) else state.places[count : last + 1, k].copy()
         for i in range(2, min(REACH, len(track))):
-            weights[k, i] = (walk.nu + 2.0) / (walk.nu * settled.variances[k] + innovation(track, i, walk))
+            weights[k, i] = (walk.nu + 2.0) / (walk.nu * state.variances[k] + innovation(track, i, walk))
     return weights

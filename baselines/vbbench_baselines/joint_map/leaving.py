@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench_baselines.joint_map.descent import Settled
 from vbbench_baselines.joint_map.forgetting import forget
 from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.state import State
 from vbbench_baselines.joint_map.walks import Walk
 
 
@@ -37,6 +37,6 @@ def hold(fixed: BoolArray, poses: FloatArray, left: Left) -> Anchor:
     return Anchor(fixed, centre, slope, information)
 
 
-def leave(settled: Settled, anchor: Anchor, walk: Walk, count: int) -> Left:
+def leave(state: State, anchor: Anchor, walk: Walk, count: int) -> Left:
     """What the first ``count`` frames of a solved window leave behind."""
-    return Left(settled.poses[count:], *forget(settled, anchor, walk, count))
+    return Left(state.poses[count:], *forget(state, anchor, walk, count))

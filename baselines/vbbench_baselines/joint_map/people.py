@@ -19,12 +19,9 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.joint_map.banded import factor, solve
-from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk, walk_energy
+from vbbench_baselines.joint_map.banded import factor, no_band, solve
+from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
 from vbbench_baselines.motion import ANCHOR_STD
-
-WIDTH = 2 * REACH + 1
-"""Columns of a banded A: a frame's two coordinates and those four frames back."""
 
 
 class Scene(NamedTuple):
@@ -53,17 +50,19 @@ class Person(NamedTuple):
 
     Attributes
     ----------
+    number, first : k and the frame it begins with.
     track, measured : [n, 2] x and y in m.
     seen : [n] whether there is a box.
     information : [n, 3] M as (xx, xy, yy) in 1/m², nought where there is no box.
-    lower : [2n, 9] Cholesky factor of A.
+    lower : Cholesky factor of A [2n, 2n], see `vbbench_baselines.joint_map.banded`.
     along : [2n] u, nought where there is no box.
     response : [2n] H_yy u.
     height : s in m.
     height_information : its own, with x eliminated, in 1/m².
-    energy : the least energy.
     """
 
+    number: int
+    first: int
     track: FloatArray
     measured: FloatArray
     seen: BoolArray
@@ -73,15 +72,25 @@ class Person(NamedTuple):
     response: FloatArray
     height: float
     height_information: float
-    energy: float
 
 
 @kernel
-def eliminate(k: int, poses: FloatArray, scene: Scene, weights: FloatArray, walk: Walk) -> Person:
-    """Person ``k`` at its least energy, given poses [T, 3] and the weights [T] of its innovations from its first on."""
+def axes_of(poses: FloatArray) -> FloatArray:
+    """Sine and cosine [T, 2] of the yaws of poses [T, 3]."""
+    axes = np.empty((len(poses), 2))
+    axes[:, 0], axes[:, 1] = np.sin(poses[:, 2]), np.cos(poses[:, 2])
+    return axes
+
+
+@kernel
+def eliminate(k: int, poses: FloatArray, axes: FloatArray, scene: Scene, weights: FloatArray, walk: Walk) -> Person:
+    """Person ``k`` at its least energy, given poses [T, 3] and the weights [T] of its innovations from its first on.
+
+    ``axes`` are the poses' `axes_of`.
+    """
     first, n = int(scene.first[k]), int(scene.last[k] - scene.first[k]) + 1
-    measured, information, seen, along = _measured(k, first, n, poses, scene)
-    lower, right = np.zeros((2 * n, WIDTH)), np.zeros(2 * n)
+    measured, information, seen, along = _measured(k, first, n, poses, axes, scene)
+    lower, right = no_band(2 * n), np.zeros(2 * n)
     _fill(weights[:n], walk, lower)
     anchor = 1.0 / ANCHOR_STD**2
     for i in range(n):
@@ -90,7 +99,7 @@ def eliminate(k: int, poses: FloatArray, scene: Scene, weights: FloatArray, walk
         right[2 * i], right[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
         lower[2 * i, 0] += xx
         lower[2 * i + 1, 0] += yy
-        lower[2 * i + 1, 1] += xy
+        lower[2 * i, 1] += xy
         gx, gy = scene.given[first + i, k]
         if not np.isnan(gx):
             lower[2 * i, 0] += anchor
@@ -105,15 +114,33 @@ def eliminate(k: int, poses: FloatArray, scene: Scene, weights: FloatArray, walk
     if scene.stature_variance[k] > 0.0:
         response, height_information, move = _raise(measured, information, lower, track, along, scene, k)
         height += move
-    energy = walk_energy(track, weights, walk) + _misfit(k, first, track, measured, information, scene)
-    if scene.stature_variance[k] > 0.0:
-        energy += 0.5 * (height - scene.stature[k]) ** 2 / scene.stature_variance[k]
-    return Person(track, measured, seen, information, lower, along, response, height, height_information, energy)
+    return Person(k, first, track, measured, seen, information, lower, along, response, height, height_information)
+
+
+@kernel
+def follow(person: Person, poses: FloatArray, step: FloatArray) -> tuple[FloatArray, float]:
+    """The track [n, 2] and height after a ``step`` [T, 3] of the ``poses`` [T, 3], to first order."""
+    n, first = len(person.track), person.first
+    move, height = np.empty(2 * n), person.height
+    for i in range(n):
+        x, y, yaw = step[first + i]
+        move[2 * i] = x + yaw * (poses[first + i, 1] - person.track[i, 1])
+        move[2 * i + 1] = y + yaw * (person.track[i, 0] - poses[first + i, 0])
+    if not np.isinf(person.height_information):
+        lean = float(-(person.response @ move) / person.height_information)
+        move += lean * person.along
+        height += lean
+    for i in range(n):
+        xx, xy, yy = person.information[i]
+        x, y = move[2 * i], move[2 * i + 1]
+        move[2 * i], move[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
+    solve(person.lower, move)
+    return person.track + move.reshape((n, 2)), height
 
 
 @kernel
 def _measured(
-    k: int, first: int, n: int, poses: FloatArray, scene: Scene
+    k: int, first: int, n: int, poses: FloatArray, axes: FloatArray, scene: Scene
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """The y [n, 2], M [n, 3], whether there is a box [n], and u [2n]."""
     measured, information = np.zeros((n, 2)), np.zeros((n, 3))
@@ -123,8 +150,8 @@ def _measured(
         if np.isnan(right):
             continue
         seen[i] = True
-        x, y, yaw = poses[first + i]
-        sin, cos = np.sin(yaw), np.cos(yaw)
+        x, y, _ = poses[first + i]
+        sin, cos = axes[first + i]
         wx, wy = right * sin + forward * cos, forward * sin - right * cos
         measured[i, 0], measured[i, 1] = x + wx, y + wy
         along[2 * i], along[2 * i + 1] = wx / scene.stature[k], wy / scene.stature[k]
@@ -137,13 +164,14 @@ def _measured(
 
 @kernel
 def _fill(weights: FloatArray, walk: Walk, lower: FloatArray) -> None:
-    """Write DᵀWD, the same for both coordinates, to ``lower`` [2n, 9]."""
+    """Write DᵀWD, the same for both coordinates, to the banded ``lower``."""
     n = len(weights)
     band = np.zeros((n, REACH + 1))
     add_walk(weights, walk, band)
     for i in range(n):
         for d in range(min(i, REACH) + 1):
-            lower[2 * i, 2 * d] = lower[2 * i + 1, 2 * d] = band[i, d]
+            j = 2 * (i - d)
+            lower[j, 2 * d] = lower[j + 1, 2 * d] = band[i, d]
 
 
 @kernel
@@ -197,3 +225,17 @@ def _misfit(
         if not np.isnan(gx):
             total += ((track[i, 0] - gx) ** 2 + (track[i, 1] - gy) ** 2) / ANCHOR_STD**2
     return 0.5 * total
+
+
+@kernel
+def misfit(k: int, track: FloatArray, poses: FloatArray, axes: FloatArray, height: float, scene: Scene) -> float:
+    """½ Σ of person ``k``'s squared errors of boxes, given places and stature, at a track [n, 2] as it is."""
+    first = int(scene.first[k])
+    measured, information, _, along = _measured(k, first, len(track), poses, axes, scene)
+    move, total = height - scene.stature[k], 0.0
+    for i in range(len(track)):
+        measured[i, 0] += move * along[2 * i]
+        measured[i, 1] += move * along[2 * i + 1]
+    if scene.stature_variance[k] > 0.0:
+        total += 0.5 * move * move / scene.stature_variance[k]
+    return total + _misfit(k, first, track, measured, information, scene)

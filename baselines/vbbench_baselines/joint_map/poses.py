@@ -14,8 +14,8 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.banded import invert
-from vbbench_baselines.joint_map.people import Person, Scene, eliminate
-from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk, walk_energy
+from vbbench_baselines.joint_map.people import Person, Scene, axes_of, eliminate
+from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
 
 
 class Anchor(NamedTuple):
@@ -35,58 +35,77 @@ class Anchor(NamedTuple):
 
 
 @kernel
-def energy_of(
-    poses: FloatArray,
-    scene: Scene,
-    anchor: Anchor,
-    walk: Walk,
-    weights: FloatArray,
-    yaw_weights: FloatArray,
-    places: FloatArray,
-    heights: FloatArray,
-) -> float:
-    """The least energy at poses [T, 3]; writes everybody's places [T, K, 2] and heights [K] there.
+def linearise(
+    poses: FloatArray, scene: Scene, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Gradient [3T] and Hessian [3T, 3T] at poses [T, 3], everybody at their least energy.
 
     Parameters
     ----------
     weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
     yaw_weights : [T] precisions in 1/rad² of the yaw increments up to each frame.
     """
-    total = _own_energy(poses, anchor, walk, weights[-1], yaw_weights)
-    for k in range(len(scene.first)):
-        if scene.last[k] < scene.first[k]:
-            continue
-        person = eliminate(k, poses, scene, weights[k], walk)
-        total += person.energy
-        _keep(person, k, scene, places, heights)
-    return total
+    people = eliminate_all(poses, scene, walk, weights)
+    gradient = gradient_of(people, poses, anchor, walk, weights[-1], yaw_weights)
+    return gradient, hessian_of(people, poses, anchor, walk, weights[-1], yaw_weights)
 
 
 @kernel
-def linearise(
-    poses: FloatArray,
-    scene: Scene,
-    anchor: Anchor,
-    walk: Walk,
-    weights: FloatArray,
-    yaw_weights: FloatArray,
-    places: FloatArray,
-    heights: FloatArray,
-    inverse: FloatArray,
-) -> tuple[float, FloatArray, FloatArray]:
-    """As `energy_of`, with gradient [3T] and Hessian [3T, 3T]; ``inverse`` [2T, 2T] is room to work in."""
+def eliminate_all(poses: FloatArray, scene: Scene, walk: Walk, weights: FloatArray) -> list[Person]:
+    """Everybody who is followed at all, see `eliminate`."""
+    axes, last = axes_of(poses), scene.last
+    followed = [k for k in range(len(last)) if last[k] >= scene.first[k]]
+    return [eliminate(k, poses, axes, scene, weights[k], walk) for k in followed]
+
+
+@kernel
+def gradient_of(
+    people: list[Person], poses: FloatArray, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray
+) -> FloatArray:
+    """[3T], nought at given poses; ``weights`` [T] the observer's own."""
     frames = len(poses)
-    gradient, hessian = np.zeros(3 * frames), np.zeros((3 * frames, 3 * frames))
-    total = _own_energy(poses, anchor, walk, weights[-1], yaw_weights)
-    _own_terms(poses, anchor, walk, weights[-1], yaw_weights, gradient, hessian)
-    for k in range(len(scene.first)):
-        if scene.last[k] < scene.first[k]:
-            continue
-        person = eliminate(k, poses, scene, weights[k], walk)
-        total += person.energy
-        _keep(person, k, scene, places, heights)
+    gradient = anchor.slope + anchor.information @ (poses - anchor.poses).ravel()
+    band = np.zeros((frames, REACH + 1))
+    add_walk(weights, walk, band)
+    for i in range(frames):
+        for d in range(min(i, REACH) + 1):
+            for a in range(2):
+                gradient[3 * i + a] += band[i, d] * poses[i - d, a]
+                if d > 0:
+                    gradient[3 * (i - d) + a] += band[i, d] * poses[i, a]
+    for t in range(1, frames):
+        slope = yaw_weights[t] * (poses[t, 2] - poses[t - 1, 2])
+        gradient[3 * t + 2] += slope
+        gradient[3 * t - 1] -= slope
+    for person in people:
+        _add_gradient(person, poses, gradient)
+    for t in range(frames):
+        if anchor.fixed[t]:
+            gradient[3 * t : 3 * t + 3] = 0.0
+    return gradient
+
+
+@kernel
+def hessian_of(
+    people: list[Person], poses: FloatArray, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray
+) -> FloatArray:
+    """[3T, 3T], that of the identity at given poses; arguments as of `gradient_of`."""
+    frames = len(poses)
+    hessian = anchor.information.copy()
+    band, inverse = np.zeros((frames, REACH + 1)), np.empty((2 * frames, 2 * frames))
+    add_walk(weights, walk, band)
+    for i in range(frames):
+        for d in range(min(i, REACH) + 1):
+            hessian[3 * i, 3 * (i - d)] += band[i, d]
+            hessian[3 * i + 1, 3 * (i - d) + 1] += band[i, d]
+    for t in range(1, frames):
+        here, before = 3 * t + 2, 3 * t - 1
+        hessian[here, here] += yaw_weights[t]
+        hessian[before, before] += yaw_weights[t]
+        hessian[here, before] -= yaw_weights[t]
+    for person in people:
         invert(person.lower, inverse)
-        _add(person, int(scene.first[k]), poses, inverse, gradient, hessian)
+        _add_hessian(person, poses, inverse, hessian)
     for i in range(3 * frames):
         for j in range(i):
             hessian[j, i] = hessian[i, j]
@@ -96,90 +115,47 @@ def linearise(
             hessian[:, 3 * t : 3 * t + 3] = 0.0
             for a in range(3):
                 hessian[3 * t + a, 3 * t + a] = 1.0
-                gradient[3 * t + a] = 0.0
-    return total, gradient, hessian
+    return hessian
 
 
 @kernel
-def _keep(person: Person, k: int, scene: Scene, places: FloatArray, heights: FloatArray) -> None:
-    first = int(scene.first[k])
-    places[first : first + len(person.track), k] = person.track
-    heights[k] = person.height
-
-
-@kernel
-def _own_energy(poses: FloatArray, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray) -> float:
-    """The observer's walk, its turning, and what is kept of frames before."""
-    total = walk_energy(poses[:, :2], weights, walk)
-    for t in range(1, len(poses)):
-        total += 0.5 * yaw_weights[t] * (poses[t, 2] - poses[t - 1, 2]) ** 2
-    off = (poses - anchor.poses).ravel()
-    return float(total + off @ anchor.slope + 0.5 * off @ (anchor.information @ off))
-
-
-@kernel
-def _own_terms(
-    poses: FloatArray,
-    anchor: Anchor,
-    walk: Walk,
-    weights: FloatArray,
-    yaw_weights: FloatArray,
-    gradient: FloatArray,
-    hessian: FloatArray,
-) -> None:
-    """Gradient and the lower half of the Hessian of `_own_energy`."""
-    frames = len(poses)
-    band = np.zeros((frames, REACH + 1))
-    add_walk(weights, walk, band)
-    for i in range(frames):
-        for d in range(min(i, REACH) + 1):
-            for a in range(2):
-                hessian[3 * i + a, 3 * (i - d) + a] += band[i, d]
-                gradient[3 * i + a] += band[i, d] * poses[i - d, a]
-                if d > 0:
-                    gradient[3 * (i - d) + a] += band[i, d] * poses[i, a]
-    for t in range(1, frames):
-        w, here, before = yaw_weights[t], 3 * t + 2, 3 * t - 1
-        slope = w * (poses[t, 2] - poses[t - 1, 2])
-        gradient[here] += slope
-        gradient[before] -= slope
-        hessian[here, here] += w
-        hessian[before, before] += w
-        hessian[here, before] -= w
-    gradient += anchor.slope + anchor.information @ (poses - anchor.poses).ravel()
-    hessian += anchor.information
-
-
-@kernel
-def _add(
-    person: Person, first: int, poses: FloatArray, inverse: FloatArray, gradient: FloatArray, hessian: FloatArray
-) -> None:
-    """Add a person's gradient and the lower half of its Hessian; ``inverse`` holds the lower half of A⁻¹."""
-    n = len(person.track)
-    turn, tilt = np.zeros((n, 2)), np.zeros(3 * n)
-    for i in range(n):
-        turn[i, 0], turn[i, 1] = poses[first + i, 1] - person.track[i, 1], person.track[i, 0] - poses[first + i, 0]
+def _add_gradient(person: Person, poses: FloatArray, gradient: FloatArray) -> None:
+    """Add Gᵀ M (y − x)."""
+    for i in range(len(person.track)):
+        pose, track, measured = poses[person.first + i], person.track[i], person.measured[i]
         xx, xy, yy = person.information[i]
-        x, y = person.measured[i, 0] - person.track[i, 0], person.measured[i, 1] - person.track[i, 1]
+        x, y = measured[0] - track[0], measured[1] - track[1]
         mx, my = xx * x + xy * y, xy * x + yy * y
-        p = 3 * (first + i)
+        p = 3 * (person.first + i)
         gradient[p] += mx
         gradient[p + 1] += my
-        gradient[p + 2] += mx * turn[i, 0] + my * turn[i, 1]
-        rx, ry = person.response[2 * i], person.response[2 * i + 1]
-        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * turn[i, 0] + ry * turn[i, 1]
-    _add_hessian(person, first, turn, inverse, hessian)
-    if not np.isinf(person.height_information):
-        for i in range(3 * n):
-            scaled = tilt[i] / person.height_information
-            for j in range(i + 1):
-                hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]
+        gradient[p + 2] += mx * (pose[1] - track[1]) + my * (track[0] - pose[0])
 
 
 @kernel
-def _add_hessian(person: Person, first: int, turn: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
+def _add_hessian(person: Person, poses: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
+    """Add the lower half of a person's; ``inverse`` holds the lower half of A⁻¹."""
+    n, first = len(person.track), person.first
+    turn = np.empty((n, 2))
+    for i in range(n):
+        turn[i, 0], turn[i, 1] = poses[first + i, 1] - person.track[i, 1], person.track[i, 0] - poses[first + i, 0]
+    _add_places(person, turn, inverse, hessian)
+    if np.isinf(person.height_information):
+        return
+    tilt = np.zeros(3 * n)
+    for i in range(n):
+        rx, ry = person.response[2 * i], person.response[2 * i + 1]
+        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * turn[i, 0] + ry * turn[i, 1]
+    for i in range(3 * n):
+        scaled = tilt[i] / person.height_information
+        for j in range(i + 1):
+            hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]
+
+
+@kernel
+def _add_places(person: Person, turn: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
     """Add the lower half of Gᵀ(M − M A⁻¹ M)G; ``turn`` [n, 2] is the yaw's column of G."""
-    n = len(person.track)
+    n, first = len(person.track), person.first
     for i in range(n):
         if not person.seen[i]:
             continue

@@ -1,0 +1,131 @@
+"""A point of the descent: poses, places and heights, and what follows from them.
+
+The weights of the Student-t and Cauchy terms, everybody's own scale and the boxes' linearisation are functions of the
+point (`believe`). Its deviance, −ln of the robust posterior density up to a constant, is what a step lowers, with the
+boxes linearised as they were when the step was computed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.arrays import FloatArray
+from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.people import Scene, axes_of, misfit
+from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.sighted import farther
+from vbbench_baselines.joint_map.walks import Walk, innovation
+
+SETTLED_SCALE = 1e-3
+"""Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
+
+SCALE_ROUNDS = 20
+
+
+class State(NamedTuple):
+    """A point, and what follows from it.
+
+    Attributes
+    ----------
+    poses, places, heights : [T, 3], [T, K, 2] (NaN where unknown) and [K].
+    weights, yaw_weights : [K + 1, T] and [T], see `vbbench_baselines.joint_map.poses.linearise`.
+    variances : [K + 1] σ_k² in m².
+    scene : what was known, with the boxes' noise that belongs to these distances.
+    improbable : the deviance but for that of boxes and given places; NaN as long as somebody's place is unknown.
+    """
+
+    poses: FloatArray
+    places: FloatArray
+    heights: FloatArray
+    weights: FloatArray
+    yaw_weights: FloatArray
+    variances: FloatArray
+    scene: Scene
+    improbable: float
+
+
+@kernel
+def believe(
+    poses: FloatArray,
+    places: FloatArray,
+    heights: FloatArray,
+    boxes: Scene,
+    anchor: Anchor,
+    walk: Walk,
+    variances: FloatArray,
+) -> State:
+    """The state at a point; the search for scales begins with ``variances`` [K + 1]."""
+    frames, people = len(poses), len(boxes.first)
+    weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
+    off, smooth = (poses - anchor.poses).ravel(), False
+    total = float(off @ anchor.slope + 0.5 * off @ (anchor.information @ off))
+    for k in range(people):
+        first, last = int(boxes.first[k]), int(boxes.last[k])
+        if last < first:
+            continue
+        track = places[first : last + 1, k].copy()
+        if np.any(np.isnan(track)):
+            total = np.nan
+            continue
+        variances[k], improbable = _reweigh(track, walk, weights[k], variances[k])
+        total, smooth = total + improbable, True
+    if smooth:
+        variances[-1], improbable = _reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
+        total += improbable
+    yaw_weights = np.zeros(frames)
+    for t in range(1, frames):
+        squared = (poses[t, 2] - poses[t - 1, 2]) ** 2
+        yaw_weights[t] = 2.0 / (walk.yaw_scale**2 + squared)
+        total += np.log(1.0 + squared / walk.yaw_scale**2)
+    scene = rescaled(boxes, poses, places, heights)
+    return State(poses, places, heights, weights, yaw_weights, variances, scene, total)
+
+
+@kernel
+def deviance_of(state: State, scene: Scene) -> float:
+    """The deviance with the boxes linearised as they are in ``scene``; NaN as long as somebody's place is unknown."""
+    total, axes = state.improbable, axes_of(state.poses)
+    for k in range(len(scene.first)):
+        first, last = int(scene.first[k]), int(scene.last[k])
+        if last >= first:
+            track = state.places[first : last + 1, k].copy()
+            total += misfit(k, track, state.poses, axes, state.heights[k], scene)
+    return float(total)
+
+
+@kernel
+def _reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float) -> tuple[float, float]:
+    """Write the ``weights`` of a track [n, 2]; its σ_k², looked for from ``variance`` on, and its deviance.
+
+    The scale is found by the iteration of `vbbench_baselines.joint_map.walks.reweigh`, to the end.
+    """
+    n = len(track)
+    for i in range(2, n):
+        weights[i] = innovation(track, i, walk)
+    for _ in range(SCALE_ROUNDS):
+        before, total = variance, 0.0
+        for i in range(2, n):
+            total += weights[i] / (walk.nu * variance + weights[i])
+        total *= (walk.nu + 2.0) * variance
+        variance = (walk.a0 * walk.sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        if abs(variance - before) < SETTLED_SCALE * variance:
+            break
+    deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
+    for i in range(2, n):
+        deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
+        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
+    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance))
+    return variance, float(deviance + scale)
+
+
+@kernel
+def rescaled(scene: Scene, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Scene:
+    """The scene with its boxes linearised about these poses, places and heights, where known (see `farther`)."""
+    relative, information = scene.relative.copy(), scene.information.copy()
+    for t in range(len(poses)):
+        for k in range(len(scene.first)):
+            if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
+                q = farther(relative[t, k] * (heights[k] / scene.stature[k]), places[t, k], poses[t])
+                relative[t, k] *= 2.0 * q - q * q
+                information[t, k] /= q**4
+    return Scene(relative, information, scene.given, scene.first, scene.last, scene.stature, scene.stature_variance)
