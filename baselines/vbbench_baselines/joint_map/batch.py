@@ -52,8 +52,8 @@ class MapBatch:
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     feet: bool = True
-    block: int = 60
-    stride: int = 30
+    block: int = 160
+    stride: int = 80
     rounds: int = 50
     tolerance: float = 1e-4
     certain: float = 0.05

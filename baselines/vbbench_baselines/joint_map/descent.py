@@ -26,8 +26,8 @@ LONGEST = 1.0
 TRIES = 8
 """Dampings tried before a step is given up."""
 
-RENEWED, LONG, OLDEST = 3, 0.02, 5
-"""The Hessian is renewed in the first steps, after one that was longer (m, rad), and when it is so many steps old."""
+RENEWED, LONG, OLDEST = 3, 0.4, 5
+"""The Hessian is renewed in the first steps, after one that was longer (standard deviations), and when it is so old."""
 
 
 class Settled(NamedTuple):
@@ -68,18 +68,18 @@ def settle(
     variances = np.full(len(boxes.first) + 1, walk.sigma**2)
     state = believe(unwrapped(poses), places.copy(), boxes.stature.copy(), boxes, anchor, walk, variances)
     past = no_past(poses.size + places.size + len(boxes.first))
-    model, done, length, converged = Model(np.empty((0, 0)), 1e-6, OLDEST), 0, np.inf, False
+    model, done, spread, converged = Model(np.empty((0, 0)), 1e-6, OLDEST), 0, np.inf, False
     while done < rounds and not converged:
         people = eliminate_all(state.poses, state.scene, walk, state.weights)
         gradient = gradient_of(people, state.poses, anchor, walk, state.weights[-1], state.yaw_weights)
-        if done < RENEWED or length > LONG or model.age >= OLDEST:
+        if done < RENEWED or spread > LONG or model.age >= OLDEST:
             model = _renewed(state, people, anchor, walk, model.damping)
         trial, step, model, fallen = _try(state, people, gradient, model, boxes, anchor, walk)
         if np.isnan(fallen):
             break
-        done, length = done + 1, float(np.max(np.abs(step)))
+        done, spread = done + 1, float(np.sqrt(max(-(step @ gradient), 0.0)))
         known = not np.isnan(state.improbable)
-        converged = bool(known and (length < tolerance or -(step @ gradient) < certain**2))
+        converged = bool(known and (np.max(np.abs(step)) < tolerance or spread < certain))
         if known and not converged:
             guess = _guessed(past, state, trial, boxes, anchor, walk)
             if deviance_of(guess, state.scene) < fallen:
