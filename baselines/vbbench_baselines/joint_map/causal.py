@@ -1,7 +1,7 @@
 """``map-causal``: the joint problem over a sliding window, solved anew each frame; only the newest is reported."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, settle
+from vbbench_baselines.joint_map.heights import Heights
 from vbbench_baselines.joint_map.learning import learn, nothing_learned
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
@@ -40,6 +41,7 @@ class MapCausal:
     ----------
     prior : how people walk.
     feet : whether boxes tell their distance by their bottom, else by their height.
+    learns : whether one-step's revealed past teaches how people walk.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
     rounds : most steps of the descent a frame.
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
@@ -54,6 +56,7 @@ class MapCausal:
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     feet: bool = True
+    learns: bool = True
     window: int = 12
     rounds: int = 30
     tolerance: float = 1e-3
@@ -62,7 +65,7 @@ class MapCausal:
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         people = len(problem.tracks)
-        self._eye = Eye(problem, self.feet)
+        self._eye, self._heights = Eye(problem, self.feet), Heights(problem)
         self._walk = walk_of(self.prior, problem.dt)
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
@@ -73,7 +76,11 @@ class MapCausal:
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
-        return self.advance(self._eye.sight(frame.observations), frame.given)
+        answer = self.advance(self._eye.sight(frame.observations), frame.given)
+        if not self.feet:
+            return answer
+        self._heights.learn(frame.observations)
+        return replace(answer, **self._heights.report())
 
     def advance(self, seen: Sightings, given: Given) -> FrameEstimate:
         """The answer for the next frame, of which are known the rays of its boxes and what `Frame.given` holds."""
@@ -90,7 +97,7 @@ class MapCausal:
     def _locate(self, seen: Sightings) -> Located:
         """The newest frame's pose and places by what was known before it."""
         rows, past = self._rows, slice(-1 - PAST, -1)
-        if not np.isnan(rows.given_poses[-2, 0]):
+        if self.learns and not np.isnan(rows.given_poses[-2, 0]):
             known = rows.places[past], rows.poses[past]
             self._learned = learn(*known, self._walk, self._learned, self._lessons)
         return locate(

@@ -77,7 +77,7 @@ def settle(
         trial, step, model, fallen = _try(state, people, gradient, model, boxes, anchor, walk)
         if np.isnan(fallen):
             break
-        done, spread = done + 1, float(np.sqrt(max(-(step @ gradient), 0.0)))
+        done, spread = done + 1, float(np.sqrt(max(float(-(step @ gradient)), 0.0)))
         known = not np.isnan(state.improbable)
         converged = bool(known and (np.max(np.abs(step)) < tolerance or spread < certain))
         if known and not converged:

@@ -8,6 +8,8 @@ whatever the distance, and wherever the camera is. With independent errors of σ
 All boxes of a person and the prior N(μ_h, σ_h²) are put together by their precisions.
 """
 
+from typing import TypedDict
+
 import numpy as np
 
 from vbbench.arrays import FloatArray
@@ -40,15 +42,16 @@ class Heights:
         """Take in boxes [..., K, 3] in px; NaN = none."""
         _learn(boxes.reshape(-1, *boxes.shape[-2:]), *self._facts, self.precision, self.weighted)
 
-    @property
-    def mean(self) -> FloatArray:
-        """[K] in m."""
-        return self.weighted / self.precision
+    def report(self) -> "Report":
+        """What is believed so far."""
+        return {"heights": self.weighted / self.precision, "height_variances": 1.0 / self.precision}
 
-    @property
-    def variance(self) -> FloatArray:
-        """[K] in m²."""
-        return 1.0 / self.precision
+
+class Report(TypedDict, total=False):
+    """What an estimate says of heights: means [K] in m and variances [K] in m²."""
+
+    heights: FloatArray
+    height_variances: FloatArray
 
 
 @kernel
