@@ -14,7 +14,7 @@ from vbbench.solver import Estimate, Problem
 from vbbench_baselines.joint_map.causal import LEFT_OUT, MapCausal
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
-from vbbench_baselines.joint_map.heights import Report
+from vbbench_baselines.joint_map.heights import Heights, Report
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
@@ -34,8 +34,8 @@ class MapBatch:
     A sequence of more than ``block`` frames is solved in blocks of so many, each ``stride`` frames after the last, with
     what the frames before have said kept as a quadratic form: the time is linear in frames, and a frame is decided by
     everything before it and at least block − stride frames after it. Where all poses but the last are given there is
-    nothing for later frames to correct, and the causal answer is the whole one. A descent that does not converge is tried
-    again from where the causal solver leads if it takes its time, and the likelier end of the two is the answer.
+    nothing for later frames to correct, and the causal answer is the whole one. A descent that does not converge is
+    tried again from where the causal solver leads if it takes its time; the answer is the likelier end of the two.
 
     Parameters
     ----------
@@ -65,12 +65,20 @@ class MapBatch:
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
         start = MapCausal(prior=self.prior, feet=self.feet)
         if not np.isnan(given.poses[:-1, 2]).any():
-            return _walk_through(start, task, problem.covariances)
+            return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, observations))
         answer = self._descend(replace(start, window=START_WINDOW, rounds=START_ROUNDS), task)
         if not answer.converged.all():
             other = self._descend(start, task)
             answer = other if other.deviance < answer.deviance else answer
-        return answer.estimate(self.feet)
+        return answer.estimate(self._heights(problem, observations) or {"heights": answer.heights})
+
+    def _heights(self, problem: Problem, observations: FloatArray) -> Report:
+        """What boxes alone say of heights, where these are no part of the problem."""
+        if not self.feet:
+            return {}
+        heights = Heights(problem)
+        heights.learn(observations)
+        return heights.report()
 
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
         """Where the descent ends from where ``start`` leads, block after block."""
@@ -105,7 +113,7 @@ class _Answer:
 
     def __init__(self, poses: FloatArray, places: FloatArray, covariances: bool) -> None:
         frames, people = places.shape[:2]
-        self._poses, self._places, self._heights = poses, places, np.full(people, np.nan)
+        self._poses, self._places, self.heights = poses, places, np.full(people, np.nan)
         self.converged, self.deviance = np.zeros(frames, np.bool_), 0.0
         self._pose_spread = np.full((frames, 3, 3), np.nan) if covariances else None
         self._place_spread = np.full((frames, people, 2, 2), np.nan) if covariances else None
@@ -116,7 +124,7 @@ class _Answer:
         self._poses[rows] = settled.state.poses
         known = ~np.isnan(settled.state.places)
         self._places[rows][known] = settled.state.places[known]
-        self.converged[rows], self._heights = settled.converged, settled.state.heights
+        self.converged[rows], self.heights = settled.converged, settled.state.heights
         self.deviance += settled.deviance
         if self._pose_spread is not None and self._place_spread is not None:
             sigma = pose_covariance_of(settled.state, anchor, walk)
