@@ -1,4 +1,4 @@
-"""Banded symmetric positive definite matrices: Cholesky factor, solution, and the lower half of the inverse.
+"""Banded symmetric positive definite matrices: Cholesky factor, solution, and the upper half of the inverse.
 
 All have the half-bandwidth `BAND`. Row j of ``band`` [n + BAND, 2 BAND + 1] holds A[j, j], A[j + 1, j], … and
 A[j + BAND, j], then noughts; the factor L with A = LLᵀ takes its place. The noughts, and `BAND` rows of them in the
@@ -52,23 +52,22 @@ def solve(lower: FloatArray, right: FloatArray) -> None:
 
 @kernel
 def invert(lower: FloatArray, inverse: FloatArray) -> None:
-    """Write the lower half of A⁻¹, its diagonal included, to ``inverse`` [n, n] or larger; the rest is left alone."""
+    """Write the upper half of A⁻¹ to ``inverse`` [n + BAND, n] or larger, which must be finite.
+
+    With X = A⁻¹, LᵀX = L⁻¹ is lower triangular: each row of X follows from the `BAND` rows below it.
+    """
     n = len(lower) - BAND
-    for i in range(n):
-        row = inverse[i]
-        row[: i + 1] = 0.0
-        row[i] = 1.0
-        for d in range(1, min(BAND, i) + 1):
-            share, other = lower[i - d, d], inverse[i - d]
-            for j in range(i - d + 1):
-                row[j] -= share * other[j]
-        for j in range(i + 1):
-            row[j] *= lower[i, 0]
     for i in range(n - 1, -1, -1):
-        row = inverse[i]
+        c, row = lower[i], inverse[i]
+        x1, x2, x3, x4 = inverse[i + 1], inverse[i + 2], inverse[i + 3], inverse[i + 4]
+        x5, x6, x7, x8 = inverse[i + 5], inverse[i + 6], inverse[i + 7], inverse[i + 8]
+        c1, c2, c3, c4 = -c[0] * c[1], -c[0] * c[2], -c[0] * c[3], -c[0] * c[4]
+        c5, c6, c7, c8 = -c[0] * c[5], -c[0] * c[6], -c[0] * c[7], -c[0] * c[8]
+        for j in range(i + 1, n):  # in one expression: four times as fast as a loop over rows
+            near = c1 * x1[j] + c2 * x2[j] + c3 * x3[j] + c4 * x4[j]
+            row[j] = near + c5 * x5[j] + c6 * x6[j] + c7 * x7[j] + c8 * x8[j]
+        total = c[0]
         for d in range(1, min(BAND, n - 1 - i) + 1):
-            share, other = lower[i, d], inverse[i + d]
-            for j in range(i + 1):
-                row[j] -= share * other[j]
-        for j in range(i + 1):
-            row[j] *= lower[i, 0]
+            total -= c[d] * row[i + d]
+            inverse[i + d, i] = row[i + d]
+        row[i] = total * c[0]

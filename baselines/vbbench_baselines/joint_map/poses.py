@@ -13,7 +13,7 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.joint_map.banded import invert
+from vbbench_baselines.joint_map.banded import BAND, invert
 from vbbench_baselines.joint_map.people import Person, Scene, axes_of, eliminate
 from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
 
@@ -92,23 +92,23 @@ def hessian_of(
     """[3T, 3T], that of the identity at given poses; arguments as of `gradient_of`."""
     frames = len(poses)
     hessian = anchor.information.copy()
-    band, inverse = np.zeros((frames, REACH + 1)), np.empty((2 * frames, 2 * frames))
+    band, inverse = np.zeros((frames, REACH + 1)), np.zeros((2 * frames + BAND, 2 * frames))
     add_walk(weights, walk, band)
     for i in range(frames):
         for d in range(min(i, REACH) + 1):
-            hessian[3 * i, 3 * (i - d)] += band[i, d]
-            hessian[3 * i + 1, 3 * (i - d) + 1] += band[i, d]
+            hessian[3 * (i - d), 3 * i] += band[i, d]
+            hessian[3 * (i - d) + 1, 3 * i + 1] += band[i, d]
     for t in range(1, frames):
         here, before = 3 * t + 2, 3 * t - 1
         hessian[here, here] += yaw_weights[t]
         hessian[before, before] += yaw_weights[t]
-        hessian[here, before] -= yaw_weights[t]
+        hessian[before, here] -= yaw_weights[t]
     for person in people:
         invert(person.lower, inverse)
         _add_hessian(person, poses, inverse, hessian)
     for i in range(3 * frames):
         for j in range(i):
-            hessian[j, i] = hessian[i, j]
+            hessian[i, j] = hessian[j, i]
     for t in range(frames):
         if anchor.fixed[t]:
             hessian[3 * t : 3 * t + 3] = 0.0
@@ -134,7 +134,7 @@ def _add_gradient(person: Person, poses: FloatArray, gradient: FloatArray) -> No
 
 @kernel
 def _add_hessian(person: Person, poses: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
-    """Add the lower half of a person's; ``inverse`` holds the lower half of A⁻¹."""
+    """Add the upper half of a person's; ``inverse`` holds the upper half of A⁻¹."""
     n, first = len(person.track), person.first
     turn = np.empty((n, 2))
     for i in range(n):
@@ -148,27 +148,25 @@ def _add_hessian(person: Person, poses: FloatArray, inverse: FloatArray, hessian
         tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * turn[i, 0] + ry * turn[i, 1]
     for i in range(3 * n):
         scaled = tilt[i] / person.height_information
-        for j in range(i + 1):
+        for j in range(i, 3 * n):
             hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]
 
 
 @kernel
 def _add_places(person: Person, turn: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
-    """Add the lower half of Gᵀ(M − M A⁻¹ M)G; ``turn`` [n, 2] is the yaw's column of G."""
+    """Add the upper half of Gᵀ(M − M A⁻¹ M)G; ``turn`` [n, 2] is the yaw's column of G."""
     n, first = len(person.track), person.first
     for i in range(n):
         if not person.seen[i]:
             continue
         xx, xy, yy = person.information[i]
         p = 3 * (first + i)
-        for j in range(i + 1):
+        for j in range(i, n):
             if not person.seen[j]:
                 continue
             oxx, oxy, oyy = person.information[j]
             a, b = inverse[2 * i, 2 * j], inverse[2 * i, 2 * j + 1]
             c, d = inverse[2 * i + 1, 2 * j], inverse[2 * i + 1, 2 * j + 1]
-            if i == j:
-                b = c
             # M_i X, then X M_j
             ma, mb, mc, md = xx * a + xy * c, xx * b + xy * d, xy * a + yy * c, xy * b + yy * d
             ha, hb = -(ma * oxx + mb * oxy), -(ma * oxy + mb * oyy)
