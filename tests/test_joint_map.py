@@ -12,6 +12,7 @@ from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
 from vbbench.runner import frames_of
 from vbbench.solver import Estimate, FrameSolver, SequenceSolver
+from vbbench_baselines.joint_map.acceleration import extrapolate, no_past
 from vbbench_baselines.joint_map.banded import BAND, factor, invert, no_band, solve
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -49,6 +50,14 @@ def test_banded_kernels_agree_with_numpy() -> None:
     np.testing.assert_allclose(right, expected, rtol=1e-9)
     upper = np.triu_indices(14)
     np.testing.assert_allclose(inverse[upper], np.linalg.inv(banded)[upper], rtol=1e-8, atol=1e-12)
+
+
+def test_the_end_of_a_slow_march_is_guessed_from_its_steps() -> None:
+    rates = np.array((0.97, 0.9, 0.5, -0.3))
+    past, here, end = no_past(4), np.zeros(4), np.array((1.0, -2.0, 3.0, 4.0))
+    for _ in range(6):
+        here = extrapolate(past, here, end + rates * (here - end))
+    np.testing.assert_allclose(here, end, atol=1e-4)
 
 
 def test_the_quadratic_form_of_a_walk_is_its_energy() -> None:

@@ -23,7 +23,7 @@ from vbbench_baselines.joint_map.walks import Walk, walk_of
 from vbbench_baselines.joint_map.window import make_scene
 from vbbench_baselines.sightings import Sightings
 
-START_WINDOW, START_ROUNDS = 6, 2
+START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds where to begin: it need not be exact."""
 
 
@@ -58,7 +58,7 @@ class MapBatch:
     stride: int = 80
     rounds: int = 50
     tolerance: float = 1e-4
-    certain: float = 0.05
+    certain: float = 0.02
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
