@@ -9,9 +9,9 @@ from vbbench_leaderboards.result import Board
 from vbbench_leaderboards.results_folder import published_results, read_results
 
 README = Path(__file__).parents[1] / "README.md"
-SOLVERS = ("cv", "sf", "vb-cv", "vb-sf")
+SOLVERS = ("cv", "sf", "vb-cv", "vb-sf", "map-causal", "map-batch")
 ROWS = re.findall(
-    r"^\| ([\w-]+) \| (one-step|sequential|rollout) \| ([^|]+) \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$",
+    r"^\| ([\w-]+) \| (one-step|sequential|rollout) \| " + r" \| ".join([r"([^|]+)"] * len(SOLVERS)) + r" \|$",
     README.read_text("utf-8"),
     re.M,
 )
