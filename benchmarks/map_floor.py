@@ -171,10 +171,7 @@ def _between(observed: BoolArray) -> BoolArray:
 
 def _own_variance(track: FloatArray, walk: Walk) -> float:
     """σ_k² in m² as the true walk [n, 2] has it."""
-    variance, weights = walk.sigma**2, np.zeros(len(track))
-    for _ in range(30):
-        variance = reweigh(track, walk, weights, variance)
-    return variance
+    return reweigh(track, walk, np.zeros(len(track)), walk.sigma**2)[0]
 
 
 def _add_walks(information: Information, t: int, followed: BoolArray, precision: FloatArray, walk: Walk) -> None:

@@ -14,12 +14,7 @@ from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.people import Scene, axes_of, misfit
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.sighted import farther
-from vbbench_baselines.joint_map.walks import Walk, innovation
-
-SETTLED_SCALE = 1e-3
-"""Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
-
-SCALE_ROUNDS = 20
+from vbbench_baselines.joint_map.walks import Walk, reweigh
 
 
 class State(NamedTuple):
@@ -67,10 +62,10 @@ def believe(
         if np.any(np.isnan(track)):
             total = np.nan
             continue
-        variances[k], improbable = _reweigh(track, walk, weights[k], variances[k])
+        variances[k], improbable = reweigh(track, walk, weights[k], variances[k])
         total, smooth = total + improbable, True
     if smooth:
-        variances[-1], improbable = _reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
+        variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
         total += improbable
     yaw_weights = np.zeros(frames)
     for t in range(1, frames):
@@ -91,31 +86,6 @@ def deviance_of(state: State, scene: Scene) -> float:
             track = state.places[first : last + 1, k].copy()
             total += misfit(k, track, state.poses, axes, state.heights[k], scene)
     return float(total)
-
-
-@kernel
-def _reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float) -> tuple[float, float]:
-    """Write the ``weights`` of a track [n, 2]; its σ_k², looked for from ``variance`` on, and its deviance.
-
-    The scale is found by the iteration of `vbbench_baselines.joint_map.walks.reweigh`, to the end.
-    """
-    n = len(track)
-    for i in range(2, n):
-        weights[i] = innovation(track, i, walk)
-    for _ in range(SCALE_ROUNDS):
-        before, total = variance, 0.0
-        for i in range(2, n):
-            total += weights[i] / (walk.nu * variance + weights[i])
-        total *= (walk.nu + 2.0) * variance
-        variance = (walk.a0 * walk.sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
-        if abs(variance - before) < SETTLED_SCALE * variance:
-            break
-    deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
-    for i in range(2, n):
-        deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
-        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
-    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance))
-    return variance, float(deviance + scale)
 
 
 @kernel

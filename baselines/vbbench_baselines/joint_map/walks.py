@@ -21,6 +21,11 @@ from vbbench_baselines.joint_map.prior import Prior, start_of
 REACH = 4
 """Frames that an innovation looks back."""
 
+SETTLED_SCALE = 1e-3
+"""Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
+
+SCALE_ROUNDS = 20
+
 
 class Walk(NamedTuple):
     """The prior's numbers as kernels take them.
@@ -72,16 +77,28 @@ def innovation(track: FloatArray, i: int, walk: Walk) -> float:
 
 
 @kernel
-def reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float) -> float:
-    """Update the ``weights`` [n] of a track [n, 2], and return its σ_k² in m², which was ``variance``."""
-    n, total = len(track), 0.0
+def reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float) -> tuple[float, float]:
+    """Write the ``weights`` [n] of a track [n, 2], and return its σ_k² in m² and its deviance.
+
+    The scale is looked for from ``variance`` on; the deviance is −ln of the prior density, up to a constant.
+    """
+    n = len(track)
     for i in range(2, n):
-        squared = innovation(track, i, walk)
-        total += (walk.nu + 2.0) / (walk.nu * variance + squared) * variance * squared
-    variance = (walk.a0 * walk.sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        weights[i] = innovation(track, i, walk)
+    for _ in range(SCALE_ROUNDS):
+        before, total = variance, 0.0
+        for i in range(2, n):
+            total += weights[i] / (walk.nu * variance + weights[i])
+        total *= (walk.nu + 2.0) * variance
+        variance = (walk.a0 * walk.sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        if abs(variance - before) < SETTLED_SCALE * variance:
+            break
+    deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
     for i in range(2, n):
-        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + innovation(track, i, walk))
-    return float(variance)
+        deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
+        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
+    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance))
+    return variance, float(deviance + scale)
 
 
 @kernel
@@ -94,25 +111,3 @@ def add_walk(weights: FloatArray, walk: Walk, band: FloatArray) -> None:
             scaled = precision * walk.filters[order, d]
             for e in range(d, order + 1):
                 band[i - d, e - d] += scaled * walk.filters[order, e]
-
-
-@kernel
-def walk_energy(track: FloatArray, weights: FloatArray, walk: Walk) -> float:
-    """½ Σ of the weighted squared innovations of a track [n, 2], velocity included."""
-    total = 0.0
-    for i in range(1, len(track)):
-        total += innovation(track, i, walk) * (1.0 if i == 1 else weights[i])
-    return 0.5 * total
-
-
-@kernel
-def walk_deviance(track: FloatArray, variance: float, walk: Walk) -> float:
-    """−ln of the prior density of a track [n, 2] whose scale is σ_k² = ``variance``, up to a constant."""
-    total = 0.0
-    for i in range(1, len(track)):
-        squared = innovation(track, i, walk)
-        if i == 1:
-            total += 0.5 * squared
-        else:
-            total += np.log(variance) + 0.5 * (walk.nu + 2.0) * np.log(1.0 + squared / (walk.nu * variance))
-    return float(total + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance)))
