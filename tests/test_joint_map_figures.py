@@ -10,21 +10,22 @@ from vbbench.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
-from vbbench.registry import make_solver
+from vbbench.registry import held_out, make_solver
 from vbbench.runner import run_sequence
 
-CAUSAL, BATCH = "vbbench_baselines.joint_map.causal:MapCausal", "vbbench_baselines.joint_map.batch:MapBatch"
 TARGETS = {
-    ("hotel", "ideal", "sequential", CAUSAL): (0.12, 0.135),
-    ("eth", "ideal", "sequential", CAUSAL): (0.18, 0.20),
-    ("hotel", "ideal", "sequential", BATCH): (0.085, 0.088),
-    ("eth", "ideal", "sequential", BATCH): (0.10, 0.11),
-    ("hotel", "ideal", "rollout", CAUSAL): (0.41, 0.40),
-    ("eth", "ideal", "rollout", CAUSAL): (0.85, 0.76),
-    ("hotel", "noisy", "sequential", BATCH): (0.13, 0.12),
-    ("eth", "noisy", "sequential", BATCH): (0.19, 0.18),
+    ("hotel", "noisy", "one-step", "map-causal"): (0.053, 0.044),
+    ("eth", "noisy", "one-step", "map-causal"): (0.090, 0.076),
+    ("hotel", "ideal", "sequential", "map-causal"): (0.12, 0.135),
+    ("eth", "ideal", "sequential", "map-causal"): (0.18, 0.20),
+    ("hotel", "ideal", "sequential", "map-batch"): (0.085, 0.088),
+    ("eth", "ideal", "sequential", "map-batch"): (0.10, 0.11),
+    ("hotel", "ideal", "rollout", "map-causal"): (0.41, 0.40),
+    ("eth", "ideal", "rollout", "map-causal"): (0.85, 0.76),
+    ("hotel", "noisy", "sequential", "map-batch"): (0.13, 0.12),
+    ("eth", "noisy", "sequential", "map-batch"): (0.19, 0.18),
 }
-"""Mean Δx and Δt in m over all sequences, panorama, seed 0."""
+"""Mean Δx and Δt in m, to the millimetre; all sequences, panorama, seed 0, with priors that never saw the split."""
 
 LEAST = 0.05
 """Errors in m below which a sequence has not gone astray, however exact the plain fit was."""
@@ -49,8 +50,9 @@ def errors(dataset: Dataset, solver: str, protocol: str) -> tuple[FloatArray, Bo
         people = scored_positions(sequence.observed, rules.select_given(sequence.given))
         if not people.any():
             continue
-        estimate, _ = run_sequence(make_solver(solver), dataset.problem(sequence), sequence, rules, None)
-        truth = dataset.truth(sequence)
+        truth, made = dataset.truth(sequence), make_solver(held_out(solver, dataset.info.split))
+        shown = truth if rules.needs_truth else None
+        estimate, _ = run_sequence(made, dataset.problem(sequence), sequence, rules, shown)
         dx = np.linalg.norm(estimate.positions - truth.positions, axis=-1)[people].mean()
         dt = np.linalg.norm((estimate.poses - truth.poses)[frames, :2], axis=-1).mean()
         means.append((dx, dt))
@@ -64,7 +66,8 @@ def test_the_figures_are_reached(
 ) -> None:
     means, _ = errors(opened(splits, split, tier), solver, protocol)
     target = TARGETS[split, tier, protocol, solver]
-    assert (means.mean(axis=0) <= target).all(), f"{means.mean(axis=0).round(4)}, to reach {target}"
+    reached = means.mean(axis=0).round(3)
+    assert (reached <= target).all(), f"{reached}, to reach {target}"
 
 
 @pytest.mark.parametrize("protocol", ["sequential", "rollout"])
@@ -74,7 +77,7 @@ def test_no_sequence_is_ten_times_worse_than_the_plain_fit_unsaid(
 ) -> None:
     dataset = opened(splits, split, "ideal")
     plain, _ = errors(dataset, "vb-cv", protocol)
-    for solver in (CAUSAL, BATCH):
+    for solver in ("map-causal", "map-batch"):
         means, sure = errors(dataset, solver, protocol)
         astray = ((means > 10.0 * plain) & (means > LEAST)).any(axis=1)
         assert not (astray & sure).any(), f"{solver}: {np.flatnonzero(astray & sure)}"
