@@ -199,7 +199,7 @@ def test_nothing_leaks_from_the_future() -> None:
 
 
 @pytest.mark.parametrize("solver", [MapCausal, MapBatch])
-@pytest.mark.parametrize("people", [1, 2])
+@pytest.mark.parametrize("people", [0, 1, 2])
 def test_hardly_anybody_in_sight(solver: type[Any], people: int) -> None:
     estimate = run_any(solver(), walk(10, people=people), "rollout", CAMERAS[1])
     assert np.isfinite(estimate.poses).all()

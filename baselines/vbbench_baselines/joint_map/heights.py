@@ -39,8 +39,8 @@ class Heights:
         self._facts = horizon(problem.camera), problem.camera.mount_height, problem.pixel_std
 
     def learn(self, boxes: FloatArray) -> None:
-        """Take in boxes [..., K, 3] in px; NaN = none."""
-        _learn(boxes.reshape(-1, *boxes.shape[-2:]), *self._facts, self.precision, self.weighted)
+        """Take in the boxes [K, 3] of a frame, or [T, K, 3], in px; NaN = none."""
+        _learn(boxes if boxes.ndim == 3 else boxes[None], *self._facts, self.precision, self.weighted)
 
     def report(self) -> "Report":
         """What is believed so far."""
