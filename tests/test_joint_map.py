@@ -82,6 +82,20 @@ def test_weights_fall_with_the_innovation_and_scales_stay_near_the_prior() -> No
     assert weights[20] < 0.1 * np.median(weights[2:])
 
 
+def test_the_observers_own_scale_is_known_where_nobody_is_in_sight() -> None:
+    """A window that forgot it handed on information of other weights, and the poses after it ran away."""
+    poses, numbers = np.array(walk(3, frames=8, wobble=0.1).poses), walk_of(Prior(), DT)
+    nobody = np.full((8, 2, 2), np.nan)
+    scene = make_scene(nobody, np.full((8, 2, 3), np.nan), nobody, Statures(np.full(2, 1.7), np.zeros(2)))
+    anchor = hold(np.zeros(8, bool), poses, NOTHING_LEFT)
+    state = believe(poses, nobody, np.full(2, 1.7), scene, anchor, numbers, np.full(3, numbers.sigma**2))
+    own, improbable = reweigh(poses[:, :2].copy(), numbers, np.zeros(8), numbers.sigma**2)
+    assert state.variances[-1] == pytest.approx(own)
+    assert state.variances[-1] != pytest.approx(numbers.sigma**2, rel=0.1)
+    turned = np.log1p((np.diff(poses[:, 2]) / numbers.yaw_scale) ** 2).sum()
+    assert deviance_of(state, scene) == pytest.approx(improbable + turned)
+
+
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
 def test_feet_tell_the_distance_without_the_height(camera: Camera) -> None:
     truth = walk(3)

@@ -64,7 +64,7 @@ def believe(
             continue
         variances[k], improbable = reweigh(track, walk, weights[k], variances[k])
         total, smooth = total + improbable, True
-    if smooth:
+    if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
         variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
         total += improbable
     yaw_weights = np.zeros(frames)
