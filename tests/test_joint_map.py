@@ -18,7 +18,7 @@ from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.descent import settle
 from vbbench_baselines.joint_map.forgetting import forget
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, Left, hold
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, Left, hold, tamed
 from vbbench_baselines.joint_map.people import Scene, axes_of, eliminate
 from vbbench_baselines.joint_map.poses import linearise
 from vbbench_baselines.joint_map.prior import Prior
@@ -168,6 +168,16 @@ def test_what_leaves_is_kept_exactly_for_normal_walks() -> None:
             0.0,
         )
         np.testing.assert_allclose(kept.state.poses, whole.state.poses[count:], atol=1e-4)
+
+
+def test_a_tamed_anchor_has_no_negative_curvature_and_is_else_the_same() -> None:
+    rng = np.random.default_rng(6)
+    vectors = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    values, slope = np.array((-50.0, -1.0, 0.5, 2.0, 30.0, 400.0)), rng.normal(size=6)
+    anchor = hold(np.zeros(2, bool), np.zeros((2, 3)), Left(np.zeros((2, 3)), slope, (vectors * values) @ vectors.T))
+    tame = tamed(anchor)
+    np.testing.assert_allclose(tame.information, (vectors * np.maximum(values, 0.0)) @ vectors.T, atol=1e-10)
+    np.testing.assert_allclose(vectors.T @ tame.slope, np.where(values > 0.0, vectors.T @ slope, 0.0), atol=1e-10)
 
 
 def statures_of_scene(scene: Scene) -> Statures:

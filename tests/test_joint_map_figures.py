@@ -12,6 +12,8 @@ from vbbench.generator import Options
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
 from vbbench.runner import run_sequence
+from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.prior import get_prior
 
 TARGETS = {
     ("hotel", "noisy", "one-step", "map-causal"): (0.053, 0.044),
@@ -81,3 +83,12 @@ def test_no_sequence_is_ten_times_worse_than_the_plain_fit_unsaid(
         means, sure = errors(dataset, solver, protocol)
         astray = ((means > 10.0 * plain) & (means > LEAST)).any(axis=1)
         assert not (astray & sure).any(), f"{solver}: {np.flatnonzero(astray & sure)}"
+
+
+def test_poses_do_not_run_away_where_the_crowd_was_out_of_sight(data_folder: Path, splits: Path) -> None:
+    """With this prior the window of sequence 80 fell without end, and its poses went 12 km away."""
+    dataset = opened(splits, "hotel", "noisy")
+    sequence = dataset.sequence(80)
+    solver = MapCausal(prior=get_prior("without-eth"))
+    estimate, _ = run_sequence(solver, dataset.problem(sequence), sequence, get_protocol("sequential"), None)
+    assert np.abs(estimate.poses - dataset.truth(sequence).poses)[:, :2].max() < 5.0

@@ -24,7 +24,7 @@ from vbbench_leaderboards.result import Board, Result
 from vbbench_leaderboards.results_folder import published_results
 
 HOSTILE = "\"><img src=x onerror=alert(1)></script><!--&'"
-FIRST_PAGE, AIM = 300_000, 150_000
+FIRST_PAGE, AIM = 300_000, 180_000
 RNG = np.random.default_rng(3)
 ERRORS = RNG.gamma(4.0, 0.02, 40)
 PAPERS = Board(split="hotel", tier="ideal", protocol="one-step")

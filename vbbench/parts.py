@@ -9,6 +9,7 @@ one a part; it follows from the work alone.
 
 import json
 import shutil
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -160,7 +161,10 @@ def _make_elsewhere(make: Callable[..., Part | Path], ranges: Ranges, jobs: int)
     from joblib import Parallel, delayed
 
     run = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="4*n_jobs")
-    yield from run(delayed(make)(first, last, keep=True) for first, last in ranges)
+    with warnings.catch_warnings():
+        # Workers that grow while they compile are replaced, which is said and loses nothing.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
+        yield from run(delayed(make)(first, last, keep=True) for first, last in ranges)
 
 
 def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:

@@ -13,9 +13,9 @@ from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench_baselines.joint_map.causal import LEFT_OUT, MapCausal
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
+from vbbench_baselines.joint_map.descent import Settled, unwrapped
 from vbbench_baselines.joint_map.heights import Heights, Report
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.sighted import Eye, Statures, inform, statures_of
@@ -91,7 +91,8 @@ class MapBatch:
             rows = slice(first, min(first + self.block, len(poses)))
             scene = make_scene(relative[rows], information[rows], given.positions[rows], task.statures)
             anchor, nowhere = hold(fixed[rows], poses[rows], left), np.full_like(causal.positions[rows], np.nan)
-            settled = settle(poses[rows], nowhere, scene, anchor, walk, self.rounds, self.tolerance, self.certain)
+            ends = self.rounds, self.tolerance, self.certain
+            settled, anchor = settle_held(poses[rows], nowhere, scene, anchor, walk, ends)
             answer.take(settled, anchor, walk, first)
             if rows.stop == len(poses):
                 return answer

@@ -10,10 +10,10 @@ from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.descent import Settled, settle
+from vbbench_baselines.joint_map.descent import Settled
 from vbbench_baselines.joint_map.heights import Heights
 from vbbench_baselines.joint_map.learning import learn, nothing_learned
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave
+from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior
@@ -117,7 +117,8 @@ class MapCausal:
         used = rows.filled
         poses, scene = rows.poses[used], rows.scene(self.statures)
         anchor = hold(~np.isnan(rows.given_poses[used, 0]), poses, self._left)
-        settled = settle(poses, rows.places[used], scene, anchor, self._walk, self.rounds, self.tolerance, self.certain)
+        ends = self.rounds, self.tolerance, self.certain
+        settled, anchor = settle_held(poses, rows.places[used], scene, anchor, self._walk, ends)
         rows.poses[used], rows.places[used] = settled.state.poses, settled.state.places
         self._lessons.variances[:] = settled.state.variances
         if rows.frames >= self._size:
