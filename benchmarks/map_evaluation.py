@@ -17,12 +17,10 @@ from vbbench.generation import generate
 from vbbench.generator import Look, Options, Tier
 from vbbench.metrics import position_error, rotation_error, translation_error
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
+from vbbench.registry import held_out, make_solver
 from vbbench.runner import run_sequence, warm_up
 from vbbench.solver import Estimate
-from vbbench_baselines.joint_map.prior import Prior, get_prior
-
-LEFT_OUT = {"hotel": "without-hotel", "eth": "without-eth"}
-"""The prior of the splits that the default one was fitted on."""
+from vbbench_baselines.joint_map.prior import Prior
 
 Maker = Callable[[], Any]
 """Makes a solver."""
@@ -44,7 +42,8 @@ class Case:
     @property
     def prior(self) -> Prior:
         """The one fitted without this split."""
-        return get_prior(LEFT_OUT.get(self.split, "default"))
+        prior: Prior = make_solver(held_out("map-causal", self.split)).prior
+        return prior
 
     @contextmanager
     def made(self) -> Iterator[Dataset]:

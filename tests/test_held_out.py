@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -64,5 +64,5 @@ def test_other_splits_and_other_solvers_are_what_they_are() -> None:
     ("solver", "split", "variant"),
     [("causal:MapCausal", "hotel", CausalWithoutHotel), ("batch:MapBatch", "eth-15fps", BatchWithoutEth)],
 )
-def test_joint_solvers_never_saw_what_they_are_tested_on(solver: str, split: str, variant: type) -> None:
+def test_joint_solvers_never_saw_what_they_are_tested_on(solver: str, split: str, variant: Any) -> None:
     assert load("solver", held_out(f"vbbench_baselines.joint_map.{solver}", split)) is variant

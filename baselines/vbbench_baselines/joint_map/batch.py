@@ -11,13 +11,13 @@ from vbbench.geometry import wrap_angle
 from vbbench.runner import WINDOW
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
-from vbbench_baselines.joint_map.causal import LEFT_OUT, MapCausal
+from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, unwrapped
 from vbbench_baselines.joint_map.heights import Heights, Report
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
 from vbbench_baselines.joint_map.poses import Anchor
-from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 from vbbench_baselines.joint_map.sighted import Eye, Statures, inform, statures_of
 from vbbench_baselines.joint_map.walks import Walk, walk_of
 from vbbench_baselines.joint_map.window import make_scene
@@ -45,11 +45,7 @@ class MapBatch:
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
-    held_out: ClassVar[Mapping[str, str]] = {
-        "hotel": f"{LEFT_OUT}:BatchWithoutHotel",
-        "eth": f"{LEFT_OUT}:BatchWithoutEth",
-        "eth-15fps": f"{LEFT_OUT}:BatchWithoutEth",
-    }
+    held_out: ClassVar[Mapping[str, str]] = variants_held_out("Batch")
     """Variants with a prior that never saw the split."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))

@@ -16,15 +16,12 @@ from vbbench_baselines.joint_map.learning import learn, nothing_learned
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.poses import Anchor
-from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 from vbbench_baselines.joint_map.sighted import Eye, statures_of
 from vbbench_baselines.joint_map.walks import walk_of
 from vbbench_baselines.joint_map.window import Window
 from vbbench_baselines.sightings import Sightings
 from vbbench_baselines.uncertainty import pose_covariance, position_covariances
-
-LEFT_OUT = "vbbench_baselines.joint_map.priors.left_out"
-"""Where the variants are that never saw a split."""
 
 CROWD = 30
 """Tracks of a sequence beyond which it is a crowd."""
@@ -47,11 +44,7 @@ class MapCausal:
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
-    held_out: ClassVar[Mapping[str, str]] = {
-        "hotel": f"{LEFT_OUT}:CausalWithoutHotel",
-        "eth": f"{LEFT_OUT}:CausalWithoutEth",
-        "eth-15fps": f"{LEFT_OUT}:CausalWithoutEth",
-    }
+    held_out: ClassVar[Mapping[str, str]] = variants_held_out("Causal")
     """Variants with a prior that never saw the split."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))

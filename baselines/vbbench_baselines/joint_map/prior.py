@@ -94,3 +94,9 @@ def get_prior(name: str) -> Prior:
     values: dict[str, Any] = tomllib.loads(text)["prior"]
     values["b"] = tuple(values["b"])
     return Prior(**{field.name: values[field.name] for field in fields(Prior)})
+
+
+def variants_held_out(kind: str) -> dict[str, str]:
+    """For each split that the default prior was fitted on, the variant of the solver ``kind`` that never saw it."""
+    without = {"hotel": "WithoutHotel", "eth": "WithoutEth", "eth-15fps": "WithoutEth"}
+    return {split: f"vbbench_baselines.joint_map.priors.left_out:{kind}{name}" for split, name in without.items()}

@@ -4,42 +4,20 @@ A solver is not told which split it has, so that it cannot choose for itself. ``
 prior of all recordings at hand, and name (``held_out``) what is to be run on these recordings instead.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import ClassVar
+from functools import partial
 
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map.prior import get_prior
 
+CausalWithoutHotel = partial(MapCausal, prior=get_prior("without-hotel"))
+"""`MapCausal` for Hotel."""
 
-@dataclass(kw_only=True)
-class CausalWithoutHotel(MapCausal):
-    """`MapCausal` for Hotel."""
+CausalWithoutEth = partial(MapCausal, prior=get_prior("without-eth"))
+"""`MapCausal` for ETH, at either speed."""
 
-    held_out: ClassVar[Mapping[str, str]] = {}
-    prior: Prior = field(default_factory=lambda: get_prior("without-hotel"))
+BatchWithoutHotel = partial(MapBatch, prior=get_prior("without-hotel"))
+"""`MapBatch` for Hotel."""
 
-
-@dataclass(kw_only=True)
-class CausalWithoutEth(MapCausal):
-    """`MapCausal` for ETH, at either speed."""
-
-    held_out: ClassVar[Mapping[str, str]] = {}
-    prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
-
-
-@dataclass(kw_only=True)
-class BatchWithoutHotel(MapBatch):
-    """`MapBatch` for Hotel."""
-
-    held_out: ClassVar[Mapping[str, str]] = {}
-    prior: Prior = field(default_factory=lambda: get_prior("without-hotel"))
-
-
-@dataclass(kw_only=True)
-class BatchWithoutEth(MapBatch):
-    """`MapBatch` for ETH, at either speed."""
-
-    held_out: ClassVar[Mapping[str, str]] = {}
-    prior: Prior = field(default_factory=lambda: get_prior("without-eth"))
+BatchWithoutEth = partial(MapBatch, prior=get_prior("without-eth"))
+"""`MapBatch` for ETH, at either speed."""
