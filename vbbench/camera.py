@@ -134,7 +134,10 @@ class PanoramaCamera:
         """See `Camera.unproject`: r = f·h/l."""
         azimuth = observations[..., 0] * (2.0 * np.pi / self.width) - np.pi
         reach = self.focal * heights / observations[..., 2]
-        return np.stack([reach * np.sin(azimuth), reach * np.cos(azimuth)], axis=-1)
+        relative = np.empty((*reach.shape, 2))
+        np.multiply(reach, np.sin(azimuth), out=relative[..., 0])
+        np.multiply(reach, np.cos(azimuth), out=relative[..., 1])
+        return relative
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Horizontal range, NaN on top of the camera."""

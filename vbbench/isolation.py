@@ -4,6 +4,8 @@ import multiprocessing
 from multiprocessing.connection import Connection
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
 from vbbench.registry import make_solver
@@ -82,6 +84,8 @@ def _serve(name: str, pipe: Connection) -> None:
             method, arguments = pipe.recv()
         except EOFError:
             return
+        if method != "step":  # what it loads on the way is on one thread from the next sequence on
+            threadpool_limits(1)
         try:
             pipe.send((False, getattr(solver, method)(*arguments)))
         except Exception:

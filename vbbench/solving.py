@@ -2,8 +2,8 @@
 
 import os
 import platform
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+from threadpoolctl import threadpool_limits
 
 from vbbench import __version__
 from vbbench.answer_rows import answer_rows
@@ -153,9 +154,7 @@ def _solve_part(
 ) -> Part:
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
     seconds, frames = 0.0, 0
-    with _solver(name, isolate) as solver:
-        sample = dataset.sequence(first)
-        warm_up(solver, dataset.problem(sample, covariances=covariance), sample, protocol)
+    with _warm_solver(dataset, name, protocol, isolate, covariance, first) as solver:
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
@@ -167,5 +166,13 @@ def _solve_part(
     return Part(groups=groups, facts=facts)
 
 
-def _solver(name: str, isolate: bool) -> AbstractContextManager[Any]:
-    return IsolatedSolver(name) if isolate else nullcontext(make_solver(name))
+@contextmanager
+def _warm_solver(
+    dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int
+) -> Iterator[Any]:
+    """The solver, compiled, and on one thread: rounding differs with their number, and with it what is ill-posed."""
+    sample = dataset.sequence(first)
+    with IsolatedSolver(name) if isolate else nullcontext(make_solver(name)) as solver:
+        warm_up(solver, dataset.problem(sample, covariances=covariance), sample, protocol)
+        with threadpool_limits(1):
+            yield solver
