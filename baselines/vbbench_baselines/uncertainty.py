@@ -2,7 +2,7 @@
 
 With r_k = z_k + Rᵀ(c − p_k) as in `vbbench_baselines.ego_motion` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
 
-    Σ = (I/σ_0² + Σ_k J_kᵀ W_k J_k)⁻¹,   W_k = (σ_k² I + N_k)⁻¹ (I/σ_0² on the place; on the yaw its own information),
+    Σ = (I/σ_0² + Σ_k J_kᵀ W_k J_k)⁻¹,   W_k = (σ_k² I + N_k)⁻¹ (I/σ_0² on the place only),
 
 where under a reweighted norm the σ² are divided by the weights. A person's position inherits the pose's error as far as
 it rests on the measurement: dx_k = R B_k Rᵀ (I, ∂x_k/∂yaw) dpose with B_k = σ_k² W_k, on top of P_k = σ_k² W_k N_k.
@@ -23,12 +23,22 @@ def pose_covariance(
     expected: FloatArray,
     std: FloatArray,
     walk_std: float,
-    yaw_information: float = VAGUE,
 ) -> FloatArray:
     """[3, 3] of (x, y, yaw) in m, m·rad, rad²; arguments as in `fit_pose`, at the pose [3] found."""
-    sin, cos = np.sin(pose[2]), np.cos(pose[2])
     prior = max(1.0 / walk_std**2, VAGUE)
-    hessian = np.diag(np.array((prior, prior, yaw_information)))
+    _, hessian = linearise_people(pose, relative, covariance, expected, std)
+    sigma = np.empty((3, 3))
+    sigma[:] = np.linalg.inv(hessian + np.diag(np.array((prior, prior, VAGUE))))
+    return sigma
+
+
+@kernel
+def linearise_people(
+    pose: FloatArray, relative: FloatArray, covariance: FloatArray, expected: FloatArray, std: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Gradient [3] and Gauss–Newton Hessian [3, 3] of ½ Σ rᵀWr by (x, y, yaw); arguments as in `fit_pose`."""
+    sin, cos = np.sin(pose[2]), np.cos(pose[2])
+    gradient, hessian = np.zeros(3), np.zeros((3, 3))
     for k in range(len(std)):
         if np.isnan(std[k]) or np.isnan(relative[k, 0]):
             continue
@@ -37,6 +47,11 @@ def pose_covariance(
         x, y = expected[k, 0] - pose[0], expected[k, 1] - pose[1]
         # The rows of J_k: (sin, −cos, −forward), (cos, sin, right) of where the person is expected.
         right, forward = x * sin - y * cos, x * cos + y * sin
+        off_r, off_f = relative[k, 0] - right, relative[k, 1] - forward
+        pull_r, pull_f = rr * off_r + rf * off_f, rf * off_r + ff * off_f
+        gradient[0] += sin * pull_r + cos * pull_f
+        gradient[1] += sin * pull_f - cos * pull_r
+        gradient[2] += right * pull_f - forward * pull_r
         first = rr * sin + rf * cos, rf * sin + ff * cos
         second = rf * sin - rr * cos, ff * sin - rf * cos
         hessian[0, 0] += sin * first[0] + cos * first[1]
@@ -46,7 +61,7 @@ def pose_covariance(
         hessian[1, 2] += right * second[1] - forward * second[0]
         hessian[2, 2] += forward * (rr * forward - rf * right) + right * (ff * right - rf * forward)
     hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
-    return np.linalg.inv(hessian)
+    return gradient, hessian
 
 
 @kernel

@@ -1,5 +1,6 @@
 """``map-causal``: the joint problem over a sliding window, solved anew each frame; only the newest is reported."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
@@ -12,7 +13,7 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled
 from vbbench_baselines.joint_map.heights import Heights
-from vbbench_baselines.joint_map.learning import learn, nothing_learned
+from vbbench_baselines.joint_map.learning import nothing_learned
 from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.poses import Anchor
@@ -21,7 +22,7 @@ from vbbench_baselines.joint_map.sighted import Eye, statures_of
 from vbbench_baselines.joint_map.walks import walk_of
 from vbbench_baselines.joint_map.window import Window
 from vbbench_baselines.sightings import Sightings
-from vbbench_baselines.uncertainty import pose_covariance, position_covariances
+from vbbench_baselines.uncertainty import linearise_people, position_covariances
 
 CROWD = 30
 """Tracks of a sequence beyond which it is a crowd."""
@@ -63,7 +64,7 @@ class MapCausal:
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)
-        self._lessons, self._learned = nothing_learned(people, self._walk), self._walk
+        self._lessons = nothing_learned(people, self._walk)
         self._left = NOTHING_LEFT
         self._covariances = problem.covariances
 
@@ -81,7 +82,7 @@ class MapCausal:
         rows.push(seen, self.statures, given)
         located = self._locate(seen)
         rows.poses[-1], rows.places[-1] = located.pose, located.places
-        if rows.frames > START_FRAMES and np.isnan(rows.given_poses[-3:-1, 0]).any():
+        if rows.frames > START_FRAMES and math.isnan(rows.given_poses[-3, 0] + rows.given_poses[-2, 0]):
             return self._settle()
         return FrameEstimate(
             pose=located.pose, positions=located.places, converged=True, **self._report_located(located)
@@ -90,9 +91,6 @@ class MapCausal:
     def _locate(self, seen: Sightings) -> Located:
         """The newest frame's pose and places by what was known before it."""
         rows, past = self._rows, slice(-1 - PAST, -1)
-        if self.learns and not np.isnan(rows.given_poses[-2, 0]):
-            known = rows.places[past], rows.poses[past]
-            self._learned = learn(*known, self._walk, self._learned, self._lessons)
         return locate(
             *seen,
             *self.statures,
@@ -100,8 +98,9 @@ class MapCausal:
             rows.poses[past],
             rows.given[-1],
             rows.given_poses[-1],
-            self._learned,
-            self._lessons.variances,
+            self._walk,
+            self._lessons,
+            self.learns and not math.isnan(rows.given_poses[-2, 0]),
         )
 
     def _settle(self) -> FrameEstimate:
@@ -126,8 +125,8 @@ class MapCausal:
         pose, seen, noise, std = located.pose, located.seen, located.noise, located.std
         sigma = np.zeros((3, 3))
         if np.isnan(self._rows.given_poses[-1, 0]):
-            normal = located.expected, std, located.own, located.yaw_information
-            sigma = pose_covariance(pose, seen, noise, *normal)
+            _, hessian = linearise_people(pose, seen, noise, located.expected, std)
+            sigma[:] = np.linalg.inv(hessian + located.own)
         places = position_covariances(pose, sigma, seen, noise, std)
         return {"pose_covariance": sigma, "position_covariances": places}
 

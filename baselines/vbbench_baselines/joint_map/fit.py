@@ -7,30 +7,27 @@ import argparse
 import json
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
-from vbbench.generator import Look, Options, Plan
+from vbbench.generator import Options, Plan
 from vbbench.registry import load
 from vbbench.tables import write_text_atomically
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.priors.likelihood import fit_cauchy, fit_walks, log_likelihood
-from vbbench_baselines.joint_map.priors.walks import Walks, turns_of, walks_of
+from vbbench_baselines.joint_map.priors.likelihood import fit_walks, log_likelihood
+from vbbench_baselines.joint_map.priors.turns import Turns, fit_head, turns_of
+from vbbench_baselines.joint_map.priors.walks import Walks, walks_of
 
 RECORDINGS = ("hotel", "eth")
 """Splits fitted on unless others are named: recordings annotated frame by frame."""
-LOOKS: tuple[Look, ...] = ("motion", "wander")
 LEAST_NU = 3.0
 SIMULATED, OBSERVERS = 60, 60
 """Sequences of a simulated split that are walked through, and observers whose yaw is followed."""
 
 
-def fit(
-    splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU, looks: Sequence[Look] = LOOKS
-) -> tuple[Prior, list[dict[str, Any]]]:
+def fit(splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU) -> tuple[Prior, list[dict[str, Any]]]:
     """The motion prior of greatest likelihood on some splits, and what it was fitted on.
 
     Parameters
@@ -38,7 +35,6 @@ def fit(
     splits : names of splits; each counts the same, however many people it has.
     seed : of simulated splits, so that they can be others than those tested.
     least_nu : ν is kept at or above it.
-    looks : how observers look about, half of the yaws each way.
 
     Raises
     ------
@@ -52,21 +48,21 @@ def fit(
     if len(rates) > 1:
         raise VbbenchError(f"a prior is fitted on splits of one frame rate, not {sorted(rates)} seconds a frame")
     crowds = {split: walks_of(plan, SIMULATED) for split, plan in plans.items()}
-    turns = {split: turns_of(split, looks, seed, OBSERVERS) for split in plans}
+    turns = {split: turns_of(split, seed, OBSERVERS) for split in plans}
     prior = fit_walks(list(crowds.values()), Prior(dt=rates.pop()), least_nu)
-    prior = replace(prior, yaw_scale=fit_cauchy(list(turns.values())))
+    prior = fit_head(list(turns.values()), prior)
     facts = [_facts(plans[split], crowds[split], turns[split], prior) for split in plans]
     return prior, facts
 
 
-def _facts(plan: Plan, walks: Walks, turns: FloatArray, prior: Prior) -> dict[str, Any]:
+def _facts(plan: Plan, walks: Walks, turns: Turns, prior: Prior) -> dict[str, Any]:
     return {
         "split": plan.info.split,
         "files": [list(file) for file in plan.info.definition.get("files", [])],
         "seed": plan.info.seed,
         "people": len(walks.first),
         "second_differences": len(walks.order),
-        "yaw_increments": len(turns),
+        "yaw_increments": sum(map(len, turns)),
         "nats_per_second_difference": round(log_likelihood(walks, prior), 4),
     }
 

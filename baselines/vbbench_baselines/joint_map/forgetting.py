@@ -34,7 +34,7 @@ def forget(state: State, anchor: Anchor, walk: Walk, count: int) -> tuple[FloatA
         scene.stature,
         scene.stature_variance,
     )
-    nothing = Anchor(anchor.fixed[count:], state.poses[count:], np.zeros(size), np.zeros((size, size)))
+    nothing = Anchor(anchor.fixed[count:], state.poses[count:], np.zeros(size), np.zeros((size, size)), 0.0)
     weights = _begin_anew(state, walk, count)
     slope, whole = linearise(state.poses, scene, anchor, walk, state.weights, state.yaw_weights)
     rest_slope, rest = linearise(state.poses[count:], shorter, nothing, walk, weights, state.yaw_weights[count:])

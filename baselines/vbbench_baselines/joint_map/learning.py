@@ -17,6 +17,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.heads import Head, evidence
 from vbbench_baselines.joint_map.walks import REACH, Walk, filters_of, innovation
 
 B_STD = 0.3
@@ -37,19 +38,36 @@ class Lessons(NamedTuple):
     normal, slope : [2, 2] and [2] of the equations for b.
     scales : [K + 1, 2] Σ w σ_k² m² and the number of innovations of each person, the observer last.
     variances : [K + 1] σ_k² in m².
+    sigma : [1] σ in m.
+    odds : [1] what is added to the logarithm of the odds that the head follows.
     """
 
     normal: FloatArray
     slope: FloatArray
     scales: FloatArray
     variances: FloatArray
+    sigma: FloatArray
+    odds: FloatArray
 
 
 def nothing_learned(people: int, walk: Walk) -> Lessons:
     """Before anything is revealed of ``people`` and the observer."""
     normal = np.eye(2) / B_STD**2
     b = np.array((-2.0 - walk.filters[REACH, 1], -walk.filters[REACH, 4]))
-    return Lessons(normal, normal @ b, np.zeros((people + 1, 2)), np.full(people + 1, walk.sigma**2))
+    scales, variances = np.zeros((people + 1, 2)), np.full(people + 1, walk.sigma**2)
+    return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(1))
+
+
+@kernel
+def taught(fitted: Walk, lessons: Lessons) -> Walk:
+    """The prior ``fitted`` with what was learned."""
+    b1, b2 = np.linalg.solve(lessons.normal, lessons.slope)
+    b2 = min(max(b2, -STATIONARY), STATIONARY)
+    b1 = min(max(b1, -STATIONARY * (1.0 - b2)), STATIONARY * (1.0 - b2))
+    filters, spreads = filters_of(b1, b2, fitted.spreads[1])
+    head = fitted.head
+    head = Head(head.gain, head.slow, head.following, head.wandering, head.odds + lessons.odds[0])
+    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, head)
 
 
 @kernel
@@ -62,17 +80,17 @@ def known_before(places: FloatArray) -> int:
 
 
 @kernel
-def learn(places: FloatArray, poses: FloatArray, fitted: Walk, walk: Walk, lessons: Lessons) -> Walk:
-    """Learn from the newest of the revealed places [n, K, 2] and poses [n, 3].
-
-    ``fitted`` is the prior, ``walk`` what was made of it so far; what is made of it now is returned.
-    """
+def learn(places: FloatArray, poses: FloatArray, fitted: Walk, lessons: Lessons) -> None:
+    """Learn from the newest of the revealed places [n, K, 2] and poses [n, 3]."""
+    walk = taught(fitted, lessons)
     for k in range(len(lessons.scales)):
         walked = poses[:, :2] if k == len(lessons.scales) - 1 else places[:, k]
         count = known_before(walked)
         if count >= 3:
             _count(walked[len(walked) - count :], k, walk, lessons)
-    return _conclude(fitted, lessons)
+    if known_before(poses[:, :2]) >= 2:
+        lessons.odds[0] += evidence(poses[-2:], fitted.head)
+    _conclude(fitted, lessons)
 
 
 @kernel
@@ -93,8 +111,8 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
 
 
 @kernel
-def _conclude(fitted: Walk, lessons: Lessons) -> Walk:
-    """The walk that follows; everybody's σ_k² are renewed."""
+def _conclude(fitted: Walk, lessons: Lessons) -> None:
+    """Renew σ and everybody's σ_k²."""
     sigma_precision, people = SIGMA_PEOPLE / fitted.sigma**2, SIGMA_PEOPLE
     for k in range(len(lessons.scales)):
         if lessons.scales[k, 1] > 0.0:
@@ -104,8 +122,4 @@ def _conclude(fitted: Walk, lessons: Lessons) -> Walk:
     for k in range(len(lessons.scales)):
         total, count = lessons.scales[k]
         lessons.variances[k] = (fitted.a0 * variance + total) / (fitted.a0 + 2.0 * count)
-    b1, b2 = np.linalg.solve(lessons.normal, lessons.slope)
-    b2 = min(max(b2, -STATIONARY), STATIONARY)
-    b1 = min(max(b1, -STATIONARY * (1.0 - b2)), STATIONARY * (1.0 - b2))
-    filters, spreads = filters_of(b1, b2, fitted.spreads[1])
-    return Walk(filters, spreads, np.sqrt(variance), fitted.nu, fitted.a0, fitted.yaw_scale)
+    lessons.sigma[0] = np.sqrt(variance)

@@ -12,6 +12,7 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.forgetting import forget
+from vbbench_baselines.joint_map.heads import evidence
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.state import State
@@ -26,15 +27,16 @@ class Left(NamedTuple):
 
     Attributes
     ----------
-    poses, slope, information : [n, 3], [3n] and [3n, 3n], as in `Anchor`.
+    poses, slope, information, odds : [n, 3], [3n], [3n, 3n] and one, as in `Anchor`.
     """
 
     poses: FloatArray
     slope: FloatArray
     information: FloatArray
+    odds: float
 
 
-NOTHING_LEFT = Left(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)))
+NOTHING_LEFT = Left(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), 0.0)
 
 
 def hold(fixed: BoolArray, poses: FloatArray, left: Left) -> Anchor:
@@ -44,12 +46,13 @@ def hold(fixed: BoolArray, poses: FloatArray, left: Left) -> Anchor:
     centre[:known] = left.poses
     slope[: 3 * known] = left.slope
     information[: 3 * known, : 3 * known] = left.information
-    return Anchor(fixed, centre, slope, information)
+    return Anchor(fixed, centre, slope, information, left.odds)
 
 
 def leave(state: State, anchor: Anchor, walk: Walk, count: int) -> Left:
     """What the first ``count`` frames of a solved window leave behind."""
-    return Left(state.poses[count:], *forget(state, anchor, walk, count))
+    odds = anchor.odds + evidence(state.poses[: count + 1], walk.head)
+    return Left(state.poses[count:], *forget(state, anchor, walk, count), odds)
 
 
 def settle_held(

@@ -1,9 +1,10 @@
 """One frame on a known past: everybody foreseen by the autoregression, then one robust fit of the pose.
 
 This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what
-the filter foresees, p_k, so that a weighted problem is that of `vbbench_baselines.ego_motion.fit_pose`, whose minimum
-over all poses is exact. The weights are those of `vbbench_baselines.joint_map.walks`, and those of a Cauchy
-distribution for the turn since the frame before. What the walks are like is learned from the past, too
+`vbbench_baselines.joint_map.foresight` expects, p_k, so that a weighted problem but for the head is that of
+`vbbench_baselines.ego_motion.fit_pose`, whose minimum over all poses is exact: there the search starts. Gauss–Newton
+steps with the weights of `vbbench_baselines.joint_map.walks` and the head's
+(`vbbench_baselines.joint_map.heads`) lead on. What the walks are like is learned from the past, too
 (`vbbench_baselines.joint_map.learning`).
 """
 
@@ -14,80 +15,24 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.ego_motion import VAGUE, fit_pose
-from vbbench_baselines.joint_map.learning import known_before
+from vbbench_baselines.joint_map.foresight import foresee_all
+from vbbench_baselines.joint_map.heads import add_curvature, add_slope, surprise, turn, weigh
+from vbbench_baselines.joint_map.learning import Lessons, learn, taught
 from vbbench_baselines.joint_map.sighted import FLOOR, farther
 from vbbench_baselines.joint_map.walks import REACH, Walk
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.motion import ANCHOR_STD
 from vbbench_baselines.sightings import measure
+from vbbench_baselines.uncertainty import linearise_people
 
 PAST = REACH + 1
 """Frames before the newest that tell of it."""
 
-ROUNDS = 10
-"""Most times the weights are renewed."""
+ROUNDS, LONGEST = 20, 0.2
+"""Most steps, and the longest, in m and rad."""
 
 TOLERANCE = 2e-4
-"""In m and rad; the rounds end when the pose moves less."""
-
-
-@kernel
-def foresee(places: FloatArray, walk: Walk, variance: float) -> tuple[float, float, float]:
-    """Where a walk [n, 2] with σ_k² = ``variance`` goes next, and its standard deviation, in m; NaN = unknown.
-
-    One unknown frame at the end is foreseen first, and its error carried on.
-    """
-    known = known_before(places)
-    if known > 0:
-        return _continue(places, min(known, REACH), walk, variance)
-    known = known_before(places[:-1])
-    if known == 0:
-        return np.nan, np.nan, np.nan
-    filled = places.copy()
-    filled[-1, 0], filled[-1, 1], before = _continue(places[:-1], min(known, REACH), walk, variance)
-    order = min(known + 1, REACH)
-    x, y, std = _continue(filled, order, walk, variance)
-    return x, y, np.sqrt(std**2 + (walk.filters[order, 1] * before) ** 2)
-
-
-@kernel
-def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tuple[float, float, float]:
-    """`foresee` by the filter of this order; so many frames at the end of places [n, 2] are known."""
-    n, x, y = len(places), 0.0, 0.0
-    for d in range(1, order + 1):
-        x -= walk.filters[order, d] * places[n - d, 0]
-        y -= walk.filters[order, d] * places[n - d, 1]
-    return x, y, walk.spreads[order] * (1.0 if order == 1 else np.sqrt(variance))
-
-
-@kernel
-def foresee_all(
-    places: FloatArray, poses: FloatArray, given: FloatArray, walk: Walk, variances: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Where everybody is expected at t.
-
-    Parameters
-    ----------
-    places, poses : [n, K, 2] and [n, 3] of the n frames before t; NaN = unknown.
-    given : [K, 2] places at t, NaN = not given.
-    variances : [K + 1] σ_k² in m² of the people and the observer.
-
-    Returns
-    -------
-    [K, 2] and [K] expected places and their standard deviations in m, [3] the observer's pose and its own in m.
-    """
-    people = len(given)
-    expected, std = np.empty((people, 2)), np.empty(people)
-    for k in range(people):
-        if np.isnan(given[k, 0]):
-            expected[k, 0], expected[k, 1], std[k] = foresee(places[:, k], walk, variances[k])
-        else:
-            expected[k], std[k] = given[k], ANCHOR_STD
-    pose = poses[-1].copy()
-    if np.isnan(pose[0]):
-        return expected, std, np.zeros(3), np.inf
-    pose[0], pose[1], own = foresee(poses[:, :2], walk, variances[-1])
-    return expected, std, pose, own
+"""In m and rad; a step shorter than this is the last."""
 
 
 class Located(NamedTuple):
@@ -96,8 +41,8 @@ class Located(NamedTuple):
     Attributes
     ----------
     pose, places : [3], [K, 2] (NaN = not observed).
-    seen, noise, expected, std, own, yaw_information : the normal terms that were minimised in the end, as `fit_pose`
-        takes them.
+    seen, noise, expected, std : the normal terms that were minimised in the end, as `fit_pose` takes them.
+    own : [3, 3] the information that the observer's own walk and head add.
     """
 
     pose: FloatArray
@@ -106,8 +51,7 @@ class Located(NamedTuple):
     noise: FloatArray
     expected: FloatArray
     std: FloatArray
-    own: float
-    yaw_information: float
+    own: FloatArray
 
 
 @kernel
@@ -121,51 +65,85 @@ def locate(
     poses: FloatArray,
     given: FloatArray,
     known: FloatArray,
-    walk: Walk,
-    variances: FloatArray,
+    fitted: Walk,
+    lessons: Lessons,
+    learns: bool,
 ) -> Located:
     """The pose and everybody's places at t.
 
     Parameters
     ----------
     rays, sideways, stretch, stature, stature_variance : as `vbbench_baselines.sightings.measure` takes them.
-    places, poses, given, walk, variances : as of `foresee_all`.
+    places, poses, given : as of `foresee_all`.
     known : [3] the pose where it is given, else NaN.
+    fitted, lessons : the prior, and what was learned of it, to which the newest revealed frame adds if it ``learns``.
     """
+    if learns:
+        learn(places, poses, fitted, lessons)
+    walk = taught(fitted, lessons)
     relative, covariance = measure(rays, sideways, stretch, stature, stature_variance)
     covariance[:, 0] += FLOOR**2
     covariance[:, 2] += FLOOR**2
-    expected, std, walk_pose, own = foresee_all(places, poses, given, walk, variances)
-    seen, noise = relative.copy(), covariance.copy()
-    pose, last = known.copy(), np.full(3, np.inf)
-    free, nu = np.isnan(known[2]), walk.nu
-    _linearise_boxes(relative, covariance, expected, walk_pose if free else known, seen, noise)
-    spread, own_spread, found = std.copy(), own, expected
-    yaw_information = VAGUE if np.isinf(own) else max(1.0 / walk.yaw_scale**2, VAGUE)
+    expected, std, walk_pose, own_std = foresee_all(places, poses, given, walk, lessons.variances)
+    seen, noise, spread = relative.copy(), covariance.copy(), std.copy()
+    free = np.isnan(known[2])
+    pose = walk_pose if free else known.copy()
+    _linearise_boxes(relative, covariance, expected, pose, seen, noise)
+    if free:
+        facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
+        pose = fit_pose(seen, noise, expected, spread, walk_pose, own_std, facing)
+    own = np.diag(np.full(3, VAGUE))
     for _ in range(ROUNDS):
-        if free:
-            pose = fit_pose(seen, noise, expected, spread, walk_pose, own_spread, yaw_information)
         found = localise(pose, seen, noise, expected, spread)
-        if np.max(np.abs(pose - last)) < TOLERANCE:
-            break
-        last = pose
-        for k in range(len(std)):
-            if std[k] > ANCHOR_STD:
-                squared = ((found[k, 0] - expected[k, 0]) ** 2 + (found[k, 1] - expected[k, 1]) ** 2) / std[k] ** 2
-                if not np.isnan(squared):
-                    spread[k] = std[k] * np.sqrt((nu + squared) / (nu + 2.0))
-        squared = ((pose[0] - walk_pose[0]) ** 2 + (pose[1] - walk_pose[1]) ** 2) / own**2
-        if free and not np.isnan(squared):
-            own_spread = own * np.sqrt((nu + squared) / (nu + 2.0))
-            yaw_information = max(2.0 / (walk.yaw_scale**2 + turn_between(walk_pose[2], pose[2]) ** 2), VAGUE)
+        _spread(found, expected, std, walk.nu, spread)
         _linearise_boxes(relative, covariance, found, pose, seen, noise)
-    return Located(pose, found, seen, noise, expected, spread, own_spread, yaw_information)
+        if not free:
+            break
+        slope, own = own_terms(pose, poses[-1], walk_pose, own_std, walk)
+        gradient, hessian = linearise_people(pose, seen, noise, expected, spread)
+        step = -np.linalg.solve(hessian + own, gradient + slope)
+        length = np.max(np.abs(step))
+        pose = pose + step * min(1.0, LONGEST / max(length, LONGEST))
+        if length < TOLERANCE:
+            break
+    pose[2] = (pose[2] + np.pi) % (2.0 * np.pi) - np.pi
+    return Located(pose, localise(pose, seen, noise, expected, spread), seen, noise, expected, spread, own)
 
 
 @kernel
-def turn_between(before: float, now: float) -> float:
-    """From one yaw to another the short way round, in rad."""
-    return float((now - before + np.pi) % (2.0 * np.pi) - np.pi)
+def own_terms(
+    pose: FloatArray, before: FloatArray, walk_pose: FloatArray, std: float, walk: Walk
+) -> tuple[FloatArray, FloatArray]:
+    """Gradient [3] and Hessian [3, 3] of the observer's walk, expected at ``walk_pose`` within ``std``, and head."""
+    gradient, hessian = np.zeros(3), np.diag(np.full(3, VAGUE))
+    if np.isinf(std):
+        return gradient, hessian
+    off = pose[:2] - walk_pose[:2]
+    precision = (walk.nu + 2.0) / (walk.nu * std**2 + off @ off)
+    gradient[:2] += precision * off
+    hessian[0, 0] += precision
+    hessian[1, 1] += precision
+    pair = np.stack((before, pose))
+    away, moved, _ = turn(pair[0], pair[1], walk.head)
+    weights, slope, curvature = np.zeros((2, 2)), np.zeros(6), np.zeros((6, 6))
+    follows, wanders = surprise(away, moved, walk.head)
+    weights[1] = weigh(away, moved, walk.head.odds + wanders - follows, walk.head)
+    add_slope(pair, walk.head, weights, slope)
+    add_curvature(pair, walk.head, weights, curvature)
+    for i in range(3):
+        for j in range(3):
+            hessian[i, j] += curvature[min(3 + i, 3 + j), max(3 + i, 3 + j)]
+    return gradient + slope[3:], hessian
+
+
+@kernel
+def _spread(found: FloatArray, expected: FloatArray, std: FloatArray, nu: float, spread: FloatArray) -> None:
+    """Write the standard deviations [K] of the normal laws that touch everybody's at ``found`` [K, 2]."""
+    for k in range(len(std)):
+        if std[k] > ANCHOR_STD:
+            squared = ((found[k, 0] - expected[k, 0]) ** 2 + (found[k, 1] - expected[k, 1]) ** 2) / std[k] ** 2
+            if not np.isnan(squared):
+                spread[k] = std[k] * np.sqrt((nu + squared) / (nu + 2.0))
 
 
 @kernel

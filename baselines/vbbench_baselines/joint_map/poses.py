@@ -3,8 +3,7 @@
 Everybody eliminated (`vbbench_baselines.joint_map.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
 (I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
 the whole problem in poses and places together. It is x and not y that G turns about c: M turns with the camera, too.
-The observer is a walker whose place is c itself. A Cauchy distribution of yaw increments d with scale γ counts as the
-normal one with precision 2/(γ² + d²) that touches it.
+The observer is a walker whose place is c itself, and a head that turns (`vbbench_baselines.joint_map.heads`).
 """
 
 from typing import NamedTuple
@@ -14,6 +13,7 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.banded import BAND, invert
+from vbbench_baselines.joint_map.heads import add_curvature, add_slope
 from vbbench_baselines.joint_map.people import Person, Scene, axes_of, eliminate
 from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
 
@@ -26,12 +26,14 @@ class Anchor(NamedTuple):
     fixed : [T] whether the pose is given.
     poses, slope, information : [T, 3], [3T] and [3T, 3T] what is kept of frames before, sᵀd + ½ dᵀΛd with d the poses'
         distance from ``poses``.
+    odds : what they added to the logarithm of the odds that the head follows.
     """
 
     fixed: BoolArray
     poses: FloatArray
     slope: FloatArray
     information: FloatArray
+    odds: float
 
 
 @kernel
@@ -43,7 +45,7 @@ def linearise(
     Parameters
     ----------
     weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
-    yaw_weights : [T] precisions in 1/rad² of the yaw increments up to each frame.
+    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`vbbench_baselines.joint_map.heads`).
     """
     people = eliminate_all(poses, scene, walk, weights)
     gradient = gradient_of(people, poses, anchor, walk, weights[-1], yaw_weights)
@@ -73,10 +75,7 @@ def gradient_of(
                 gradient[3 * i + a] += band[i, d] * poses[i - d, a]
                 if d > 0:
                     gradient[3 * (i - d) + a] += band[i, d] * poses[i, a]
-    for t in range(1, frames):
-        slope = yaw_weights[t] * (poses[t, 2] - poses[t - 1, 2])
-        gradient[3 * t + 2] += slope
-        gradient[3 * t - 1] -= slope
+    add_slope(poses, walk.head, yaw_weights, gradient)
     for person in people:
         _add_gradient(person, poses, gradient)
     for t in range(frames):
@@ -98,11 +97,7 @@ def hessian_of(
         for d in range(min(i, REACH) + 1):
             hessian[3 * (i - d), 3 * i] += band[i, d]
             hessian[3 * (i - d) + 1, 3 * i + 1] += band[i, d]
-    for t in range(1, frames):
-        here, before = 3 * t + 2, 3 * t - 1
-        hessian[here, here] += yaw_weights[t]
-        hessian[before, before] += yaw_weights[t]
-        hessian[before, here] -= yaw_weights[t]
+    add_curvature(poses, walk.head, yaw_weights, hessian)
     for person in people:
         invert(person.lower, inverse)
         _add_hessian(person, poses, inverse, hessian)

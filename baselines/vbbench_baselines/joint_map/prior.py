@@ -52,7 +52,10 @@ class Prior:
     sigma : σ in m: the typical scale of an innovation, each component.
     nu : ν, degrees of freedom of the innovations; inf = normal.
     a0 : a_0, how alike persons are: σ counts as much as so many squared innovation components; inf = all alike.
-    yaw_scale : scale in rad of the Cauchy distribution of yaw increments between frames; inf = no such prior.
+    yaw_scale : γ, scale in rad of the Cauchy distribution of the turns of a head that wanders; inf = no such prior.
+    lag : in s; how soon a head that follows the path looks where its bearer walks.
+    follow_scale : γ_f, scale in rad of the Cauchy distribution of what such a head is off.
+    following : p_0, the share of heads that follow; 0 = no such heads.
     speed : in m/s, standard deviation of a velocity component of somebody of whom nothing is known.
     """
 
@@ -62,6 +65,9 @@ class Prior:
     nu: float = 6.0
     a0: float = 8.0
     yaw_scale: float = 0.03
+    lag: float = 0.8
+    follow_scale: float = 0.02
+    following: float = 0.0
     speed: float = 0.9
 
     @property
@@ -72,7 +78,8 @@ class Prior:
     def at(self, dt: float) -> "Prior":
         """The prior at another frame rate: accelerations and turning speeds keep their size, b and ν their values."""
         ratio = dt / self.dt
-        return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=self.yaw_scale * ratio)
+        yaw_scale, follow_scale = self.yaw_scale * ratio, self.follow_scale * ratio
+        return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=yaw_scale, follow_scale=follow_scale)
 
 
 PRIORS = ("default", "without-hotel", "without-eth")

@@ -11,6 +11,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.heads import judge
 from vbbench_baselines.joint_map.people import Scene, axes_of, misfit
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.sighted import farther
@@ -23,7 +24,7 @@ class State(NamedTuple):
     Attributes
     ----------
     poses, places, heights : [T, 3], [T, K, 2] (NaN where unknown) and [K].
-    weights, yaw_weights : [K + 1, T] and [T], see `vbbench_baselines.joint_map.poses.linearise`.
+    weights, yaw_weights : [K + 1, T] and [T, 2], see `vbbench_baselines.joint_map.poses.linearise`.
     variances : [K + 1] σ_k² in m².
     scene : what was known, with the boxes' noise that belongs to these distances.
     improbable : the deviance but for that of boxes and given places; NaN as long as somebody's place is unknown.
@@ -67,11 +68,8 @@ def believe(
     if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
         variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
         total += improbable
-    yaw_weights = np.zeros(frames)
-    for t in range(1, frames):
-        squared = (poses[t, 2] - poses[t - 1, 2]) ** 2
-        yaw_weights[t] = 2.0 / (walk.yaw_scale**2 + squared)
-        total += np.log(1.0 + squared / walk.yaw_scale**2)
+    yaw_weights = np.empty((frames, 2))
+    total += judge(poses, walk.head, anchor.odds, yaw_weights)
     scene = rescaled(boxes, poses, places, heights)
     return State(poses, places, heights, weights, yaw_weights, variances, scene, total)
 

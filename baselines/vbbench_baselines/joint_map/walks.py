@@ -16,10 +16,14 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.heads import Head
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
 REACH = 4
 """Frames that an innovation looks back."""
+
+SLOW = 0.3
+"""In m/s: ρ_0 of `vbbench_baselines.joint_map.heads`; slower people stand."""
 
 SETTLED_SCALE = 1e-3
 """Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
@@ -35,7 +39,7 @@ class Walk(NamedTuple):
     filters : [5, 5] coefficients of x_t, x_{t−1}, … x_{t−4} of the innovation of order 0 to 4 (0: none).
     spreads : [5] κ of each order; of order 1, the velocity, the standard deviation in m of a displacement.
     sigma, nu, a0 : σ in m, ν, a_0.
-    yaw_scale : in rad.
+    head : how the observer's head turns.
     """
 
     filters: FloatArray
@@ -43,15 +47,17 @@ class Walk(NamedTuple):
     sigma: float
     nu: float
     a0: float
-    yaw_scale: float
+    head: Head
 
 
 def walk_of(prior: Prior, dt: float) -> Walk:
     """The numbers of ``prior`` at frames of ``dt`` seconds."""
     prior = prior.at(dt)
     nu, a0, yaw_scale = (min(value, most) for value, most in ((prior.nu, 1e9), (prior.a0, 1e9), (prior.yaw_scale, 1e6)))
+    odds = np.log(prior.following / (1.0 - prior.following)) if prior.following > 0.0 else -np.inf
+    head = Head(1.0 - np.exp(-dt / prior.lag), SLOW * dt, prior.follow_scale, yaw_scale, odds)
     filters, spreads = filters_of(*prior.b, prior.speed * dt)
-    return Walk(filters, spreads, prior.sigma, nu, a0, yaw_scale)
+    return Walk(filters, spreads, prior.sigma, nu, a0, head)
 
 
 @kernel

@@ -22,9 +22,6 @@ from vbbench_baselines.joint_map.priors.walks import Walks
 GRID = np.arange(2.0 * np.log(1e-4), 2.0 * np.log(3.0), 0.2)
 """ln s² of the integral, s from 0.1 mm to 3 m."""
 
-SMALLEST_TURN = 1e-4
-"""Least scale in rad of yaw increments; people who stand look where they looked, exactly."""
-
 SIGMA_RANGE, MOST_NU, A0_RANGE = (1e-3, 1.0), 100.0, (0.5, 200.0)
 """Beyond these the distributions cannot be told from their limits."""
 
@@ -97,16 +94,3 @@ def _unpack(v: FloatArray, others: Prior) -> Prior:
     sigma, nu, a0 = np.exp(v[2:])
     b = (float(r1 * (1.0 - r2)), float(r2))
     return replace(others, b=b, sigma=float(sigma), nu=float(nu), a0=float(a0))
-
-
-def fit_cauchy(turns: Sequence[FloatArray]) -> float:
-    """The scale of a Cauchy distribution about zero under which increments are most likely; each array counts the same.
-
-    The scale s solves mean 2x²/(x² + s²) = 1.
-    """
-    low, high = SMALLEST_TURN, 2.0 * np.pi
-    while high / low > 1.0 + 1e-9:
-        middle = float(np.sqrt(low * high))
-        excess = np.mean([np.mean(2.0 * x * x / (x * x + middle * middle)) for x in turns]) - 1.0
-        low, high = (middle, high) if excess > 0.0 else (low, middle)
-    return low

@@ -1,4 +1,4 @@
-"""What a motion prior is fitted on: second differences of true walks, and increments of true yaws."""
+"""What a motion prior is fitted on: second differences of true walks."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench.generator import Look, Options, Plan
-from vbbench.geometry import wrap_angle
-from vbbench.registry import load
+from vbbench.generator import Plan
 from vbbench.scene import Scene
 
 STANDING = 0.5
@@ -57,20 +55,6 @@ def gather(scenes: Iterable[Scene]) -> Walks:
         first=np.cumsum([0, *lengths[:-1]], dtype=np.int64),
         speed=float(np.concatenate(squares).mean()),
     )
-
-
-def turns_of(split: str, looks: Iterable[Look], seed: int, most: int) -> FloatArray:
-    """[M] yaw increments in rad of about ``most`` observers of a split, spread over it, under each way of looking.
-
-    An observer's first increment is left out: nobody has a heading before the first step.
-    """
-    turns: list[FloatArray] = []
-    for look in looks:
-        plan: Plan = load("generator", split).plan(Options(seed=seed, look=look))
-        chosen = range(0, len(plan), max(len(plan) // most, 1))
-        turns += [wrap_angle(np.diff(plan.build(index).truth.poses[1:, 2])) for index in chosen]
-    gathered = np.concatenate(turns)
-    return gathered[np.isfinite(gathered)]
 
 
 def _built_scenes(plan: Plan, most: int) -> Iterator[Scene]:
