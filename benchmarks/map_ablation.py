@@ -37,14 +37,16 @@ def variants(case: Case) -> Iterator[tuple[str, Prior, dict[str, Any]]]:
     yield "everything", whole, {}
     yield "prior of the split itself", get_prior(f"without-{OTHERS[case.split][0]}"), {}
     yield "prior of both", get_prior("default"), {}
-    yield "the prototype's prior", replace(Prior(), yaw_scale=whole.yaw_scale, speed=whole.speed), {}
+    first = Prior()
+    yield "the prototype's walks", replace(whole, b=first.b, sigma=first.sigma, nu=first.nu, a0=first.a0), {}
     yield "normal innovations, not Student-t", without("nu", nu=MOST_NU), {}
     yield "constant velocity, no autoregression", without("b", b=(0.0, 0.0)), {}
     yield "everybody alike, no own scale", without("a0", a0=A0_RANGE[1]), {}
     students = walks_of(load("generator", "students").plan(Options()), 0)
     yield "fitted on the interpolated Students", replace(fit_walks([students], whole, LEAST_NU), speed=whole.speed), {}
-    yield "no prior on yaw", replace(whole, yaw_scale=np.inf), {}
-    yield "yaw prior of heads that follow the walk", replace(whole, yaw_scale=0.02), {}
+    yield "no head follows the path", replace(whole, following=0.0), {}
+    yield "no prior on yaw", replace(whole, following=0.0, yaw_scale=np.inf), {}
+    yield "heads follow to a milliradian", replace(whole, follow_scale=0.001), {}
     yield "no prior on the speed of strangers", replace(whole, speed=100.0), {}
     yield "distance by box height, not by feet", whole, {"feet": False}
     yield "nothing learned from what is revealed", whole, {"learns": False}

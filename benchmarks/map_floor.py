@@ -1,10 +1,11 @@
 """The floor of the joint solvers: the least error that boxes and the motion prior allow (Cramér–Rao, after van Trees).
 
 All residuals of a sequence are linearised at the truth and their expected information is summed: boxes count N⁻¹, an
-innovation (ν + 2)/((ν + 4)σ_k²) an axis, the Fisher information of a Student-t distribution in the plane, a yaw
-increment 1/2γ², that of a Cauchy distribution. Frame after frame is added and what is older than the prior remembers is
-eliminated, so that one pass gives the covariance of the newest frame given all before it. An error with the covariance
-Σ then has the mean √(2/π)·σ in yaw, and √(2λ_1/π)·E(1 − λ_2/λ_1) in the plane, E the complete elliptic integral.
+innovation (ν + 2)/((ν + 4)σ_k²) an axis, the Fisher information of a Student-t distribution in the plane, a turn of the
+head 1/2γ_f², that of a Cauchy distribution (1/2γ² if no head is believed to follow). Frame after frame is added
+and what is older than the prior remembers is eliminated, so that one pass gives the covariance of the newest frame
+given all before it. An error with the covariance Σ then has the mean √(2/π)·σ in yaw, and √(2λ_1/π)·E(1 − λ_2/λ_1) in
+the plane, E the complete elliptic integral.
 
 ``python -m benchmarks.map_floor [--sequences 60] [--jobs 2]`` prints the tables of docs/map-solver.md.
 """
@@ -27,6 +28,7 @@ from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_frames, scored_positions
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem
+from vbbench_baselines.joint_map.heads import Head, turn
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.sighted import sight_boxes, statures_of
 from vbbench_baselines.joint_map.walks import Walk, reweigh, walk_of
@@ -117,6 +119,7 @@ class Floor:
         out = Spread(poses=np.full((frames, 3, 3), np.nan), positions=np.full((*followed.shape, 2, 2), np.nan))
         for t in range(frames):
             self._add_boxes(information, t, sequence, truth, noise)
+            _add_head(information, t, truth.poses, walk.head)
             _add_walks(information, t, followed, precision, walk)
             _anchor(information, t, ~np.isnan(given.poses[t, 0]), ~np.isnan(given.positions[t, :, 0]))
             first = 0 if self.batch else max(t + 1 - reach, 0)
@@ -159,9 +162,6 @@ class Floor:
                 jacobian[:, 5] = relative[k] / truth.heights[k]
             where = [information.place(t, None), [information.begin[t] + 2], information.place(t, k)]
             information.add([*where, [information.heights[k]]], jacobian, np.linalg.inv(noise[t, k]))
-        if t > 0:
-            yaws = [information.begin[t] + 2], [information.begin[t - 1] + 2]
-            information.add([*yaws], np.array(((1.0, -1.0),)), np.array(((0.5 / self.prior.yaw_scale**2,),)))
 
 
 def _between(observed: BoolArray) -> BoolArray:
@@ -184,6 +184,17 @@ def _add_walks(information: Information, t: int, followed: BoolArray, precision:
         weight = (1.0 if order == 1 else precision[-1 if k is None else k]) / walk.spreads[order] ** 2
         jacobian = np.kron(walk.filters[order, : order + 1], np.eye(2))
         information.add([information.place(t - d, k) for d in range(order + 1)], jacobian, weight * np.eye(2))
+
+
+def _add_head(information: Information, t: int, poses: FloatArray, head: Head) -> None:
+    """The yaw increment up to frame t, of a head that follows the path if any is believed to."""
+    if t == 0:
+        return
+    follows, frames = np.isfinite(head.odds), (t - 1, t)
+    slopes = turn(poses[t - 1], poses[t], head)[2] if follows else np.array((0.0, 0.0, -1.0, 0.0, 0.0, 1.0))
+    where = [indices for i in frames for indices in (information.place(i, None), [information.begin[i] + 2])]
+    scale = head.following if follows else head.wandering
+    information.add(where, slopes[None], np.array(((0.5 / scale**2,),)))
 
 
 def _anchor(information: Information, t: int, pose: bool, people: BoolArray) -> None:
