@@ -267,7 +267,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     print(
-        "| Δr / Δt / Δx | distance by |" + "".join(f" {protocol} |" for protocol in PROTOCOLS) + " batch, sequential |"
+        "| Δx / Δt / Δr (median Δt) | distance by |" + "".join(f" {protocol} |" for protocol in PROTOCOLS) + " batch, sequential |"
     )
     print("|---" * (len(PROTOCOLS) + 3) + "|")
     for split, tier in cases():

@@ -16,7 +16,9 @@ from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.prior import get_prior
 
 TARGETS = {
-    ("hotel", "noisy", "one-step", "map-causal"): (0.053, 0.044),
+    ("hotel", "ideal", "one-step", "map-causal"): (0.038, 0.037),
+    ("eth", "ideal", "one-step", "map-causal"): (0.064, 0.064),
+    ("hotel", "noisy", "one-step", "map-causal"): (0.053, 0.042),
     ("eth", "noisy", "one-step", "map-causal"): (0.090, 0.076),
     ("hotel", "ideal", "sequential", "map-causal"): (0.12, 0.135),
     ("eth", "ideal", "sequential", "map-causal"): (0.18, 0.20),
@@ -27,7 +29,7 @@ TARGETS = {
     ("hotel", "noisy", "sequential", "map-batch"): (0.13, 0.12),
     ("eth", "noisy", "sequential", "map-batch"): (0.19, 0.18),
 }
-"""Mean Δx and Δt in m, to the millimetre; all sequences, panorama, seed 0, with priors that never saw the split."""
+"""Mean Δx and Δt in m; all sequences, panorama, seed 0, with priors that never saw the split."""
 
 LEAST = 0.05
 """Errors in m below which a sequence has not gone astray, however exact the plain fit was."""
@@ -68,7 +70,7 @@ def test_the_figures_are_reached(
 ) -> None:
     means, _ = errors(opened(splits, split, tier), solver, protocol)
     target = TARGETS[split, tier, protocol, solver]
-    reached = means.mean(axis=0).round(3)
+    reached = means.mean(axis=0)
     assert (reached <= target).all(), f"{reached}, to reach {target}"
 
 
