@@ -44,6 +44,7 @@ def variants(case: Case) -> Iterator[tuple[str, Prior, dict[str, Any]]]:
     yield "everybody alike, no own scale", without("a0", a0=A0_RANGE[1]), {}
     students = walks_of(load("generator", "students").plan(Options()), 0)
     yield "fitted on the interpolated Students", replace(fit_walks([students], whole, LEAST_NU), speed=whole.speed), {}
+    yield "an observer who need not be a person", whole, {"ego_prior": False}
     yield "no head follows the path", replace(whole, following=0.0), {}
     yield "no prior on yaw", replace(whole, following=0.0, yaw_scale=np.inf), {}
     yield "heads follow to a milliradian", replace(whole, follow_scale=0.001), {}

@@ -237,3 +237,19 @@ def test_hardly_anybody_in_sight(solver: type[Any], people: int) -> None:
 def run_any(solver: Any, truth: Any, protocol: str, camera: Camera, pixel_std: float = 0.0) -> Estimate:
     assert isinstance(solver, FrameSolver | SequenceSolver)
     return run(solver, truth, protocol, camera, pixel_std)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("solver", [MapCausal, MapBatch])
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_a_robot_need_not_walk_like_a_person(protocol: str, solver: type[Any]) -> None:
+    """An observer that jumps about among people who walk straight on."""
+    errors = np.zeros(2)
+    for seed in range(6):
+        truth, jumps = walk(seed), np.random.default_rng(seed).normal(0.0, 0.3, (8, 3)) * (1.0, 1.0, 0.0)
+        jumps[0] = 0.0
+        truth = replace(truth, poses=truth.poses + jumps)
+        for i, ego_prior in enumerate((False, True)):
+            found = run_any(solver(ego_prior=ego_prior, prior=LOOKING_ABOUT), truth, protocol, CAMERAS[0])
+            errors[i] += np.abs(found.poses[:, :2] - truth.poses[:, :2]).mean()
+    assert errors[0] < 0.8 * errors[1]
+    assert errors[0] < 0.03

@@ -39,7 +39,7 @@ class MapBatch:
 
     Parameters
     ----------
-    prior, feet : as of `MapCausal`.
+    prior, ego_prior, feet : as of `MapCausal`.
     block, stride : in frames.
     rounds : most steps of the descent of a block.
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
@@ -49,6 +49,7 @@ class MapBatch:
     """Variants with a prior that never saw the split."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
+    ego_prior: bool = True
     feet: bool = True
     block: int = 160
     stride: int = 80
@@ -59,7 +60,7 @@ class MapBatch:
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
-        start = MapCausal(prior=self.prior, feet=self.feet)
+        start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet)
         if not np.isnan(given.poses[:-1, 2]).any():
             return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, observations))
         answer = self._descend(replace(start, window=START_WINDOW, rounds=START_ROUNDS), task)
@@ -78,7 +79,8 @@ class MapBatch:
 
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
         """Where the descent ends from where ``start`` leads, block after block."""
-        causal, walk = _walk_through(start, task, covariances=False), walk_of(self.prior, task.problem.dt)
+        causal = _walk_through(start, task, covariances=False)
+        walk = walk_of(self.prior, task.problem.dt, self.ego_prior)
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
         relative, information = _inform_all(task.seen, task.statures.mean)
         answer = _Answer(poses.copy(), np.full_like(causal.positions, np.nan), task.problem.covariances)

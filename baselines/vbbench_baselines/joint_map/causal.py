@@ -38,6 +38,7 @@ class MapCausal:
     Parameters
     ----------
     prior : how people walk.
+    ego_prior : whether the observer is expected to walk like the others, too; off for robots.
     feet : whether boxes tell their distance by their bottom, else by their height.
     learns : whether one-step's revealed past teaches how people walk.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
@@ -49,6 +50,7 @@ class MapCausal:
     """Variants with a prior that never saw the split."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
+    ego_prior: bool = True
     feet: bool = True
     learns: bool = True
     window: int = 12
@@ -60,7 +62,7 @@ class MapCausal:
         """See `vbbench.solver.FrameSolver.start`."""
         people = len(problem.tracks)
         self._eye, self._heights = Eye(problem, self.feet), Heights(problem)
-        self._walk = walk_of(self.prior, problem.dt)
+        self._walk = walk_of(self.prior, problem.dt, self.ego_prior)
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)

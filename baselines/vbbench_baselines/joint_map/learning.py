@@ -55,6 +55,7 @@ def nothing_learned(people: int, walk: Walk) -> Lessons:
     normal = np.eye(2) / B_STD**2
     b = np.array((-2.0 - walk.filters[REACH, 1], -walk.filters[REACH, 4]))
     scales, variances = np.zeros((people + 1, 2)), np.full(people + 1, walk.sigma**2)
+    variances[-1] = walk.own**2
     return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(1))
 
 
@@ -67,7 +68,8 @@ def taught(fitted: Walk, lessons: Lessons) -> Walk:
     filters, spreads = filters_of(b1, b2, fitted.spreads[1])
     head = fitted.head
     head = Head(head.gain, head.slow, head.following, head.wandering, head.odds + lessons.odds[0])
-    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, head)
+    own = lessons.sigma[0] if fitted.own == fitted.sigma else fitted.own
+    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, own, head)
 
 
 @kernel
@@ -114,12 +116,13 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
 def _conclude(fitted: Walk, lessons: Lessons) -> None:
     """Renew σ and everybody's σ_k²."""
     sigma_precision, people = SIGMA_PEOPLE / fitted.sigma**2, SIGMA_PEOPLE
-    for k in range(len(lessons.scales)):
+    walkers = len(lessons.scales) if fitted.own == fitted.sigma else len(lessons.scales) - 1
+    for k in range(walkers):
         if lessons.scales[k, 1] > 0.0:
             sigma_precision += 1.0 / lessons.variances[k]
             people += 1.0
     variance = people / sigma_precision
-    for k in range(len(lessons.scales)):
+    for k in range(walkers):
         total, count = lessons.scales[k]
         lessons.variances[k] = (fitted.a0 * variance + total) / (fitted.a0 + 2.0 * count)
     lessons.sigma[0] = np.sqrt(variance)

@@ -15,7 +15,7 @@ from vbbench_baselines.joint_map.heads import judge
 from vbbench_baselines.joint_map.people import Scene, axes_of, misfit
 from vbbench_baselines.joint_map.poses import Anchor
 from vbbench_baselines.joint_map.sighted import farther
-from vbbench_baselines.joint_map.walks import Walk, reweigh
+from vbbench_baselines.joint_map.walks import Walk, own_walk, reweigh
 
 
 class State(NamedTuple):
@@ -53,6 +53,7 @@ def believe(
     """The state at a point; the search for scales begins with ``variances`` [K + 1]."""
     frames, people = len(poses), len(boxes.first)
     weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
+    weights[-1] = 1.0 / walk.own**2
     off, smooth = (poses - anchor.poses).ravel(), False
     total = float(off @ anchor.slope + 0.5 * off @ (anchor.information @ off))
     for k in range(people):
@@ -66,7 +67,7 @@ def believe(
         variances[k], improbable = reweigh(track, walk, weights[k], variances[k])
         total, smooth = total + improbable, True
     if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
-        variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, weights[-1], variances[-1])
+        variances[-1], improbable = reweigh(poses[:, :2].copy(), own_walk(walk), weights[-1], variances[-1])
         total += improbable
     yaw_weights = np.empty((frames, 2))
     total += judge(poses, walk.head, anchor.odds, yaw_weights)

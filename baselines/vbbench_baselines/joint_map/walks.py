@@ -25,6 +25,9 @@ REACH = 4
 SLOW = 0.3
 """In m/s: ρ_0 of `vbbench_baselines.joint_map.heads`; slower people stand."""
 
+UNKNOWN = 1e3
+"""In m: σ of an observer of whose walk nothing is known."""
+
 SETTLED_SCALE = 1e-3
 """Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
 
@@ -39,6 +42,7 @@ class Walk(NamedTuple):
     filters : [5, 5] coefficients of x_t, x_{t−1}, … x_{t−4} of the innovation of order 0 to 4 (0: none).
     spreads : [5] κ of each order; of order 1, the velocity, the standard deviation in m of a displacement.
     sigma, nu, a0 : σ in m, ν, a_0.
+    own : σ in m of the observer; as of everybody, or `UNKNOWN`.
     head : how the observer's head turns.
     """
 
@@ -47,17 +51,25 @@ class Walk(NamedTuple):
     sigma: float
     nu: float
     a0: float
+    own: float
     head: Head
 
 
-def walk_of(prior: Prior, dt: float) -> Walk:
-    """The numbers of ``prior`` at frames of ``dt`` seconds."""
+def walk_of(prior: Prior, dt: float, ego_prior: bool = True) -> Walk:
+    """The numbers of ``prior`` at frames of ``dt`` seconds; without ``ego_prior`` the observer need not be a person."""
     prior = prior.at(dt)
     nu, a0, yaw_scale = (min(value, most) for value, most in ((prior.nu, 1e9), (prior.a0, 1e9), (prior.yaw_scale, 1e6)))
-    odds = np.log(prior.following / (1.0 - prior.following)) if prior.following > 0.0 else -np.inf
+    following = prior.following if ego_prior else 0.0
+    odds = np.log(following / (1.0 - following)) if following > 0.0 else -np.inf
     head = Head(1.0 - np.exp(-dt / prior.lag), SLOW * dt, prior.follow_scale, yaw_scale, odds)
     filters, spreads = filters_of(*prior.b, prior.speed * dt)
-    return Walk(filters, spreads, prior.sigma, nu, a0, head)
+    return Walk(filters, spreads, prior.sigma, nu, a0, prior.sigma if ego_prior else UNKNOWN, head)
+
+
+@kernel
+def own_walk(walk: Walk) -> Walk:
+    """The numbers with the observer's σ for everybody's."""
+    return Walk(walk.filters, walk.spreads, walk.own, walk.nu, walk.a0, walk.own, walk.head)
 
 
 @kernel
