@@ -266,10 +266,9 @@ def main() -> None:
     parser.add_argument("--sequences", type=int, default=1000)
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
-    print(
-        "| Δx / Δt / Δr (median Δt) | distance by |" + "".join(f" {protocol} |" for protocol in PROTOCOLS) + " batch, sequential |"
-    )
-    print("|---" * (len(PROTOCOLS) + 3) + "|")
+    heads = ["Δx / Δt / Δr (median Δt)", "distance by", *PROTOCOLS, "batch, sequential"]
+    print("| " + " | ".join(heads) + " |")
+    print("|---" * len(heads) + "|")
     for split, tier in cases():
         with tempfile.TemporaryDirectory() as folder:
             dataset = generate(split, Path(folder) / "data", Options(tier=tier), jobs=options.jobs)

@@ -66,10 +66,21 @@ def test_every_point_is_reached_and_says_its_figures() -> None:
     assert float(good.get("cy", 0)) > float(fast.get("cy", 0))
 
 
-def test_names_of_neighbours_keep_apart() -> None:
-    svg = scatter("x", "Δx", "m", [point(f"solver {n}", 0.1 + n * 1e-4, 100.0 + n) for n in range(5)])
-    heights = sorted(float(text.get("y", 0)) for mark in marks(svg) for text in mark.iter(f"{SVG}text"))
-    assert min(np.diff(heights)) >= 14
+@pytest.mark.parametrize("apart", [(1e-4, 1.0), (2e-2, 30.0), (1e-2, -20.0)])
+def test_names_of_neighbours_keep_apart(apart: tuple[float, float]) -> None:
+    points = [point(f"solver {n}", 0.1 + n * apart[0], 200.0 + n * apart[1]) for n in range(5)]
+    boxes = []
+    for drawn in marks(scatter("x", "Δx", "m", points)):
+        text, circle = next(drawn.iter(f"{SVG}text")), next(drawn.iter(f"{SVG}circle"))
+        x, width = float(text.get("x", 0)), 7.0 * len(text.text or "")
+        start = x - width if text.get("text-anchor") == "end" else x
+        boxes.append((start, start + width, float(text.get("y", 0))))
+        across = float(circle.get("cx", 0))
+        boxes.append((across - 5, across + 5, float(circle.get("cy", 0)) + 4))
+    names = boxes[::2]
+    for i, (start, end, height) in enumerate(names):
+        others = [*names[:i], *names[i + 1 :], *boxes[1::2]]
+        assert not any(start < stop and begin < end and abs(height - y) < 14 for begin, stop, y in others)
 
 
 def test_a_chart_has_a_title_and_a_description() -> None:

@@ -10,8 +10,10 @@ _WIDTH, _HEIGHT = 460, 330
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 18, 30, 46
 _LINE_HEIGHT = 15
 _NAME = 22
-_LETTER, _GAP = 7.5, 11
-"""About how wide a letter is, and how far a name stands from its point."""
+_LETTER, _GAP, _SPACE = 7.5, 11, 4
+"""About how wide a letter is, how far a name stands from its point, and how far at least from all else."""
+_RADIUS, _DROP = 5.5, 4
+"""Of a point, and how far below its middle a name's line is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,27 +48,48 @@ def _grid(x: Axis, y: Axis, name: str) -> Iterator[str]:
 
 
 def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) -> Iterator[str]:
-    taken: list[tuple[float, float, float]] = []
+    taken = [_around(x.place(point.micros), y.place(point.error) + _DROP) for point in points]
     for point in sorted(points, key=lambda point: point.error):
         across, up = x.place(point.micros), y.place(point.error)
         low, high = point.ci95
-        height = _free(across, up + 4, len(clip(point.series.solver, _NAME)) * _LETTER, taken)
+        name = clip(point.series.solver, _NAME)
+        start, _, height = place = _free(across, up + _DROP, len(name) * _LETTER, taken)
+        taken.append(place)
         says = (
             f"{point.series.solver}: {metric} {point.error:.4f} {unit}, 95 % interval {low:.4f} to {high:.4f}; "
             f"{point.micros:.0f} µs a frame"
         )
+        left = start < across
         drawn = [
             line(across, y.place(low), across, y.place(high), "bar"),
-            f'<circle cx="{across:.1f}" cy="{up:.1f}" r="5.5"/>',
-            label(across + _GAP, height, clip(point.series.solver, _NAME), "name"),
+            f'<circle cx="{across:.1f}" cy="{up:.1f}" r="{_RADIUS}"/>',
+            label(across + (-_GAP if left else _GAP), height, name, "name", "end" if left else ""),
         ]
         yield mark(point.series, says, drawn)
 
 
-def _free(start: float, height: float, width: float, taken: list[tuple[float, float, float]]) -> float:
-    """The nearest height, upwards, at which no other name stands; ``taken`` has starts, ends and heights."""
-    end = start + width + 2 * _GAP
-    while any(start < other_end and other < end and abs(height - y) < _LINE_HEIGHT for other, other_end, y in taken):
+Place = tuple[float, float, float]
+"""Where something stands: from left to right, and the height of a name there."""
+
+
+def _around(across: float, height: float) -> Place:
+    return across - _RADIUS, across + _RADIUS, height
+
+
+def _free(across: float, height: float, width: float, taken: Sequence[Place]) -> Place:
+    """Where a name fits: right of its point, left of it, or else to the right and as little higher as may be."""
+    right, left = across + _GAP, across - _GAP - width
+    for start in (right, left):
+        if start >= _LEFT and _is_free((start, start + width, height), taken):
+            return start, start + width, height
+    while not _is_free((right, right + width, height), taken):
         height -= 1.0
-    taken.append((start, end, height))
-    return height
+    return right, right + width, height
+
+
+def _is_free(place: Place, taken: Sequence[Place]) -> bool:
+    start, end, height = place
+    return not any(
+        start < other_end + _SPACE and other < end + _SPACE and abs(height - y) < _LINE_HEIGHT
+        for other, other_end, y in taken
+    )
