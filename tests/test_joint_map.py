@@ -234,11 +234,6 @@ def test_hardly_anybody_in_sight(solver: type[Any], people: int) -> None:
     assert np.isfinite(estimate.poses).all()
 
 
-def run_any(solver: Any, truth: Any, protocol: str, camera: Camera, pixel_std: float = 0.0) -> Estimate:
-    assert isinstance(solver, FrameSolver | SequenceSolver)
-    return run(solver, truth, protocol, camera, pixel_std)  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("solver", [MapCausal, MapBatch])
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_a_robot_need_not_walk_like_a_person(protocol: str, solver: type[Any]) -> None:
@@ -253,3 +248,8 @@ def test_a_robot_need_not_walk_like_a_person(protocol: str, solver: type[Any]) -
             errors[i] += np.abs(found.poses[:, :2] - truth.poses[:, :2]).mean()
     assert errors[0] < 0.8 * errors[1]
     assert errors[0] < 0.03
+
+
+def run_any(solver: Any, truth: Any, protocol: str, camera: Camera, pixel_std: float = 0.0) -> Estimate:
+    assert isinstance(solver, FrameSolver | SequenceSolver)
+    return run(solver, truth, protocol, camera, pixel_std)  # type: ignore[arg-type]

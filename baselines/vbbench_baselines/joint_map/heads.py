@@ -18,6 +18,10 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
+from vbbench_baselines.joint_map.prior import Prior
+
+SLOW = 0.3
+"""ρ_0 in m/s; slower people stand."""
 
 
 class Head(NamedTuple):
@@ -36,6 +40,18 @@ class Head(NamedTuple):
     following: float
     wandering: float
     odds: float
+
+
+def head_of(prior: Prior, ego_prior: bool = True) -> Head:
+    """The head of ``prior`` at its frame rate; without ``ego_prior`` none follows: the observer may be no person."""
+    following = prior.following if ego_prior else 0.0
+    return Head(
+        gain=1.0 - np.exp(-prior.dt / prior.lag),
+        slow=SLOW * prior.dt,
+        following=prior.follow_scale,
+        wandering=min(prior.yaw_scale, 1e6),
+        odds=np.log(following / (1.0 - following)) if following > 0.0 else -np.inf,
+    )
 
 
 @kernel
@@ -91,19 +107,18 @@ def judge(poses: FloatArray, head: Head, odds: float, weights: FloatArray) -> fl
 
     ``odds`` is what frames before added to the logarithm of the odds.
     """
-    weights[0], total = 0.0, np.zeros(2)
+    residuals, following, wandering = np.empty((len(poses), 2)), 0.0, 0.0
     for t in range(1, len(poses)):
-        off, moved, _ = turn(poses[t - 1], poses[t], head)
-        follows, wanders = surprise(off, moved, head)
-        total += np.array((follows, wanders))
+        residuals[t, 0], residuals[t, 1], _ = turn(poses[t - 1], poses[t], head)
+        follows, wanders = surprise(residuals[t, 0], residuals[t, 1], head)
+        following, wandering = following + follows, wandering + wanders
     odds += head.odds
-    after = odds + total[1] - total[0]
+    weights[0] = 0.0
     for t in range(1, len(poses)):
-        off, moved, _ = turn(poses[t - 1], poses[t], head)
-        weights[t] = weigh(off, moved, after, head)
+        weights[t] = weigh(residuals[t, 0], residuals[t, 1], odds + wandering - following, head)
     if np.isinf(odds):
-        return float(total[1])
-    return float(np.logaddexp(0.0, odds) - np.logaddexp(odds - total[0], -total[1]))
+        return wandering
+    return float(np.logaddexp(0.0, odds) - np.logaddexp(odds - following, -wandering))
 
 
 @kernel

@@ -18,7 +18,7 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.heads import Head, evidence
-from vbbench_baselines.joint_map.walks import REACH, Walk, filters_of, innovation
+from vbbench_baselines.joint_map.walks import REACH, UNKNOWN, Walk, filters_of, innovation
 
 B_STD = 0.3
 """s_b: how far one recording's b is from another's; the fits to Hotel and ETH are .29 and .25 apart."""
@@ -68,8 +68,7 @@ def taught(fitted: Walk, lessons: Lessons) -> Walk:
     filters, spreads = filters_of(b1, b2, fitted.spreads[1])
     head = fitted.head
     head = Head(head.gain, head.slow, head.following, head.wandering, head.odds + lessons.odds[0])
-    own = lessons.sigma[0] if fitted.own == fitted.sigma else fitted.own
-    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, own, head)
+    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, head)
 
 
 @kernel
@@ -116,7 +115,7 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
 def _conclude(fitted: Walk, lessons: Lessons) -> None:
     """Renew σ and everybody's σ_k²."""
     sigma_precision, people = SIGMA_PEOPLE / fitted.sigma**2, SIGMA_PEOPLE
-    walkers = len(lessons.scales) if fitted.own == fitted.sigma else len(lessons.scales) - 1
+    walkers = len(lessons.scales) - 1 if fitted.own == UNKNOWN else len(lessons.scales)
     for k in range(walkers):
         if lessons.scales[k, 1] > 0.0:
             sigma_precision += 1.0 / lessons.variances[k]

@@ -55,7 +55,7 @@ class Prior:
     yaw_scale : γ, scale in rad of the Cauchy distribution of the turns of a head that wanders; inf = no such prior.
     lag : in s; how soon a head that follows the path looks where its bearer walks.
     follow_scale : γ_f, scale in rad of the Cauchy distribution of what such a head is off.
-    following : p_0, the share of heads that follow; 0 = no such heads.
+    following : p_0, the share of heads that follow, below 1; 0 = no such heads.
     speed : in m/s, standard deviation of a velocity component of somebody of whom nothing is known.
     """
 

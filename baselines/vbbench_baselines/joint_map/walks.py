@@ -16,14 +16,11 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench_baselines.compiled import kernel
-from vbbench_baselines.joint_map.heads import Head
+from vbbench_baselines.joint_map.heads import Head, head_of
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
 REACH = 4
 """Frames that an innovation looks back."""
-
-SLOW = 0.3
-"""In m/s: ρ_0 of `vbbench_baselines.joint_map.heads`; slower people stand."""
 
 UNKNOWN = 1e3
 """In m: σ of an observer of whose walk nothing is known."""
@@ -58,12 +55,9 @@ class Walk(NamedTuple):
 def walk_of(prior: Prior, dt: float, ego_prior: bool = True) -> Walk:
     """The numbers of ``prior`` at frames of ``dt`` seconds; without ``ego_prior`` the observer need not be a person."""
     prior = prior.at(dt)
-    nu, a0, yaw_scale = (min(value, most) for value, most in ((prior.nu, 1e9), (prior.a0, 1e9), (prior.yaw_scale, 1e6)))
-    following = prior.following if ego_prior else 0.0
-    odds = np.log(following / (1.0 - following)) if following > 0.0 else -np.inf
-    head = Head(1.0 - np.exp(-dt / prior.lag), SLOW * dt, prior.follow_scale, yaw_scale, odds)
+    nu, a0, own = min(prior.nu, 1e9), min(prior.a0, 1e9), prior.sigma if ego_prior else UNKNOWN
     filters, spreads = filters_of(*prior.b, prior.speed * dt)
-    return Walk(filters, spreads, prior.sigma, nu, a0, prior.sigma if ego_prior else UNKNOWN, head)
+    return Walk(filters, spreads, prior.sigma, nu, a0, own, head_of(prior, ego_prior))
 
 
 @kernel

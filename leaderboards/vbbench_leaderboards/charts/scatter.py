@@ -16,6 +16,10 @@ _RADIUS, _DROP = 5.5, 4
 """Of a point, and how far below its middle a name's line is."""
 
 
+Place = tuple[float, float, float]
+"""Where something stands: from left to right, and the height of a name there."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Point:
     """A solver's mean error with its interval, and its microseconds a frame."""
@@ -66,10 +70,6 @@ def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) ->
             label(across + (-_GAP if left else _GAP), height, name, "name", "end" if left else ""),
         ]
         yield mark(point.series, says, drawn)
-
-
-Place = tuple[float, float, float]
-"""Where something stands: from left to right, and the height of a name there."""
 
 
 def _around(across: float, height: float) -> Place:

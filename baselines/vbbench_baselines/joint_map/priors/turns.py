@@ -10,9 +10,8 @@ from scipy.optimize import minimize_scalar
 from vbbench.arrays import FloatArray
 from vbbench.generator import Look, Options, Plan
 from vbbench.registry import load
-from vbbench_baselines.joint_map.heads import Head, turn
+from vbbench_baselines.joint_map.heads import Head, head_of, turn
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.walks import walk_of
 
 LEAST_FOLLOW = 0.03
 """γ_f in rad is kept at or above it: recipes turn heads exactly along the path, and nobody's head is that exact."""
@@ -57,19 +56,18 @@ def _pairs_of(split: str, look: Look, seed: int, most: int) -> FloatArray:
 def fit_head(turns: Sequence[Turns], prior: Prior) -> Prior:
     """``prior`` with the head that is most likely; each split counts the same.
 
-    Half of all heads are taken to follow: which it is in a dataset no solver is told.
+    `FOLLOWING` is no matter of fitting: which heads a dataset has no solver is told.
     """
 
     def follow(lag: float) -> tuple[float, Prior]:
-        head = walk_of(replace(prior, lag=lag), prior.dt).head
+        head = head_of(replace(prior, lag=lag))
         offs = [_residuals(pairs.motion, head)[:, 0] for pairs in turns]
         scale = max(fit_cauchy(offs), LEAST_FOLLOW)
         cost = np.log(scale) + np.mean([np.mean(np.log1p((off / scale) ** 2)) for off in offs])
         return float(cost), replace(prior, lag=lag, follow_scale=scale)
 
     best = minimize_scalar(lambda lag: follow(lag)[0], bounds=LAG_RANGE, method="bounded")
-    head = walk_of(prior, prior.dt).head
-    wander = fit_cauchy([_residuals(pairs.wander, head)[:, 1] for pairs in turns])
+    wander = fit_cauchy([_residuals(pairs.wander, head_of(prior))[:, 1] for pairs in turns])
     return replace(follow(float(best.x))[1], yaw_scale=wander, following=FOLLOWING)
 
 
