@@ -73,7 +73,7 @@ def test_errors_are_as_large_as_is_said_on_sim(tmp_path: Path, solver: type[Any]
 
 
 def test_errors_are_no_larger_than_is_said_where_the_model_is_too_careful(tmp_path: Path) -> None:
-    """Sim has heads that follow the path exactly and walkers who hardly stray, more than the prior would believe."""
+    """A window of 12 frames says too little of heads that follow the path exactly and walkers who hardly stray."""
     for values in normalised_on_sim(tmp_path, MapCausal, "motion"):
         assert 0.5 < np.mean(values) < 1.0 + 1.96 * np.std(values) / np.sqrt(len(values))
 
