@@ -41,6 +41,7 @@ def player(open_page: Open) -> Page:
 
 
 def last_frame(page: Page) -> int:
+    expect(clock(page)).to_contain_text("/")  # which it is not before the sequence has come
     return int(clock(page).inner_text().split("/")[1].split()[0])
 
 
