@@ -1,21 +1,32 @@
-# make demo   first result      make test   all tests      make check   lint, types, import contracts, results
+# make demo   first result      make check   lint, types, import contracts, results
+# make test   all but the slow tests; what is not installed skips      make test-slow   the slow ones
+# make test-extras   installs the extras and runs their tests          make test-all    every test
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
 # make wheel-test   the built wheel in an empty environment, from another folder
-# make browser  the leaderboard's pages in a real browser     make chromium  installs one, on Debian, as root
+# make browser   the leaderboard's pages in a real browser     make chromium  installs one, on Debian, as root
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test check lint types contracts results-check bench results golden leaderboard wheel-test browser chromium clean
+.PHONY: demo test test-slow test-extras test-all check lint types contracts results-check bench results golden leaderboard wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
 	$(BIN)/vbbench demo --out $(DEMO) --jobs 2
 
 test: $(VENV)/.dev
+	$(BIN)/python -m pytest -m 'not slow'
+
+test-slow: $(VENV)/.dev
+	$(BIN)/python -m pytest -m slow
+
+test-extras: $(VENV)/.extras
+	$(BIN)/python -m pytest -m extra --no-skips
+
+test-all: $(VENV)/.extras chromium
 	$(BIN)/python -m pytest
 
 check: lint types contracts results-check
@@ -50,7 +61,7 @@ wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
 
 browser: $(VENV)/.dev chromium
-	CI=true $(BIN)/python -m pytest tests/browser --durations 5
+	$(BIN)/python -m pytest tests/browser --no-skips --durations 5
 
 chromium:
 	@command -v chromium >/dev/null || command -v google-chrome >/dev/null \
@@ -65,8 +76,12 @@ $(VENV)/.runtime: $(VENV)/bin/python pyproject.toml constraints.txt
 	touch $@
 
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(PIP) install --quiet --editable '.[dev,dask]'
+	$(PIP) install --quiet --editable '.[dev]'
 	touch $@ $(VENV)/.runtime
+
+$(VENV)/.extras: $(VENV)/.dev
+	$(PIP) install --quiet --editable '.[dask,torch,viewer]'
+	touch $@
 
 clean:
 	rm -rf $(VENV) out dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,10 +1,37 @@
-"""Fixtures that every test module may use."""
+"""Fixtures that every test module may use, and how all of them are run."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+Report = pytest.CollectReport | pytest.TestReport
+pytest_plugins = ["pytester"]
+settings.load_profile("ci")  # the same examples in every run, however long one takes
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--no-skips", action="store_true", help="a test that is skipped fails: all it needs must be here")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, pytest.CollectReport, Report]:
+    return without_skips(collector.config, (yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, Report]:
+    return without_skips(item.config, (yield))
+
+
+def without_skips(config: pytest.Config, report: Report) -> Report:
+    """The report; with ``--no-skips``, a skip in it is a failure."""
+    if report.skipped and not hasattr(report, "wasxfail") and config.getoption("no_skips"):
+        report.outcome = "failed"
+        report.longrepr = f"skipped, where --no-skips wants every test to run: {report.longrepr}"
+    return report
 
 
 @pytest.fixture

@@ -29,6 +29,7 @@ from vbbench.solving import solve
 from vbbench.verification import verify
 
 pytest.importorskip("distributed", reason="needs the extra dask")
+pytestmark = pytest.mark.extra
 
 ROOT = Path(__file__).parent.parent
 SPLIT, SOLVER = "tests.slow_split:SLOW", "tests.slow_split:SlowSolver"

@@ -9,7 +9,8 @@ from vbbench.generator import Options
 from vbbench.simulation import Simulation
 from vbbench.stream import stream
 
-torch = pytest.importorskip("torch", reason="the extra 'torch' is not installed")
+torch = pytest.importorskip("torch", reason="needs the extra torch")
+pytestmark = pytest.mark.extra
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)))
 

@@ -30,7 +30,8 @@ from vbbench.solving import solve
 from vbbench.submitted import SubmittedEstimates
 from vbbench.viewer import Opened, how_to_open, open_viewer, record_to_file
 
-reading = pytest.importorskip("rerun.chunk", reason="extra viewer is not installed, or too old to read recordings")
+reading = pytest.importorskip("rerun.chunk", reason="needs the extra viewer, new enough to read recordings")
+pytestmark = pytest.mark.extra
 
 SEQUENCE = 1
 Entities = dict[str, dict[str, list[Any]]]
