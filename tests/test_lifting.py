@@ -1,8 +1,8 @@
-"""Lifting heads to the ground: exact where boxes are, one clear error where they tell nothing, fast at full size."""
+"""Lifting heads to the ground: exact where boxes are, one clear error where they tell nothing, vectorised."""
 
 import json
-import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
+from tests.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench_generators.crohd import HeadBoxes
 from vbbench_generators.lifting import LiftingSettings, lift
@@ -222,9 +223,10 @@ def test_smoothing_brings_tracks_nearer_to_the_truth() -> None:
     assert 0.5 < lifted.calibration.smoothing_residual_px / (0.2 * 18.0 * np.sqrt(2.0)) < 1.5
 
 
-def test_a_recording_of_full_size_takes_seconds() -> None:
-    _, boxes = crowd(people=900, frames=1000, size_noise=0.12, jitter=0.06, key=10)
-    assert len(boxes) > 400_000
-    start = time.perf_counter()
-    lift(boxes, LiftingSettings())
-    assert time.perf_counter() - start < 20.0
+def test_work_grows_with_the_boxes_and_calls_do_not_grow() -> None:
+    noise = {"size_noise": 0.12, "jitter": 0.06, "key": 10}
+    (_, some), (_, many) = (crowd(people=people, frames=400, **noise) for people in (100, 800))
+    assert len(many.frame) > 7 * len(some.frame)
+    little, much = (work_of(partial(lift, boxes, LiftingSettings())) for boxes in (some, many))
+    assert much.calls < 1.2 * little.calls
+    assert much.bytes / len(many.frame) < 1.2 * little.bytes / len(some.frame)
