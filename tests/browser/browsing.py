@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Playwright, Request, Route
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Playwright, Request, Route, expect
 
 NAMES = ("chromium", "google-chrome")
 FLAGS = (
@@ -21,6 +21,11 @@ FLAGS = (
 )
 DESKTOP = {"width": 1280, "height": 900}
 PHONE = {"width": 360, "height": 740}
+PATIENCE = 60_000.0
+"""How long in ms something is awaited: on a busy machine, too, what will come comes within it."""
+
+
+expect.set_options(timeout=PATIENCE)
 
 
 def chromium() -> str | None:
@@ -46,7 +51,7 @@ class Visitor:
         self.root = site if isinstance(site, str) else site.resolve().as_uri()
         self.faults: list[str] = []
         self.asked: list[str] = []
-        context.set_default_timeout(5_000)
+        context.set_default_timeout(PATIENCE)
         context.route("**/*", self._let_pass)
         context.on("page", self._watch)
 
