@@ -1,6 +1,7 @@
 # make demo   first result      make check   lint, types, import contracts, results
 # make test   all but the slow tests; what is not installed skips      make test-slow   the slow ones
 # make test-extras   installs the extras and runs their tests          make test-all    every test
+# make test-under-load   make test ten times on a busy machine, every second time in reverse order
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
 # make wheel-test   the built wheel in an empty environment, from another folder
@@ -11,7 +12,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test test-slow test-extras test-all check lint types contracts results-check bench results golden leaderboard wheel-test browser chromium clean
+.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts results-check bench results golden leaderboard wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -25,6 +26,9 @@ test-slow: $(VENV)/.dev
 
 test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips
+
+test-under-load: $(VENV)/.dev
+	$(BIN)/python -m tests.under_load --runs 10
 
 test-all: $(VENV)/.extras chromium
 	$(BIN)/python -m pytest

@@ -14,6 +14,12 @@ settings.load_profile("ci")  # the same examples in every run, however long one 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--no-skips", action="store_true", help="a test that is skipped fails: all it needs must be here")
+    parser.addoption("--reverse", action="store_true", help="the last test first: none may need another before it")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("reverse"):
+        items.reverse()
 
 
 @pytest.hookimpl(wrapper=True)
