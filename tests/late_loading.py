@@ -1,8 +1,8 @@
-"""Prints what a solver loads or compiles while its seconds are counted: run by `tests.test_warming` in a process of its own.
+"""Prints what a solver loads or compiles while its seconds are counted; `tests.test_warming` runs it.
 
     python -m tests.late_loading DATASET SOLVER PROTOCOL yes|no ...
 
-Each solver and protocol, with covariances or without, runs in a fork of a process in which no kernel has been called yet.
+Each solver and protocol, with covariances or without, runs in a fork of a process in which no kernel was called.
 """
 
 import json
@@ -54,13 +54,16 @@ def main(dataset: str, *cases: str) -> None:
         theirs, ours = os.pipe()
         child = os.fork()
         if child == 0:
-            os.write(ours, json.dumps({"late": late(opened, solver, protocol, covariances == "yes"), "all": len(loaded)}).encode())
+            os.write(
+                ours,
+                json.dumps({"late": late(opened, solver, protocol, covariances == "yes"), "all": len(loaded)}).encode(),
+            )
             os._exit(0)
         os.close(ours)
         with os.fdopen(theirs) as pipe:
             found[f"{solver} {protocol} {covariances}"] = json.load(pipe)
         os.waitpid(child, 0)
-    print(json.dumps(found))
+    sys.stdout.write(json.dumps(found))
 
 
 if __name__ == "__main__":

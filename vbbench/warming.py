@@ -85,7 +85,10 @@ def made_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
 
 
 def _shown(frames: int) -> BoolArray:
-    """[T, K] who is shown: nobody in frame 3, one in 5; the nearest two arrive in 4 and 7, the last hides from 6 to 8."""
+    """[T, K] who is shown.
+
+    Nobody in frame 3, and one person in frame 5; the nearest two arrive in frames 4 and 7, the last hides from 6 to 8.
+    """
     shown, t = np.ones((frames, PEOPLE), np.bool_), np.arange(frames)
     shown[t == 3] = False
     shown[t == 5, 1:] = False
