@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
 
-.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts results-check bench results golden leaderboard wheel-test browser chromium clean
+.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts results-check bench bench-summary results golden leaderboard wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -47,6 +47,9 @@ contracts: $(VENV)/.dev
 
 results-check: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard check --work /dev/null
+
+bench-summary: $(VENV)/.dev
+	@$(BIN)/python -m benchmarks.bench_generation --summary
 
 bench: $(VENV)/.dev
 	for file in benchmarks/bench_*.py; do $(BIN)/python -m benchmarks.$$(basename $$file .py) || exit 1; done

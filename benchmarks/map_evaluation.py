@@ -18,8 +18,9 @@ from vbbench.generator import Look, Options, Tier
 from vbbench.metrics import position_error, rotation_error, translation_error
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
-from vbbench.runner import run_sequence, warm_up
+from vbbench.runner import run_sequence
 from vbbench.solver import Estimate
+from vbbench.warming import warm_up
 from vbbench_baselines.joint_map.prior import Prior
 
 Maker = Callable[[], Any]
@@ -104,7 +105,7 @@ def answer(dataset: Dataset, solver: Any, protocol: str, index: int) -> tuple[Es
 def _some(dataset: Dataset, make: Maker, protocol: str, chosen: FloatArray) -> tuple[FloatArray, FloatArray]:
     solver, rows, spent = make(), [], np.zeros(2)
     sample = dataset.sequence(int(chosen[0]))
-    warm_up(solver, dataset.problem(sample), sample, get_protocol(protocol))
+    warm_up(solver, dataset.problem(sample), get_protocol(protocol))
     for index in chosen:
         estimate, seconds = answer(dataset, solver, protocol, int(index))
         errors = sequence_errors(dataset, int(index), estimate, protocol)

@@ -74,7 +74,7 @@ def test_the_least_angle_is_the_least_of_the_circle(seed: int) -> None:
         m = np.stack((np.cos(angle), np.sin(angle)))
         return np.asarray(np.sum(m * (a @ m), axis=0) - 2.0 * (g @ m))
 
-    least = energy(np.array([least_angle(a, g)]))[0]
+    least = energy(np.array([least_angle((a[0, 0], a[0, 1], a[1, 1]), (g[0], g[1]))]))[0]
     assert least <= np.min(energy(np.linspace(-np.pi, np.pi, 100_001))) + 1e-9 * abs(least)
 
 

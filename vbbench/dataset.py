@@ -15,6 +15,7 @@ from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import part_ranges
+from vbbench.schemas import column_values
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
 from vbbench.tables import SequenceTable
@@ -80,7 +81,7 @@ class Dataset:
             table = pq.ParquetFile(path).read(use_threads=False)
         except (pa.ArrowException, OSError) as error:
             raise FileError(path, f"cannot be read ({error}); generate the dataset again") from error
-        return {name: table.column(name).to_numpy() for name in table.column_names}
+        return {name: column_values(table.column(name)) for name in table.column_names}
 
     @property
     def cells(self) -> IntArray:

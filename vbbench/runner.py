@@ -4,7 +4,6 @@ Every array that a solver gets is a copy: neither its values nor its memory lead
 """
 
 from collections.abc import Iterator
-from itertools import islice
 from time import perf_counter
 from typing import TypeVar
 
@@ -19,7 +18,6 @@ from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem,
 WINDOW = 2
 """Past frames that a solver is shown beside the current one."""
 
-WARM_UP_FRAMES = 4
 Answer = TypeVar("Answer", FrameEstimate, Estimate)
 
 
@@ -50,19 +48,6 @@ def run_sequence(
         raise VbbenchError(f"{type(solver).__name__} is no solver: it has neither start and step nor solve")
     _check_complete(estimate, sequence, given)
     return estimate, seconds
-
-
-def warm_up(solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequence, protocol: Protocol) -> None:
-    """Answer a few frames and forget them, so that compiling is not counted among a solver's seconds."""
-    given = protocol.select_given(sequence.given)
-    if isinstance(solver, FrameSolver):
-        solver.start(problem)
-        for frame in islice(frames_of(sequence, given, given), WARM_UP_FRAMES):
-            solver.step(frame)
-    elif isinstance(solver, SequenceSolver):
-        frames = min(WARM_UP_FRAMES, sequence.frames)
-        first = Given(poses=given.poses[:frames].copy(), positions=given.positions[:frames].copy())
-        solver.solve(problem, sequence.observations[:frames].copy(), first)
 
 
 def reveal(given: Given, observed: BoolArray, truth: Truth) -> Given:

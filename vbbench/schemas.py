@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -51,13 +51,41 @@ OPTIONAL: dict[str, pa.Schema] = {
 def table_schema(name: str, columns: Collection[str]) -> pa.Schema:
     """Schema of the table called ``name``: its own columns, and of the optional ones those in ``columns``."""
     extra = [field for field in OPTIONAL.get(name, ()) if field.name in columns]
-    return pa.schema([*SCHEMAS[name], *extra])
+    return pa.schema([*SCHEMAS[name], *extra]) if extra else SCHEMAS[name]
 
 
 def to_arrow(name: str, columns: Columns) -> pa.Table:
     """Columns as an Arrow table of the schema called ``name``, optional columns where they are there."""
     schema = table_schema(name, columns.keys())
-    return pa.table([pa.array(columns[field.name], type=field.type) for field in schema], schema=schema)
+    return pa.Table.from_arrays([arrow_array(columns[field.name], field.type) for field in schema], schema=schema)
+
+
+def arrow_array(values: ArrayLike, kind: pa.DataType) -> pa.Array:
+    """The values, copied, as an Arrow array: `pyarrow.array` imports pandas, which takes half a second, and is slower.
+
+    Raises
+    ------
+    pyarrow.ArrowInvalid
+        If an integer does not fit.
+    """
+    array = np.asarray(values)
+    if not (pa.types.is_primitive(kind) and array.dtype.kind in "biuf"):
+        return pa.array(values, type=kind)
+    if pa.types.is_boolean(kind):
+        own = np.packbits(array.astype(np.bool_), bitorder="little")
+    else:
+        own = np.array(array, dtype=kind.to_pandas_dtype(), order="C")
+        if pa.types.is_integer(kind) and own.dtype != array.dtype and not np.array_equal(own, array):
+            return pa.array(values, type=kind)
+    return pa.Array.from_buffers(kind, len(array), [None, pa.py_buffer(own)])
+
+
+def column_values(column: pa.ChunkedArray) -> NDArray[Any]:
+    """A column without empty cells as a NumPy array: Arrow's own ``to_numpy`` imports pandas, too."""
+    if not pa.types.is_primitive(column.type) or pa.types.is_boolean(column.type) or column.null_count:
+        return np.asarray(column.to_numpy(zero_copy_only=False) if column.null_count else column.to_pylist())
+    chunks = [np.from_dlpack(chunk) for chunk in column.chunks]
+    return chunks[0] if len(chunks) == 1 else np.concatenate([np.empty(0, column.type.to_pandas_dtype()), *chunks])
 
 
 def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:

@@ -22,10 +22,11 @@ from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, registered
-from vbbench.runner import run_sequence, warm_up
+from vbbench.runner import run_sequence
 from vbbench.schemas import to_arrow
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.tables import PARTITIONED, check_free, replace_folder, write_text_atomically
+from vbbench.warming import begin, warm_up
 
 TABLES = ("poses", "positions", "heights")
 
@@ -170,9 +171,24 @@ def _solve_part(
 def _warm_solver(
     dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int
 ) -> Iterator[Any]:
-    """The solver, compiled, and on one thread: rounding differs with their number, and with it what is ill-posed."""
+    """The solver, warm, and on one thread: rounding differs with their number, and with it what is ill-posed.
+
+    A process is warmed up once, by a solver object of its own: what the one that counts has seen, and with it its
+    answers, must not depend on which process makes which part.
+    """
     sample = dataset.sequence(first)
+    problem, longest = dataset.problem(sample, covariances=covariance), int(dataset.rows["frames"].max())
+    process = (dataset.info.id, name, protocol.name, covariance)
+    if not isolate and process not in _warm:
+        _warm.add(process)
+        warm_up(make_solver(name), problem, protocol, longest)
     with IsolatedSolver(name) if isolate else nullcontext(make_solver(name)) as solver:
-        warm_up(solver, dataset.problem(sample, covariances=covariance), sample, protocol)
+        if isolate:
+            warm_up(solver, problem, protocol, longest)
+        begin(solver, problem, sample, protocol)
         with threadpool_limits(1):
             yield solver
+
+
+_warm: set[tuple[str, str, str, bool]] = set()
+"""What this process was warmed up for: dataset, solver, protocol, and whether covariances are asked for."""

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.schemas import SCHEMAS, table_schema, with_columns
+from vbbench.schemas import SCHEMAS, column_values, table_schema, with_columns
 
 ZSTD_LEVEL = -5
 """A fast level: after byte-stream splitting a slower one saves less than 2 % of the bytes."""
@@ -54,7 +54,7 @@ class TableWriter:
 
     def _flush(self) -> None:
         if self._waiting:
-            rows = pa.concat_tables(self._waiting)
+            rows = pa.concat_tables(self._waiting) if len(self._waiting) > 1 else self._waiting[0]
             self._writer.write_table(rows, row_group_size=len(rows))
             self._written += 1
             self._waiting.clear()
@@ -209,14 +209,14 @@ class SequenceTable:
         """Rows with first ≤ sequence < last, in order of sequence, a NumPy array a column."""
         wanted = list(dict.fromkeys([self._key, *(columns or self._columns)]))
         table = self._groups(first, last, wanted) if self._whole is None else self._whole
-        arrays = {name: table.column(name).to_numpy() for name in wanted}
+        arrays = {name: column_values(table.column(name)) for name in wanted}
         start, stop = np.searchsorted(arrays[self._key], [first, last])
         return {name: arrays[name][start:stop] for name in columns or self._columns}
 
     def _groups(self, first: int, last: int, columns: list[str]) -> pa.Table:
         groups = np.flatnonzero((self._last >= first) & (self._first < last))
         table = self._read(groups.tolist(), columns)
-        keys = table.column(self._key).to_numpy()
+        keys = column_values(table.column(self._key))
         return table if np.all(keys[1:] >= keys[:-1]) else table.sort_by(self._key)
 
     def _read(self, groups: list[int], columns: list[str]) -> pa.Table:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
-from vbbench_baselines.compiled import kernel
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.kernels import kernel
 
 
 @kernel
@@ -13,8 +13,11 @@ def link(positions: FloatArray, reach: float, most: int) -> IntArray:
     Positions [K, 2] in m; NaN has no neighbours. At most K·``most`` edges, so that what follows is linear in K.
     """
     people = len(positions)
-    linked = np.zeros((people, people), np.bool_)
+    linked = np.empty((people, people), np.bool_)
     near, ids = np.empty(most), np.empty(most, np.int64)
+    for i in range(people):
+        for j in range(people):
+            linked[i, j] = False
     for i in range(people):
         count = 0
         for j in range(people):
@@ -30,4 +33,20 @@ def link(positions: FloatArray, reach: float, most: int) -> IntArray:
             count = min(count + 1, most)
         for slot in range(count):
             linked[min(i, ids[slot]), max(i, ids[slot])] = True
-    return np.argwhere(linked)
+    return _pairs(linked)
+
+
+@kernel
+def _pairs(linked: BoolArray) -> IntArray:
+    """Edges [E, 2] for which ``linked`` [K, K] is true, in its order."""
+    count = 0
+    for i in range(len(linked)):
+        for j in range(len(linked)):
+            count += linked[i, j]
+    edges, e = np.empty((count, 2), np.int64), 0
+    for i in range(len(linked)):
+        for j in range(len(linked)):
+            if linked[i, j]:
+                edges[e, 0], edges[e, 1] = i, j
+                e += 1
+    return edges

@@ -21,10 +21,13 @@ the weighted rigid (Procrustes) fit. The people are summed over once.
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
+
+Symmetric, Vector = tuple[float, float, float], tuple[float, float]
+"""A symmetric matrix as (cc, cs, ss), and a vector, both over m = (cos yaw, sin yaw)."""
 
 SCAN = 32
 """Yaws at which Newton's method looks for a start; a polynomial of degree two has at most two minima on the circle."""
@@ -53,8 +56,9 @@ def fit_pose(
     """
     information = max(1.0 / ego_std**2, VAGUE)
     s_rr, s_rf, s_ff = information, 0.0, information  # S = Σ W
-    wz, wd = np.zeros(2), np.zeros((2, 2))  # Σ W z, Σ W D
-    a, g = np.zeros((2, 2)), np.zeros(2)  # Σ Dᵀ W D, Σ Dᵀ W z
+    wz_r, wz_f = 0.0, 0.0  # Σ W z
+    wd_rc, wd_rs, wd_fc, wd_fs = 0.0, 0.0, 0.0, 0.0  # Σ W D
+    a_cc, a_cs, a_ss, g_c, g_s = 0.0, 0.0, 0.0, 0.0, 0.0  # Σ Dᵀ W D, Σ Dᵀ W z
     for k in range(len(std)):
         if np.isnan(std[k]) or np.isnan(relative[k, 0]):
             continue
@@ -64,20 +68,32 @@ def fit_pose(
         # D = [[−y, x], [x, y]], W D = [[e, h], [i, j]]
         e, h, i, j = rf * x - rr * y, rr * x + rf * y, ff * x - rf * y, rf * x + ff * y
         s_rr, s_rf, s_ff = s_rr + rr, s_rf + rf, s_ff + ff
-        wz[0], wz[1] = wz[0] + zr, wz[1] + zf
-        wd[0, 0], wd[0, 1], wd[1, 0], wd[1, 1] = wd[0, 0] + e, wd[0, 1] + h, wd[1, 0] + i, wd[1, 1] + j
-        a[0, 0], a[0, 1], a[1, 1] = a[0, 0] + x * i - y * e, a[0, 1] + x * j - y * h, a[1, 1] + x * h + y * j
-        g[0], g[1] = g[0] + x * zf - y * zr, g[1] + x * zr + y * zf
+        wz_r, wz_f = wz_r + zr, wz_f + zf
+        wd_rc, wd_rs, wd_fc, wd_fs = wd_rc + e, wd_rs + h, wd_fc + i, wd_fs + j
+        a_cc, a_cs, a_ss = a_cc + x * i - y * e, a_cs + x * j - y * h, a_ss + x * h + y * j
+        g_c, g_s = g_c + x * zf - y * zr, g_s + x * zr + y * zf
     rr, rf, ff = invert(s_rr, s_rf, s_ff)
-    inverse = np.array(((rr, rf), (rf, ff)))
-    a[1, 0] = a[0, 1]
-    a -= wd.T @ inverse @ wd
-    g -= wd.T @ inverse @ wz
-    g += yaw_information * np.array((np.cos(predicted[2]), np.sin(predicted[2])))
-    yaw = least_angle(a, g)
+    # A less (Σ W D)ᵀ S⁻¹ (Σ W D), g less (Σ W D)ᵀ S⁻¹ (Σ W z)
+    c_r, c_f, s_r, s_f = (
+        wd_rc * rr + wd_fc * rf,
+        wd_rc * rf + wd_fc * ff,
+        wd_rs * rr + wd_fs * rf,
+        wd_rs * rf + wd_fs * ff,
+    )
+    a_cc, a_cs, a_ss = (
+        a_cc - c_r * wd_rc - c_f * wd_fc,
+        a_cs - c_r * wd_rs - c_f * wd_fs,
+        a_ss - s_r * wd_rs - s_f * wd_fs,
+    )
+    g_c = g_c - (c_r * wz_r + c_f * wz_f) + yaw_information * np.cos(predicted[2])
+    g_s = g_s - (s_r * wz_r + s_f * wz_f) + yaw_information * np.sin(predicted[2])
+    yaw = least_angle((a_cc, a_cs, a_ss), (g_c, g_s))
     sin, cos = np.sin(yaw), np.cos(yaw)
-    q = inverse @ (wz - wd @ np.array((cos, sin)))
-    return np.array((predicted[0] - sin * q[0] - cos * q[1], predicted[1] + cos * q[0] - sin * q[1], yaw))
+    off_r, off_f = wz_r - (wd_rc * cos + wd_rs * sin), wz_f - (wd_fc * cos + wd_fs * sin)
+    q_r, q_f = rr * off_r + rf * off_f, rf * off_r + ff * off_f
+    pose = np.empty(3)
+    pose[0], pose[1], pose[2] = predicted[0] - sin * q_r - cos * q_f, predicted[1] + cos * q_r - sin * q_f, yaw
+    return pose
 
 
 @kernel
@@ -88,8 +104,8 @@ def invert(rr: float, rf: float, ff: float) -> tuple[float, float, float]:
 
 
 @kernel
-def least_angle(a: FloatArray, g: FloatArray) -> float:
-    """The angle in [−π, π) at which mᵀam − 2gᵀm, m = (cos, sin), is least over the whole circle.
+def least_angle(a: Symmetric, g: Vector) -> float:
+    """The angle in [−π, π) at which mᵀAm − 2gᵀm, m = (cos, sin), is least over the whole circle; A as (cc, cs, ss).
 
     Newton's method from every low of the scan: the deepest valley may be too narrow for the scan to tell.
     """
@@ -108,7 +124,7 @@ def least_angle(a: FloatArray, g: FloatArray) -> float:
 
 
 @kernel
-def _descend(a: FloatArray, g: FloatArray, angle: float, reach: float) -> float:
+def _descend(a: Symmetric, g: Vector, angle: float, reach: float) -> float:
     """Newton's method downhill from ``angle``, in moves of at most ``reach`` rad."""
     for _ in range(50):
         slope, curvature = _derivatives(a, g, angle)
@@ -122,18 +138,16 @@ def _descend(a: FloatArray, g: FloatArray, angle: float, reach: float) -> float:
 
 
 @kernel
-def _energy(a: FloatArray, g: FloatArray, angle: float) -> float:
+def _energy(a: Symmetric, g: Vector, angle: float) -> float:
     cos, sin = np.cos(angle), np.sin(angle)
-    return float(
-        a[0, 0] * cos * cos + 2.0 * a[0, 1] * cos * sin + a[1, 1] * sin * sin - 2.0 * (g[0] * cos + g[1] * sin)
-    )
+    return float(a[0] * cos * cos + 2.0 * a[1] * cos * sin + a[2] * sin * sin - 2.0 * (g[0] * cos + g[1] * sin))
 
 
 @kernel
-def _derivatives(a: FloatArray, g: FloatArray, angle: float) -> tuple[float, float]:
+def _derivatives(a: Symmetric, g: Vector, angle: float) -> tuple[float, float]:
     cos, sin = np.cos(angle), np.sin(angle)
     cos2, sin2 = cos * cos - sin * sin, 2.0 * sin * cos
-    spread = a[1, 1] - a[0, 0]
-    slope = spread * sin2 + 2.0 * a[0, 1] * cos2 + 2.0 * (g[0] * sin - g[1] * cos)
-    curvature = 2.0 * spread * cos2 - 4.0 * a[0, 1] * sin2 + 2.0 * (g[0] * cos + g[1] * sin)
+    spread = a[2] - a[0]
+    slope = spread * sin2 + 2.0 * a[1] * cos2 + 2.0 * (g[0] * sin - g[1] * cos)
+    curvature = 2.0 * spread * cos2 - 4.0 * a[1] * sin2 + 2.0 * (g[0] * cos + g[1] * sin)
     return slope, curvature

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.history import History
 from vbbench_baselines.sightings import Sightings
 

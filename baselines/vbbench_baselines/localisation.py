@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import invert
 
 
@@ -31,7 +31,7 @@ def localise(
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
     positions = np.empty((people, 2))
     for k in range(people):
-        right, forward = relative[k]
+        right, forward = relative[k, 0], relative[k, 1]
         if not np.isnan(std[k]):
             dx, dy = expected[k, 0] - pose[0], expected[k, 1] - pose[1]
             e_r, e_f = dx * sin - dy * cos, dx * cos + dy * sin

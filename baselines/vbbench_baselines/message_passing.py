@@ -6,7 +6,7 @@ Minimises Σ_k U_k(s_k) + Σ_(i,j) V_ij(s_i, s_j). Exact on trees; on graphs wit
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 
 @kernel
@@ -27,43 +27,51 @@ def pass_messages(
     [K] choices, and the number of rounds.
     """
     count, samples = len(edges), unary.shape[1]
-    messages = np.zeros((count, 2, samples))  # 0: to i from j, 1: to j from i
+    messages = np.empty((count, 2, samples))  # 0: to i from j, 1: to j from i
+    for e in range(count):
+        for s in range(samples):
+            messages[e, 0, s], messages[e, 1, s] = 0.0, 0.0
     belief = unary.copy()
     done = 0
     while done < rounds:
         change, last = 0.0, messages.copy()
         for e in range(count):
             i, j = belief[edges[e, 0]], belief[edges[e, 1]]
-            change = max(change, _send(j, last[e, 1], pair[e], messages[e, 0], damping))
-            change = max(change, _send(i, last[e, 0], pair[e].T, messages[e, 1], damping))
+            change = max(change, _send(j, last[e, 1], pair[e], True, messages[e, 0], damping))
+            change = max(change, _send(i, last[e, 0], pair[e], False, messages[e, 1], damping))
         done += 1
         if change <= tolerance:
             break
         belief = unary.copy()
         for e in range(count):
-            belief[edges[e, 0]] += messages[e, 0]
-            belief[edges[e, 1]] += messages[e, 1]
+            for end in range(2):
+                for s in range(samples):
+                    belief[edges[e, end], s] += messages[e, end, s]
     return _least(belief), done
 
 
 @kernel
-def _send(belief: FloatArray, received: FloatArray, pair: FloatArray, message: FloatArray, damping: float) -> float:
+def _send(
+    belief: FloatArray, received: FloatArray, pair: FloatArray, to_first: bool, message: FloatArray, damping: float
+) -> float:
     """Update ``message`` [S] from a node of this belief, which had ``received`` its answer; the greatest change.
 
     Parameters
     ----------
-    pair : [S, S] energies V, by the choices (of the receiver, of the sender).
+    pair : [S, S] energies V, by the choices of the edge's first and second node.
+    to_first : whether the first node receives.
     """
     samples = len(message)
-    fresh = np.empty(samples)
+    fresh, lowest = np.empty(samples), np.inf
     for s in range(samples):
         least = np.inf
         for r in range(samples):
-            least = min(least, belief[r] - received[r] + pair[s, r])
+            least = min(least, belief[r] - received[r] + (pair[s, r] if to_first else pair[r, s]))
         fresh[s] = least
-    fresh -= np.min(fresh)
+        lowest = min(lowest, least)
     change = 0.0
     for s in range(samples):
+        fresh[s] -= lowest
         value = fresh[s] + damping * (message[s] - fresh[s])
         change = max(change, abs(value - message[s]))
         message[s] = value
@@ -74,5 +82,8 @@ def _send(belief: FloatArray, received: FloatArray, pair: FloatArray, message: F
 def _least(belief: FloatArray) -> IntArray:
     choices = np.empty(len(belief), np.int64)
     for k in range(len(belief)):
-        choices[k] = np.argmin(belief[k])
+        choices[k] = 0
+        for s in range(1, belief.shape[1]):
+            if belief[k, s] < belief[k, choices[k]]:
+                choices[k] = s
     return choices

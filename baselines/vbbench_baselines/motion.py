@@ -8,7 +8,7 @@ and zero where it was given.
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 ANCHOR_STD = 1e-3
 """Standard deviation in m of a position given at t itself."""
@@ -32,18 +32,21 @@ def continue_people(
     [K, 2] expected positions in m and [K] their standard deviations in m, NaN for people with no known position.
     """
     people = positions.shape[1]
-    expected, std = np.full((people, 2), np.nan), np.full(people, np.nan)
+    expected, std = np.empty((people, 2)), np.empty(people)
     for k in range(people):
         before, last, now = positions[0, k], positions[1, k], positions[2, k]
+        x, y, std[k] = np.nan, np.nan, np.nan
         if not np.isnan(now[0]):
-            expected[k], std[k] = now, ANCHOR_STD
+            x, y, std[k] = now[0], now[1], ANCHOR_STD
         elif np.isnan(last[0]):
             if not np.isnan(before[0]):
-                expected[k], std[k] = before, 2.0 * stay_std
+                x, y, std[k] = before[0], before[1], 2.0 * stay_std
         elif np.isnan(before[0]):
-            expected[k], std[k] = last, stay_std
+            x, y, std[k] = last[0], last[1], stay_std
         else:
-            expected[k], std[k] = 2.0 * last - before, total_std(given[0, k], given[1, k], motion_std, estimate_std)
+            x, y = 2.0 * last[0] - before[0], 2.0 * last[1] - before[1]
+            std[k] = total_std(given[0, k], given[1, k], motion_std, estimate_std)
+        expected[k, 0], expected[k, 1] = x, y
     return expected, std
 
 
@@ -55,13 +58,14 @@ def continue_observer(
 
     Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
     """
-    pose = np.zeros(3)
-    if not np.isnan(poses[1, 0]):
-        pose[:] = poses[1]
-        if not np.isnan(poses[0, 0]):
-            pose[:2] += poses[1, :2] - poses[0, :2]
-    elif not np.isnan(poses[0, 0]):
-        pose[:] = poses[0]
+    pose = np.empty(3)
+    for i in range(3):
+        before, last = poses[0, i], poses[1, i]
+        pose[i] = last
+        if np.isnan(last):
+            pose[i] = 0.0 if np.isnan(before) else before
+        elif i < 2 and not np.isnan(before):
+            pose[i] += last - before
     return pose, total_std(given[0], given[1], motion_std, estimate_std)
 
 

@@ -6,7 +6,7 @@ From arXiv 2111.05060, eq. 12 (σ² = 1 m²). In m/s², like D_k: greatest at d 
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 
 @kernel
@@ -18,9 +18,11 @@ def potential(squared: float, sigma: float) -> float:
 @kernel
 def pull(positions: FloatArray, edges: IntArray, strength: float, sigma: float) -> FloatArray:
     """Gradient [K, 2] in 1/m of strength·Σ V over the edges [E, 2], at positions [K, 2] in m."""
-    gradient = np.zeros_like(positions)
+    gradient = np.empty(positions.shape)
+    for k in range(len(positions)):
+        gradient[k, 0], gradient[k, 1] = 0.0, 0.0
     for e in range(len(edges)):
-        i, j = edges[e]
+        i, j = edges[e, 0], edges[e, 1]
         dx, dy = positions[i, 0] - positions[j, 0], positions[i, 1] - positions[j, 1]
         squared = dx * dx + dy * dy
         distance = max(np.sqrt(squared), 1e-9)

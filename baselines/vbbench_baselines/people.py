@@ -9,11 +9,11 @@ weighted square and V by its tangent; what is left is a Kalman update with p_k m
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.message_passing import pass_messages
 from vbbench_baselines.pair_potential import potential, pull
-from vbbench_baselines.reweighting import weigh
+from vbbench_baselines.reweighting import moved, weigh
 
 
 @kernel
@@ -25,18 +25,19 @@ def tabulate(
     Places [K, S, 2] in m and energies [K, S] of the samples, inf = unused; edges [E, 2].
     """
     samples = energies.shape[1]
-    kept, pair = np.empty_like(edges), np.zeros((len(edges), samples, samples))
+    kept, pair = edges.copy(), np.empty((len(edges), samples, samples))
     count = 0
     for e in range(len(edges)):
-        i, j = edges[e]
+        i, j = edges[e, 0], edges[e, 1]
         if samples == 1 or (np.isinf(energies[i, 1]) and np.isinf(energies[j, 1])):
             continue
         for s in range(samples):
             for r in range(samples):
+                pair[count, s, r] = 0.0
                 if not (np.isinf(energies[i, s]) or np.isinf(energies[j, r])):
                     dx, dy = places[i, s, 0] - places[j, r, 0], places[i, s, 1] - places[j, r, 1]
                     pair[count, s, r] = strength * potential(dx * dx + dy * dy, sigma)
-        kept[count] = edges[e]
+        kept[count, 0], kept[count, 1] = i, j
         count += 1
     return kept[:count], pair[:count]
 
@@ -57,13 +58,16 @@ def descend(
     tolerance: float,
 ) -> FloatArray:
     """Positions [K, 2] of least E_p near ``positions``; arguments as in `settle` and above."""
-    weights = weigh(positions, expected, std, softness)
+    weights, spread, pulled = weigh(positions, expected, std, softness), std.copy(), expected.copy()
     for _ in range(rounds):
-        spread = std / np.sqrt(weights)
         force = pull(positions, edges, strength, sigma)
+        for k in range(len(std)):
+            spread[k] = std[k] / np.sqrt(weights[k])
+            pulled[k, 0] = expected[k, 0] - spread[k] ** 2 * force[k, 0]
+            pulled[k, 1] = expected[k, 1] - spread[k] ** 2 * force[k, 1]
         last = positions
-        positions = localise(pose, relative, covariance, expected - (spread**2).reshape(-1, 1) * force, spread)
-        if not np.any(np.abs(positions - last) >= tolerance):
+        positions = localise(pose, relative, covariance, pulled, spread)
+        if not moved(last, positions, tolerance):
             break
         weights = weigh(positions, expected, std, softness)
     return positions
@@ -77,5 +81,5 @@ def choose(
     choices, _ = pass_messages(energies, edges, pair, rounds, damping, 1e-3)
     chosen = np.empty((len(choices), 2))
     for k in range(len(choices)):
-        chosen[k] = places[k, choices[k]]
+        chosen[k, 0], chosen[k, 1] = places[k, choices[k], 0], places[k, choices[k], 1]
     return chosen

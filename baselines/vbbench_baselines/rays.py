@@ -10,7 +10,7 @@ known to less than δ/2 has the one sample.
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import invert
 
 SPAN = 3.0
@@ -43,41 +43,46 @@ def sample_rays(
     Returns
     -------
     [K, S, 2] places in the world in m and [K, S] energies less U at the optimum; the optimum is sample 0, unused
-    samples are inf.
+    samples have the energy inf.
     """
     people, sin, cos = len(std), np.sin(yaw), np.cos(yaw)
-    places, energies = np.zeros((people, most, 2)), np.full((people, most), np.inf)
+    places, energies = np.empty((people, most, 2)), np.empty((people, most))
     for k in range(people):
-        places[k, 0], energies[k, 0] = positions[k], 0.0
+        x, y = positions[k, 0], positions[k, 1]
+        for s in range(most):
+            places[k, s, 0], places[k, s, 1], energies[k, s] = x, y, np.inf
+        energies[k, 0] = 0.0
         spread = std[k] / np.sqrt(weights[k])
-        variance, move = _direction(rays[k], covariance[k], spread)
+        variance, right, forward = _direction(rays[k], covariance[k], spread)
         if not variance >= 0.25 * spacing**2:
             continue
-        step = np.array((move[0] * sin + move[1] * cos, move[1] * sin - move[0] * cos)) * spacing
+        step_x, step_y = (right * sin + forward * cos) * spacing, (forward * sin - right * cos) * spacing
         # Away from the optimum x the box term grows by its slope there, −∇ρ = −(w/σ²)(x − p), and its own curvature.
-        off = positions[k] - expected[k]
-        start = np.sqrt((off @ off) / std[k] ** 2 + softness**2)
-        slope = weights[k] / std[k] ** 2 * (off @ step)
-        curvature = max(spacing**2 / variance - (step @ step) / spread**2, 0.0)  # N⁻¹ = P⁻¹ − 1/spread²
+        off_x, off_y = x - expected[k, 0], y - expected[k, 1]
+        start = np.sqrt((off_x * off_x + off_y * off_y) / std[k] ** 2 + softness**2)
+        slope = weights[k] / std[k] ** 2 * (off_x * step_x + off_y * step_y)
+        squared = step_x * step_x + step_y * step_y
+        curvature = max(spacing**2 / variance - squared / spread**2, 0.0)  # N⁻¹ = P⁻¹ − 1/spread²
         half = min(most // 2, int(np.ceil(SPAN * np.sqrt(variance) / spacing)))
         for s in range(1, 2 * half + 1):
             n = float((s + 1) // 2 if s % 2 else -(s // 2))
-            moved = off + n * step
-            walk = np.sqrt((moved @ moved) / std[k] ** 2 + softness**2) - start
-            places[k, s] = positions[k] + n * step
+            moved_x, moved_y = off_x + n * step_x, off_y + n * step_y
+            walk = np.sqrt((moved_x * moved_x + moved_y * moved_y) / std[k] ** 2 + softness**2) - start
+            places[k, s, 0], places[k, s, 1] = x + n * step_x, y + n * step_y
             energies[k, s] = walk - n * slope + 0.5 * n * n * curvature
     return places, energies
 
 
 @kernel
-def _direction(ray: FloatArray, covariance: FloatArray, spread: float) -> tuple[float, FloatArray]:
-    """Variance in m² of the height given all of a person's own terms, and [2] dz/dh where they move it.
+def _direction(ray: FloatArray, covariance: FloatArray, spread: float) -> tuple[float, float, float]:
+    """Variance in m² of the height given all of a person's own terms, and dz/dh (right, forward) where they move it.
 
     Both from the covariance P = (1/spread² + N⁻¹)⁻¹ of z: var h = uᵀPu with u = ρ/‖ρ‖², dz/dh = P u/(uᵀPu).
     """
-    v, u = spread**2, ray / (ray @ ray)
+    v, squared = spread**2, ray[0] * ray[0] + ray[1] * ray[1]
+    u_r, u_f = ray[0] / squared, ray[1] / squared
     rr, rf, ff = invert(covariance[0] + v, covariance[1], covariance[2] + v)
     # P = v − v (N + v)⁻¹ v
-    moved = np.array((v * (u[0] - v * (rr * u[0] + rf * u[1])), v * (u[1] - v * (rf * u[0] + ff * u[1]))))
-    variance = u @ moved
-    return variance, moved / variance
+    right, forward = v * (u_r - v * (rr * u_r + rf * u_f)), v * (u_f - v * (rf * u_r + ff * u_f))
+    variance = u_r * right + u_f * forward
+    return variance, right / variance, forward / variance

@@ -18,7 +18,7 @@ energy at the same place.
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import fit_pose
 from vbbench_baselines.localisation import localise
 
@@ -26,13 +26,23 @@ from vbbench_baselines.localisation import localise
 @kernel
 def weigh(positions: FloatArray, expected: FloatArray, std: FloatArray, softness: float) -> FloatArray:
     """Weights w [K] of positions [K, 2] about ``expected`` [K, 2] with ``std`` [K]; one where nothing is expected."""
-    weights = np.ones(len(std))
+    weights = np.empty(len(std))
     for k in range(len(std)):
+        weights[k] = 1.0
         dx, dy = positions[k, 0] - expected[k, 0], positions[k, 1] - expected[k, 1]
         squared = (dx * dx + dy * dy) / std[k] ** 2
         if not np.isnan(squared):
             weights[k] = 1.0 / np.sqrt(squared + softness**2)
     return weights
+
+
+@kernel
+def moved(before: FloatArray, after: FloatArray, distance: float) -> bool:
+    """Whether a coordinate of anybody's place [K, 2] changed by ``distance`` m or more; NaN does not."""
+    for k in range(len(before)):
+        if abs(after[k, 0] - before[k, 0]) >= distance or abs(after[k, 1] - before[k, 1]) >= distance:
+            return True
+    return False
 
 
 @kernel
@@ -62,17 +72,22 @@ def settle(
     Pose [3], positions [K, 2] in m (NaN = not observed) and the weights [K] of the people's terms.
     """
     free, here = np.isnan(pose[2]), pose.copy()
-    weights, walk_weight = np.ones(len(std)), 1.0
-    positions = np.full_like(relative, np.inf)
+    people, walk_weight = len(std), 1.0
+    weights, spread, positions = np.empty(people), std.copy(), np.empty((people, 2))
+    for k in range(people):
+        weights[k], positions[k, 0], positions[k, 1] = 1.0, np.inf, np.inf
     for _ in range(rounds):
-        spread = std / np.sqrt(weights)
         before, last = here, positions
         if free:
             here = fit_pose(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
         positions = localise(here, relative, covariance, expected, spread)
-        if np.all(np.abs(here - before) < tolerance) and not np.any(np.abs(positions - last) >= tolerance):
+        turned = abs(here[0] - before[0]), abs(here[1] - before[1]), abs(here[2] - before[2])
+        held = turned[0] < tolerance and turned[1] < tolerance and turned[2] < tolerance
+        if held and not moved(last, positions, tolerance):
             break
         weights = weigh(positions, expected, std, softness)
+        for k in range(people):
+            spread[k] = std[k] / np.sqrt(weights[k])
         if free and not np.isinf(walk_std):
             stray = np.hypot(here[0] - walk[0], here[1] - walk[1]) / walk_std
             walk_weight = 1.0 / np.sqrt(stray**2 + softness**2)

@@ -14,7 +14,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 SMALLEST_BOX = 1.0
 """Boxes lower than this (px) are taken to be this high: noise must not turn a person's distance negative."""
@@ -67,8 +67,8 @@ def measure(
     for k in range(people):
         along = variances[k] + (heights[k] * stretch[k]) ** 2
         across = heights[k] ** 2
-        (r, f), (dr, df) = rays[k], sideways[k]
-        relative[k] = heights[k] * rays[k]
+        r, f, dr, df = rays[k, 0], rays[k, 1], sideways[k, 0], sideways[k, 1]
+        relative[k, 0], relative[k, 1] = heights[k] * r, heights[k] * f
         covariance[k, 0] = along * r * r + across * dr * dr
         covariance[k, 1] = along * r * f + across * dr * df
         covariance[k, 2] = along * f * f + across * df * df

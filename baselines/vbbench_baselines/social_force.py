@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 
 @kernel
@@ -20,8 +20,9 @@ def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: floa
     -------
     [K, 2] in m/s.
     """
-    change = np.zeros_like(velocities)
+    change = np.empty(velocities.shape)
     for k in range(len(positions)):
+        change[k, 0], change[k, 1] = 0.0, 0.0
         if np.isnan(velocities[k, 0]):
             continue
         total_x, total_y, count = 0.0, 0.0, 0

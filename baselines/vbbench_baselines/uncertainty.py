@@ -11,7 +11,7 @@ it rests on the measurement: dx_k = R B_k Rᵀ (I, ∂x_k/∂yaw) dpose with B_k
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import VAGUE, invert
 
 
@@ -27,9 +27,10 @@ def pose_covariance(
     """[3, 3] of (x, y, yaw) in m, m·rad, rad²; arguments as in `fit_pose`, at the pose [3] found."""
     prior = max(1.0 / walk_std**2, VAGUE)
     _, hessian = linearise_people(pose, relative, covariance, expected, std)
-    sigma = np.empty((3, 3))
-    sigma[:] = np.linalg.inv(hessian + np.diag(np.array((prior, prior, VAGUE))))
-    return sigma
+    hessian[0, 0] += prior
+    hessian[1, 1] += prior
+    hessian[2, 2] += VAGUE
+    return np.ascontiguousarray(np.linalg.inv(hessian))
 
 
 @kernel
@@ -38,7 +39,9 @@ def linearise_people(
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient [3] and Gauss–Newton Hessian [3, 3] of ½ Σ rᵀWr by (x, y, yaw); arguments as in `fit_pose`."""
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
-    gradient, hessian = np.zeros(3), np.zeros((3, 3))
+    gradient, hessian = np.empty(3), np.empty((3, 3))
+    for i in range(3):
+        gradient[i], hessian[i, 0], hessian[i, 1], hessian[i, 2] = 0.0, 0.0, 0.0, 0.0
     for k in range(len(std)):
         if np.isnan(std[k]) or np.isnan(relative[k, 0]):
             continue
@@ -72,13 +75,13 @@ def position_covariances(
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
     spread = np.empty((len(std), 2, 2))
     for k in range(len(std)):
-        n_rr, n_rf, n_ff = covariance[k]
+        n_rr, n_rf, n_ff = covariance[k, 0], covariance[k, 1], covariance[k, 2]
         rr, rf, ff = 1.0, 0.0, 1.0  # B: all the measurement's, where nothing is expected
         if not np.isnan(std[k]):
             v = std[k] ** 2
             w_rr, w_rf, w_ff = invert(n_rr + v, n_rf, n_ff + v)
             rr, rf, ff = v * w_rr, v * w_rf, v * w_ff
-        right, forward = relative[k]
+        right, forward = relative[k, 0], relative[k, 1]
         # Rows of B·∂(Rᵀ(c + R z))/∂(c, yaw)
         a, b, c = rr * sin + rf * cos, rf * sin - rr * cos, rf * right - rr * forward
         d, e, f = rf * sin + ff * cos, ff * sin - rf * cos, ff * right - rf * forward

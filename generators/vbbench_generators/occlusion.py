@@ -15,7 +15,7 @@ from vbbench.arrays import BoolArray, FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import world_to_relative
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 
 SAMPLES = 4
 """Sampled columns a px: people far away are a few px wide."""

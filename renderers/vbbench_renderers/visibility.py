@@ -10,11 +10,11 @@ import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray, frozen_array
 from vbbench.camera import Camera
+from vbbench.kernels import kernel
 from vbbench.renderer import Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Int32
-from vbbench_renderers.raster.compiled import kernel
 from vbbench_renderers.raster.counting import ALL, INSIDE, ON_BORDER, count_alone
 from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
 from vbbench_renderers.raster.parts import join_parts

@@ -10,6 +10,7 @@ from pyarrow import csv
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.errors import FileError
+from vbbench.schemas import column_values
 
 UNLINKED = -1
 """Track of a detection that nobody linked; class and visibility where they are not told."""
@@ -135,7 +136,7 @@ def _read_even(content: bytes, least: int, most: int) -> FloatArray | None:
     values = np.empty((len(table), len(COLUMNS)))
     values[:, 6:] = _UNTOLD
     for column, cells in enumerate(table.columns):
-        values[:, column] = np.concatenate([np.from_dlpack(chunk) for chunk in cells.chunks])  # to_numpy loads pandas
+        values[:, column] = column_values(cells)
     return values if np.isfinite(values).all() else None
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 DEPTH = 6
 """Differences that are combined."""

@@ -9,7 +9,7 @@ inverse, which is full.
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 BAND = 8
 """Numbers that a row reaches to either side: two coordinates of those four frames back."""

@@ -11,7 +11,7 @@ if the weights are right.
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.banded import solve
 from vbbench_baselines.joint_map.people import Person, axes_of, eliminate
 from vbbench_baselines.joint_map.poses import Anchor, linearise

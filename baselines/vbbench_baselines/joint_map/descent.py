@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.acceleration import Past, extrapolate, no_past
 from vbbench_baselines.joint_map.people import Person, Scene, follow
 from vbbench_baselines.joint_map.poses import Anchor, eliminate_all, gradient_of, hessian_of

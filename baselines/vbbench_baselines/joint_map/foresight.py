@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.learning import known_before
 from vbbench_baselines.joint_map.walks import REACH, Walk
 from vbbench_baselines.motion import ANCHOR_STD

@@ -13,7 +13,7 @@ window slides nothing is lost but the freedom to linearise anew.
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor, linearise
 from vbbench_baselines.joint_map.state import State

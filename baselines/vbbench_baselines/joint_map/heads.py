@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.prior import Prior
 
 SLOW = 0.3

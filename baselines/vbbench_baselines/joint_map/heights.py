@@ -13,8 +13,8 @@ from typing import TypedDict
 import numpy as np
 
 from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel
 from vbbench.solver import Problem
-from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.sighted import horizon
 
 FLOOR = 1e-4

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.heads import Head, evidence
 from vbbench_baselines.joint_map.walks import REACH, UNKNOWN, Walk, filters_of, innovation
 

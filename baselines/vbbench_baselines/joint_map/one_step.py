@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import VAGUE, fit_pose
 from vbbench_baselines.joint_map.foresight import foresee_all
 from vbbench_baselines.joint_map.heads import add_curvature, add_slope, surprise, turn, weigh

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.banded import factor, no_band, solve
 from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
 from vbbench_baselines.motion import ANCHOR_STD

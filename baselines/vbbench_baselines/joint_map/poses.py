@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.banded import BAND, invert
 from vbbench_baselines.joint_map.heads import add_curvature, add_slope
 from vbbench_baselines.joint_map.people import Person, Scene, axes_of, eliminate

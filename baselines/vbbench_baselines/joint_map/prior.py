@@ -15,7 +15,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from vbbench.errors import UnknownNameError
-from vbbench_baselines.compiled import kernel
+from vbbench.kernels import kernel
 
 
 class Start(NamedTuple):

@@ -13,8 +13,8 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
+from vbbench.kernels import kernel
 from vbbench.solver import Problem
-from vbbench_baselines.compiled import kernel
 from vbbench_baselines.ego_motion import invert
 from vbbench_baselines.sightings import Sightings, measure, sight
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.kernels import kernel
 from vbbench.sequence import Given
-from vbbench_baselines.compiled import kernel
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.sighted import Statures, inform
 from vbbench_baselines.sightings import Sightings

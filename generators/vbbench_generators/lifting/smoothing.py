@@ -7,7 +7,7 @@ Estimation with Applications to Tracking and Navigation, 2001, section 6.2). Fra
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 
 _FIRST_SPEED_STD = 5.0
 """Standard deviation in m/s of a velocity of which nothing is known yet."""

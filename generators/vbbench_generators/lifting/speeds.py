@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 
 HARMONICS = 6
 OPPOSITE = 3.0

@@ -4,7 +4,7 @@ Polynomials are written in pairs of terms, which the processor computes at the s
 keep loops scalar, and its last digits differ between machines.
 """
 
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 
 TINY = 1e-60
 """Stands in for a length of zero in m where something is divided by it; its cube is still a number."""

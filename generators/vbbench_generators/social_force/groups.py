@@ -3,7 +3,7 @@
 import math
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_generators.social_force.layout import TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
 
 

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_generators.social_force.elementary import TINY, atan_unit, exp_negative
 from vbbench_generators.social_force.layout import VX, VY, X, Y
 

@@ -3,7 +3,7 @@
 import math
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_generators.social_force.groups import group_forces
 from vbbench_generators.social_force.helbing_molnar import helbing_molnar_rows
 from vbbench_generators.social_force.layout import (

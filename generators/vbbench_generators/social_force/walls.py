@@ -3,7 +3,7 @@
 import math
 
 from vbbench.arrays import FloatArray
-from vbbench_generators.social_force.compiled import kernel
+from vbbench.kernels import kernel
 from vbbench_generators.social_force.elementary import TINY, exp_negative
 
 SAMPLES_PER_METRE = 10.0

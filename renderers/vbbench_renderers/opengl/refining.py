@@ -8,8 +8,8 @@ no cracks open.
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.kernels import kernel
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel
 
 COLUMNS = 12
 WIDEST = np.deg2rad(5.0)

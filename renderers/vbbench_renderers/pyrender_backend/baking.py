@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.arrays import IntArray
+from vbbench.kernels import kernel
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel
 from vbbench_renderers.raster.parts import Parts
 from vbbench_renderers.raster.shading import Looks, dye_of, looks_of
 

@@ -4,8 +4,8 @@ import numpy as np
 from numba import prange
 
 from vbbench.arrays import IntArray
+from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel, parallel_kernel
 from vbbench_renderers.raster.filling import MARGIN, STRIP, cross, face_columns, reaches, trim
 from vbbench_renderers.raster.parts import Parts
 from vbbench_renderers.raster.placing import Placed

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numba import prange
 
+from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel, parallel_kernel
 from vbbench_renderers.raster.parts import Parts
 from vbbench_renderers.raster.placing import Placed
 from vbbench_renderers.raster.rays import NEAR, Rays

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel
 from vbbench_renderers.drawing import Sky
-from vbbench_renderers.raster.compiled import kernel
 from vbbench_renderers.raster.rays import Rays
 from vbbench_renderers.raster.textures import linear_to_srgb
 

@@ -7,8 +7,8 @@ import numpy as np
 from numba import prange
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel, parallel_kernel
 from vbbench_renderers.raster.parts import Parts
 from vbbench_renderers.raster.rays import NEAR, Rays
 

@@ -8,9 +8,9 @@ from numba import prange
 from numpy.typing import NDArray
 
 from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.drawing import CHECKS_PER_M, RINGS_PER_M, STRIPES_ROUND, Limbs, Pattern
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel, parallel_kernel
 from vbbench_renderers.raster.filling import STRIP, cross
 from vbbench_renderers.raster.light import Colour, encode, light_of, lit, sky_colour, through_air
 from vbbench_renderers.raster.parts import Parts

@@ -10,9 +10,9 @@ import numpy as np
 from numba import prange
 
 from vbbench.arrays import FloatArray, IntArray
+from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel, parallel_kernel
 from vbbench_renderers.raster.parts import Parts
 
 NOTHING = -1e9

@@ -4,9 +4,9 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from vbbench.kernels import kernel, parallel_kernel
 from vbbench.renderer import NOBODY
 from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.compiled import kernel, parallel_kernel
 from vbbench_renderers.raster.filling import STRIP
 
 Image = NDArray[np.uint8]

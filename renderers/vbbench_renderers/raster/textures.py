@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.arrays import IntArray
+from vbbench.kernels import kernel
 from vbbench_renderers.mesh import Float32
-from vbbench_renderers.raster.compiled import kernel
 
 
 class Textures(NamedTuple):
