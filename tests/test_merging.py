@@ -85,11 +85,12 @@ def test_damaged_partitions_are_refused_and_mended_ones_merged(
     assert digests(merge(spread)) == digests(whole.folder)
 
 
-def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stop(*_arguments: object) -> None:
-        raise KeyboardInterrupt
+def stop(*_arguments: object) -> None:
+    raise KeyboardInterrupt
 
-    for step in ("vbbench.merging.describe_tables", "vbbench.merging._remove_partitions"):
+
+def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for step in ("vbbench.merging.describe_tables", "vbbench.swapping._rename"):
         with monkeypatch.context() as patch:
             patch.setattr(step, stop)
             with pytest.raises(KeyboardInterrupt):
@@ -110,11 +111,13 @@ def test_what_is_in_the_way_is_left_alone(whole: Dataset, spread: Path, tmp_path
     assert digests(spread) == digests(whole.folder)
 
 
-def test_parts_kept_in_another_way_are_made_again(whole: Dataset, tmp_path: Path) -> None:
-    draft = tmp_path / "out.partial"
-    generate_partitioned("demo", tmp_path / "out", Options(limit=LIMIT), scheduler="tcp://nowhere")
-    (tmp_path / "out").replace(draft)
-    (draft / "partitioned" / "layout.json").unlink()
+def test_parts_kept_in_another_way_are_made_again(
+    whole: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("vbbench.generation.write_layout", stop)
+        generate_partitioned("demo", tmp_path / "out", Options(limit=LIMIT), scheduler="tcp://nowhere")
+    assert list((tmp_path / "out.partial").rglob("part-00000020.parquet"))
     assert digests(generate("demo", tmp_path / "out", Options(limit=LIMIT)).folder) == digests(whole.folder)
 
 

@@ -18,6 +18,7 @@ from vbbench.parts import part_ranges
 from vbbench.schemas import column_values
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
+from vbbench.swapping import finish_swaps
 from vbbench.tables import SequenceTable
 from vbbench.withholding import check_truth
 
@@ -47,6 +48,7 @@ class Dataset:
         self.info = DatasetInfo.read(self.folder)
         self.truth_folder = _truth_folder(Path(truth)) if truth else self.folder / "truth"
         if truth:
+            finish_swaps(truth)
             check_truth(self.info, self.truth_folder)
         for name, facts in self.info.tables.items():
             path = self.table_path(name)
