@@ -3,7 +3,7 @@
 import os
 import platform
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -17,17 +17,23 @@ from vbbench import __version__
 from vbbench.answer_rows import answer_rows
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
-from vbbench.isolation import IsolatedSolver
+from vbbench.isolation.grants import beside
+from vbbench.isolation.process import IsolatedSolver, warn_of_open_files
+from vbbench.isolation.remote import Remote
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, registered
 from vbbench.runner import run_sequence, warm_up
 from vbbench.schemas import to_arrow
+from vbbench.solver_source import source_digest
+from vbbench.sources import data_folders
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.tables import PARTITIONED, check_free, replace_folder, write_text_atomically
 
 TABLES = ("poses", "positions", "heights")
+PARTS = "parts"
+"""The folder of finished parts in a draft."""
 
 
 def solve(
@@ -51,7 +57,8 @@ def solve(
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
         submission is then partitioned, and `merging.merge` makes it whole.
-    isolate : run the solver in a process of its own, fed over a pipe, that never holds truth.
+    isolate : run the solver in a process of its own, fed over a pipe, that truth does not reach; where the kernel has
+        Landlock it cannot read the dataset's files, either.
     covariance : write the covariances of poses and positions, too.
 
     Raises
@@ -66,22 +73,46 @@ def solve(
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
         )
-    run_as = held_out(solver, dataset.info.split)
-    key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
+    draft = out.with_name(out.name + ".partial")
+    opened = _isolated(dataset, out, draft, scheduler) if isolate else _opened_here
+    run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
+    source = "+".join(source_digest(name) for name in (solver, run_as))
+    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
     job = _Job(
-        work=partial(_solve_part, dataset, run_as, rules, isolate, covariance),
+        work=partial(_solve_part, dataset, partial(opened, run_as), rules, covariance),
         ranges=part_ranges(len(dataset), dataset.cells),
         label=f"{solver} {protocol}",
         declare=partial(_declared, dataset, solver, run_as, protocol),
     )
-    draft = out.with_name(out.name + ".partial")
     if scheduler is None:
-        _solve_here(job, draft, prepare_draft(draft, "parts", key), jobs)
+        _solve_here(job, draft, prepare_draft(draft, PARTS, key), jobs)
     else:
         prepare_draft(draft, PARTITIONED, key)
         _solve_on_cluster(job, draft, scheduler)
     replace_folder(draft, out)
     return out
+
+
+Opened = AbstractContextManager[Any]
+"""A solver to drive, as long as the context lasts."""
+
+
+def _opened_here(name: str) -> Opened:
+    return nullcontext(make_solver(name))
+
+
+def _isolated(dataset: Dataset, out: Path, draft: Path, scheduler: str | None) -> Callable[[str], Opened]:
+    """How to open a solver that can read neither the dataset nor anything it is made of, nor what others answered."""
+    warn_of_open_files()
+    hidden = [*beside(dataset.folder), *beside(dataset.truth_folder), *beside(out), *data_folders()]
+    return partial(IsolatedSolver, hidden=hidden, compiled=None if scheduler else draft / PARTS / "compiled")
+
+
+def _held_out_apart(opened: Callable[[str], Opened], solver: str, split: str) -> str:
+    """As `registry.held_out`, without importing the solver here."""
+    with opened(solver) as running:
+        variants: dict[str, str] = running.held_out
+    return variants.get(split, solver)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,11 +181,11 @@ def _cpu_lines() -> list[str]:
 
 
 def _solve_part(
-    dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int, last: int
+    dataset: Dataset, opened: Callable[[], Opened], protocol: Protocol, covariance: bool, first: int, last: int
 ) -> Part:
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
     seconds, frames = 0.0, 0
-    with _warm_solver(dataset, name, protocol, isolate, covariance, first) as solver:
+    with _warm_solver(dataset, opened, protocol, covariance, first) as solver:
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
@@ -168,11 +199,13 @@ def _solve_part(
 
 @contextmanager
 def _warm_solver(
-    dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int
+    dataset: Dataset, opened: Callable[[], Opened], protocol: Protocol, covariance: bool, first: int
 ) -> Iterator[Any]:
     """The solver, compiled, and on one thread: rounding differs with their number, and with it what is ill-posed."""
     sample = dataset.sequence(first)
-    with IsolatedSolver(name) if isolate else nullcontext(make_solver(name)) as solver:
+    with opened() as solver:
         warm_up(solver, dataset.problem(sample, covariances=covariance), sample, protocol)
+        if isinstance(solver, Remote):
+            solver.keep_compiled()
         with threadpool_limits(1):
             yield solver
