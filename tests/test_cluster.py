@@ -21,7 +21,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
-from vbbench.isolation import IsolatedSolver
+from vbbench.isolation.process import IsolatedSolver
 from vbbench.merging import merge
 from vbbench.parts import Part
 from vbbench.scoring import score

@@ -10,7 +10,7 @@ import pytest
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.geometry import world_to_relative
-from vbbench.isolation import IsolatedSolver
+from vbbench.isolation.process import IsolatedSolver
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
 from vbbench.runner import run_sequence
 from vbbench.sequence import Given, Sequence, Truth

@@ -3,7 +3,7 @@
 import os
 import platform
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -17,13 +17,17 @@ from vbbench import __version__
 from vbbench.answer_rows import answer_rows
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
-from vbbench.isolation import IsolatedSolver
+from vbbench.isolation.grants import beside
+from vbbench.isolation.process import IsolatedSolver, warn_of_open_files
+from vbbench.isolation.remote import Remote
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, registered
 from vbbench.runner import run_sequence
 from vbbench.schemas import to_arrow
+from vbbench.solver_source import source_digest
+from vbbench.sources import data_folders
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.tables import check_free, write_text_atomically
 from vbbench.warming import begin, warm_up
@@ -53,7 +57,8 @@ def solve(
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
         submission is then partitioned, and `merging.merge` makes it whole.
-    isolate : run the solver in a process of its own, fed over a pipe, that never holds truth.
+    isolate : run the solver in a process of its own, fed over a pipe, that truth does not reach; where the kernel has
+        Landlock it cannot read the dataset's files, either.
     covariance : write the covariances of poses and positions, too.
 
     Raises
@@ -67,10 +72,12 @@ def solve(
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
         )
-    run_as = held_out(solver, dataset.info.split)
-    key = f"{dataset.info.id} {solver} {solver_version(solver)} {rules.id} {covariance} {__version__}"
+    opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
+    run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
+    source = "+".join(source_digest(name) for name in (solver, run_as))
+    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
     job = _Job(
-        work=partial(_solve_part, dataset, run_as, rules, isolate, covariance),
+        work=partial(_solve_part, dataset, run_as, opened, rules, covariance),
         ranges=part_ranges(len(dataset), dataset.cells),
         label=f"{solver} {protocol}",
         declare=partial(_declared, dataset, solver, run_as, protocol),
@@ -83,6 +90,29 @@ def solve(
                 _solve_on_cluster(job, work, scheduler)
             work.publish()
     return out
+
+
+Opened = AbstractContextManager[Any]
+"""A solver to drive, as long as the context lasts."""
+
+
+def _opened_here(name: str) -> Opened:
+    return nullcontext(make_solver(name))
+
+
+def _isolated(dataset: Dataset, out: Path, scheduler: str | None) -> Callable[[str], Opened]:
+    """How to open a solver that can read neither the dataset nor anything it is made of, nor what others answered."""
+    warn_of_open_files()
+    hidden = [*beside(dataset.folder), *beside(dataset.truth_folder), *beside(out), *data_folders()]
+    compiled = None if scheduler else WorkFolder(out).parts / "compiled"
+    return partial(IsolatedSolver, hidden=hidden, compiled=compiled)
+
+
+def _held_out_apart(opened: Callable[[str], Opened], solver: str, split: str) -> str:
+    """As `registry.held_out`, without importing the solver here."""
+    with opened(solver) as running:
+        variants: dict[str, str] = running.held_out
+    return variants.get(split, solver)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,11 +181,17 @@ def _cpu_lines() -> list[str]:
 
 
 def _solve_part(
-    dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int, last: int
+    dataset: Dataset,
+    name: str,
+    opened: Callable[[str], Opened],
+    protocol: Protocol,
+    covariance: bool,
+    first: int,
+    last: int,
 ) -> Part:
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
     seconds, frames = 0.0, 0
-    with _warm_solver(dataset, name, protocol, isolate, covariance, first) as solver:
+    with _warm_solver(dataset, name, opened, protocol, covariance, first) as solver:
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
@@ -169,7 +205,7 @@ def _solve_part(
 
 @contextmanager
 def _warm_solver(
-    dataset: Dataset, name: str, protocol: Protocol, isolate: bool, covariance: bool, first: int
+    dataset: Dataset, name: str, opened: Callable[[str], Opened], protocol: Protocol, covariance: bool, first: int
 ) -> Iterator[Any]:
     """The solver, warm, and on one thread: rounding differs with their number, and with it what is ill-posed.
 
@@ -178,13 +214,14 @@ def _warm_solver(
     """
     sample = dataset.sequence(first)
     problem, longest = dataset.problem(sample, covariances=covariance), int(dataset.rows["frames"].max())
-    process = (dataset.info.id, name, protocol.name, covariance)
-    if not isolate and process not in _warm:
-        _warm.add(process)
-        warm_up(make_solver(name), problem, protocol, longest)
-    with IsolatedSolver(name) if isolate else nullcontext(make_solver(name)) as solver:
-        if isolate:
+    run = (dataset.info.id, name, protocol.name, covariance)
+    with opened(name) as solver:
+        if isinstance(solver, Remote):
             warm_up(solver, problem, protocol, longest)
+            solver.keep_compiled()
+        elif run not in _warm:
+            _warm.add(run)
+            warm_up(make_solver(name), problem, protocol, longest)
         begin(solver, problem, sample, protocol)
         with threadpool_limits(1):
             yield solver

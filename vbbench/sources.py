@@ -53,7 +53,15 @@ class Source:
 
 def data_folder() -> Path:
     """Where downloads go: ``$VBBENCH_DATA`` where that is set, else the user's cache folder."""
-    return _folders()[0]
+    return data_folders()[0]
+
+
+def data_folders() -> list[Path]:
+    """Where source files are looked for: ``$VBBENCH_DATA`` where that is set, and the user's cache folder."""
+    import pooch
+
+    chosen = os.environ.get(DATA_VARIABLE)
+    return [*([Path(chosen).expanduser()] if chosen else []), Path(pooch.os_cache("vbbench"))]
 
 
 def find_source(source: Source, explicit: Path | None = None) -> Path | None:
@@ -64,7 +72,7 @@ def find_source(source: Source, explicit: Path | None = None) -> Path | None:
     if explicit is not None and explicit.is_file():
         return explicit
     folders = [explicit] if explicit is not None else []
-    candidates = (folder / name for folder in [*folders, *_folders()] for name in (source.path, source.file_name))
+    candidates = (folder / name for folder in [*folders, *data_folders()] for name in (source.path, source.file_name))
     return next((path for path in candidates if path.is_file()), None)
 
 
@@ -111,13 +119,6 @@ def fetch(sources: Iterable[Source], folder: Path | None = None, *, progress: bo
     return [_fetch_one(source, folder, show) for source in sources]
 
 
-def _folders() -> list[Path]:
-    import pooch
-
-    chosen = os.environ.get(DATA_VARIABLE)
-    return [*([Path(chosen).expanduser()] if chosen else []), Path(pooch.os_cache("vbbench"))]
-
-
 def _verified(source: Source, path: Path) -> Path:
     actual = file_sha256(path)
     if actual != source.sha256:
@@ -145,7 +146,7 @@ def _check_explicit(sources: Sequence[Source], explicit: Path | None) -> None:
 
 
 def _missing(missing: Sequence[Source], explicit: Path | None, split: str) -> SourceMissingError:
-    places = [*([explicit] if explicit is not None else []), *_folders()]
+    places = [*([explicit] if explicit is not None else []), *data_folders()]
     by_hand = ", ".join(f"{source.url} as {data_folder() / source.path}" for source in missing)
     return SourceMissingError(
         f"source files of {split} are missing (searched {', '.join(map(str, places))}): run 'vbbench fetch {split}', "

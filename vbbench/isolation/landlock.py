@@ -1,0 +1,130 @@
+"""Gives up, for good, what a process may do: Landlock and namespaces, by their system calls. Imports nothing heavy.
+
+Both work on a process of one thread only, so that this comes before NumPy is imported, whose libraries start some.
+Numbers are those of ``linux/landlock.h``, ``linux/sched.h``, ``linux/prctl.h`` and ``linux/capability.h``.
+"""
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446
+"""System calls, of the same number on every architecture but Alpha."""
+
+PATH_BENEATH = 1
+EXECUTE, WRITE_FILE, READ_FILE, READ_DIR = (1 << bit for bit in range(4))
+READ = EXECUTE | READ_FILE | READ_DIR
+TRUNCATE, IOCTL_DEV = 1 << 14, 1 << 15
+FILE_RIGHTS = EXECUTE | WRITE_FILE | READ_FILE | TRUNCATE | IOCTL_DEV
+RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 1}
+"""Everything that can be forbidden to do with files, by the version that brought the last of it."""
+
+TCP_SINCE, TCP = 4, 0b11
+SCOPES_SINCE, SCOPES = 6, 0b11
+"""Binding and connecting; abstract sockets and signals of others."""
+
+NEW_USER, NEW_IPC, NEW_NET = 0x10000000, 0x08000000, 0x40000000
+SET_PDEATHSIG, SET_NO_NEW_PRIVS = 1, 38
+CAPABILITY_VERSION = 0x20080522
+
+
+class _Ruleset(ctypes.Structure):
+    _fields_ = (("files", ctypes.c_uint64), ("ports", ctypes.c_uint64), ("scopes", ctypes.c_uint64))
+
+
+class _PathBeneath(ctypes.Structure):
+    _pack_ = 1
+    _fields_ = (("allowed", ctypes.c_uint64), ("parent", ctypes.c_int32))
+
+
+def version() -> int:
+    """Landlock's version in the running kernel; 0 where there is none, or it is switched off."""
+    if not sys.platform.startswith("linux"):
+        return 0
+    return max(0, int(_libc().syscall(CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(1))))
+
+
+def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
+    """From now on no file can be opened but ``readable`` and ``writable`` and what is in them.
+
+    So it is with whatever this process starts. No TCP, no memory of a process from outside, and no signal to one,
+    either, as far as the kernel knows how; nor is there a way back.
+
+    Raises
+    ------
+    OSError
+        If the kernel refuses.
+    """
+    found = version()
+    handled = next(rights for since, rights in sorted(RIGHTS.items(), reverse=True) if since <= found)
+    rules = _Ruleset(handled, TCP if found >= TCP_SINCE else 0, SCOPES if found >= SCOPES_SINCE else 0)
+    size = 8 if found < TCP_SINCE else 16 if found < SCOPES_SINCE else 24
+    ruleset = _call("landlock_create_ruleset", CREATE_RULESET, ctypes.byref(rules), ctypes.c_size_t(size), 0)
+    try:
+        for path in readable:
+            _allow(ruleset, path, READ & handled)
+        for path in writable:
+            _allow(ruleset, path, handled)
+        _forbid_new_privileges()
+        _call("landlock_restrict_self", RESTRICT_SELF, ruleset, 0)
+    finally:
+        os.close(ruleset)
+
+
+def leave_namespaces() -> None:
+    """Leave the network, shared memory and root's rights over other processes behind, where the kernel lets us."""
+    user, group = os.getuid(), os.getgid()
+    if _libc().unshare(NEW_USER | NEW_IPC | NEW_NET) == 0:
+        for name, text in {"setgroups": "deny", "uid_map": f"{user} {user} 1", "gid_map": f"{group} {group} 1"}.items():
+            Path("/proc/self", name).write_text(text, encoding="ascii")
+
+
+def drop_capabilities() -> None:
+    """Root's rights are no longer this process's, nor those that a new user namespace came with."""
+    nothing = (ctypes.c_uint32 * 6)()
+    _libc().capset((ctypes.c_uint32 * 2)(CAPABILITY_VERSION, 0), nothing)
+
+
+def die_with_parent(parent: int) -> None:
+    """Have the kernel kill this process when its parent, by process id, ends in whatever way."""
+    import signal
+
+    _libc().prctl(SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def _forbid_new_privileges() -> None:
+    if _libc().prctl(SET_NO_NEW_PRIVS, 1, 0, 0, 0):
+        raise _error("prctl")
+
+
+def _allow(ruleset: int, path: str, rights: int) -> None:
+    try:
+        place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+    except OSError:  # gone meanwhile, or not ours to see
+        return
+    try:
+        here = rights if Path(f"/proc/self/fd/{place}").is_dir() else rights & FILE_RIGHTS
+        rule = _PathBeneath(here, place)
+        _call("landlock_add_rule", ADD_RULE, ruleset, PATH_BENEATH, ctypes.byref(rule), 0)
+    finally:
+        os.close(place)
+
+
+def _call(name: str, number: int, *arguments: object) -> int:
+    result = int(_libc().syscall(number, *arguments))
+    if result < 0:
+        raise _error(name)
+    return result
+
+
+def _error(name: str) -> OSError:
+    number = ctypes.get_errno()
+    return OSError(number, os.strerror(number), name)
+
+
+def _libc() -> ctypes.CDLL:
+    return ctypes.CDLL(None, use_errno=True)

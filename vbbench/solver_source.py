@@ -1,0 +1,98 @@
+"""Tells one state of a solver's source from another, without importing it.
+
+What counts is where the solver lives: its whole package with every file in it (parameters that were learned, compiled
+extensions), or its one module; and, likewise, whatever that imports by name that is not installed. Installed packages
+are told by the solver's version, which the caller knows; the solver's own is read, too, wherever it lies.
+"""
+
+import hashlib
+import re
+import sys
+import sysconfig
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from pathlib import Path
+
+from vbbench.registry import registered
+
+READ_WHOLE = 1 << 24
+"""Bytes up to which a file is read; of larger ones size and time of the last change count."""
+
+IMPORT = re.compile(r"(?:^|[:;])[ \t]*(?:from[ \t]+(\w+)|import[ \t]+([\w.,  \t]+))", re.MULTILINE)
+"""``from one import …`` or ``import several, of, them``."""
+
+
+def source_digest(solver: str) -> str:
+    """16 hex digits of a hash of the solver's files and of those it imports that are not installed packages.
+
+    Parameters
+    ----------
+    solver : a registered name, or ``module:attribute``.
+    """
+    point = registered("solver").get(solver)
+    package = (point.value if point else solver).partition(":")[0].partition(".")[0]
+    digest, seen, left = hashlib.sha256(), {package}, [package]
+    while left:
+        name = left.pop(0)
+        for label, path in sorted(_files(name)):
+            digest.update(f"{name} {label} ".encode() + _content(path))
+            fresh = {found for found in _imports(path) if found not in seen and _is_own(found)}
+            seen |= fresh
+            left += sorted(fresh)
+    return digest.hexdigest()[:16]
+
+
+def _files(name: str) -> Iterator[tuple[str, Path]]:
+    """The files of a top-level module or package, each with a name that does not depend on where they lie."""
+    spec = _spec(name)
+    if spec is None:
+        return
+    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+    if not folders and spec.origin:
+        yield Path(spec.origin).name, Path(spec.origin)
+    for folder in folders:
+        for path in folder.rglob("*"):
+            relative = path.relative_to(folder)
+            if path.is_file() and not any(part.startswith((".", "__pycache__")) for part in relative.parts):
+                yield relative.as_posix(), path
+
+
+def _content(path: Path) -> bytes:
+    """The hash of a file, or of what can be had of it."""
+    try:
+        facts = path.stat()
+        if facts.st_size > READ_WHOLE:
+            return f"{facts.st_size} {facts.st_mtime_ns}".encode()
+        return hashlib.sha256(path.read_bytes()).digest()
+    except OSError:
+        return b"unreadable"
+
+
+def _imports(path: Path) -> set[str]:
+    """Top-level names that a Python file imports anywhere, or seems to: a text that reads so only costs a look."""
+    if path.suffix != ".py" or not path.is_file():
+        return set()
+    found = IMPORT.findall(path.read_text("utf-8", "replace"))
+    names = [name for one, several in found for name in (one, *several.split(","))]
+    return {name.split()[0].partition(".")[0] for name in names if name.strip()}
+
+
+def _is_own(name: str) -> bool:
+    """Whether a module is neither Python's nor an installed package's."""
+    if name in sys.stdlib_module_names:
+        return False
+    spec = _spec(name)
+    if spec is None:
+        return False
+    installed = [Path(sysconfig.get_path(kind)).resolve() for kind in ("stdlib", "platstdlib", "purelib", "platlib")]
+    places = [spec.origin] if spec.origin else list(spec.submodule_search_locations or ())
+    return not any(Path(place).resolve().is_relative_to(folder) for place in places for folder in installed)
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    """Where a top-level module is found; looking for it runs none of its code."""
+    try:
+        return find_spec(name)
+    except (ImportError, ValueError):
+        return None
