@@ -6,7 +6,10 @@ A frozen dataclass writes ``dt: Annotated[float, Within(0.001, 60.0, "s")]`` and
 import math
 from dataclasses import dataclass
 from functools import cache
+from numbers import Real
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from vbbench.quoting import quoted
 
 
 @dataclass(frozen=True)
@@ -29,9 +32,11 @@ class Within:
         return f"{_shown(self.least)} to {_shown(self.most)} {self.unit}".strip()
 
     def check(self, name: str, value: float) -> None:
-        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside."""
+        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside or is no number."""
+        called = f"{name}, {self.what}," if self.what else name
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise ValueError(f"{called} must be a number, {self}, not {quoted(value)}")
         if not self.least <= value <= self.most:
-            called = f"{name}, {self.what}," if self.what else name
             raise ValueError(f"{called} must be {self}, not {_shown(value)}")
 
 

@@ -18,7 +18,8 @@ from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
-from vbbench.errors import UnknownNameError, VbbenchError, one_line
+from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.quoting import one_line
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,

@@ -11,7 +11,8 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import Any, TextIO
 
-from vbbench.errors import VbbenchError, one_line, printable
+from vbbench.errors import VbbenchError
+from vbbench.quoting import escaped, one_line
 
 
 class OutputLost(Exception):  # noqa: N818  no mistake of the program
@@ -42,11 +43,7 @@ def guarded_streams() -> Iterator[None]:
 
 @contextlib.contextmanager
 def plain_output() -> Iterator[None]:
-    """Print to stdout without control characters, but for line ends and tabs.
-
-    Titles, names and notes come out of files that strangers made. An escape is written as in JSON, so that JSON stays
-    what it is.
-    """
+    """Print to stdout without control characters, but for line ends: strangers wrote titles, names and notes."""
     with contextlib.redirect_stdout(_Plain(sys.stdout)):
         yield
 
@@ -127,8 +124,8 @@ class _Plain:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write; only line ends and tabs stay."""
-        self._stream.write("".join(part if part in "\n\t" else printable(part) for part in re.split("([\n\t])", text)))
+        """Write; only line ends stay."""
+        self._stream.write(escaped(text, lines=True))
         return len(text)
 
     def __getattr__(self, name: str) -> Any:

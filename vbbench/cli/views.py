@@ -7,7 +7,7 @@ from tyro.conf import Positional
 
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.terminal import say
-from vbbench.errors import one_line
+from vbbench.quoting import one_line
 
 
 def plot(
