@@ -139,7 +139,7 @@ def test_no_crowd(tmp_path: Path, text: str) -> None:
 
 def test_a_recording_too_large_for_a_scene(tmp_path: Path) -> None:
     text = "".join(f"{frame},{track},1,1,5,5,1,1,1\n" for track in range(101) for frame in (1, 1_000_000))
-    with pytest.raises(FileError, match="1000000 frames of 101 tracks are too many"):
+    with pytest.raises(FileError, match="1,000,000 frames of 101 people from 202 rows are too many"):
         heads_at(write_recording(tmp_path / "mine", text, info=SEQINFO.replace("=90", "=1000000")))
 
 

@@ -134,7 +134,7 @@ def test_cameras_survive_json(camera: PanoramaCamera | PerspectiveCamera) -> Non
     ("values", "message"),
     [
         ({"kind": "panorma"}, "did you mean 'panorama'"),
-        ({"kind": "panorama", "focal": 0.0}, "focal must be a positive number"),
+        ({"kind": "panorama", "focal": 0.0}, "focal must be 0.01 to 1e.07 px, not 0"),
         ({"kind": "panorama", "zoom": 2.0}, "zoom"),
     ],
 )

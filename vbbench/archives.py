@@ -147,6 +147,8 @@ def _check_members(path: Path, members: list[zipfile.ZipInfo], limits: Limits) -
 
 def _problem(info: zipfile.ZipInfo, name: str) -> str | None:
     """Why no honest archive has such a member."""
+    if not info.filename:
+        return "has no name"
     if name.startswith("/") or re.match("[A-Za-z]:", name):
         return "has an absolute path"
     if ".." in name.split("/"):

@@ -6,15 +6,21 @@ centre row v (down positive) and height l, all in px. The optical axis is level 
 """
 
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Protocol, cast, runtime_checkable
+from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.ranges import Within, check_ranges
 
 NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
+
+Size = Annotated[int, Within(1, 1e6, "px")]
+Focal = Annotated[float, Within(0.01, 1e7, "px")]
+Point = Annotated[float, Within(-1e7, 1e7, "px")]
+Height = Annotated[float, Within(0.01, 1e3, "m")]
 
 
 @runtime_checkable
@@ -62,15 +68,15 @@ class PerspectiveCamera:
     """
 
     kind: ClassVar[str] = "perspective"
-    width: int = 1280
-    height: int = 720
-    focal: float = 640.0
-    cx: float = 640.0
-    cy: float = 360.0
-    mount_height: float = 1.6
+    width: Size = 1280
+    height: Size = 720
+    focal: Focal = 640.0
+    cx: Point = 640.0
+    cy: Point = 360.0
+    mount_height: Height = 1.6
 
     def __post_init__(self) -> None:
-        _require_positive(self, "width", "height", "focal", "mount_height")
+        check_ranges(self)
 
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project`; the box centre must lie inside the image."""
@@ -113,13 +119,13 @@ class PanoramaCamera:
     """
 
     kind: ClassVar[str] = "panorama"
-    width: int = 1440
-    focal: float = 1440 / (2.0 * np.pi)
-    cy: float = 240.0
-    mount_height: float = 1.6
+    width: Size = 1440
+    focal: Focal = 1440 / (2.0 * np.pi)
+    cy: Point = 240.0
+    mount_height: Height = 1.6
 
     def __post_init__(self) -> None:
-        _require_positive(self, "width", "focal", "mount_height")
+        check_ranges(self)
 
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project`; u is in [0, W)."""
@@ -170,16 +176,9 @@ def camera_from_dict(values: dict[str, Any]) -> PerspectiveCamera | PanoramaCame
         If the kind or a parameter is unknown, or a value cannot be.
     """
     kind = values.get("kind", "")
-    if kind not in CAMERAS:
+    if not isinstance(kind, str) or kind not in CAMERAS:
         raise UnknownNameError("camera", str(kind), CAMERAS)
     try:
         return CAMERAS[kind](**{name: value for name, value in values.items() if name != "kind"})
     except (TypeError, ValueError) as error:
         raise VbbenchError(f"camera '{kind}': {error}") from error
-
-
-def _require_positive(camera: object, *names: str) -> None:
-    for name in names:
-        value = getattr(camera, name)
-        if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name} must be a positive number, not {value}")

@@ -1,4 +1,4 @@
-"""The errors that users meet. All of them are mistakes that the user can mend: exit status 2, no traceback."""
+"""The errors that users meet. All of them are mistakes that the user can fix: exit status 2, no traceback."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -7,9 +7,26 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from vbbench.quoting import one_line, quoted
+
+LONGEST = 5000
+"""Characters of a line of any message: a path may have 4,096."""
+
 
 class VbbenchError(Exception):
-    """Something the user can put right; the message says what is wrong and what to do."""
+    """Something the user can put right.
+
+    Whatever a stranger wrote of it, every line can be shown: none is endless, no character steers a terminal
+    (`vbbench.quoting`).
+
+    Parameters
+    ----------
+    message : what is wrong and what to do.
+    details : further lines, where there is more than one thing to say.
+    """
+
+    def __init__(self, message: str, *details: str) -> None:
+        super().__init__("\n".join(one_line(line, LONGEST) for line in (message, *details)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Errors come whole out of other processes, whatever their constructors take."""
@@ -35,7 +52,8 @@ class FileError(VbbenchError):
     def __init__(self, path: Path | str, problem: str, line: int | None = None) -> None:
         self.path = Path(path)
         self.line = line
-        super().__init__(f"{path}{'' if line is None else f', line {line}'}: {problem}")
+        self.problem = one_line(problem)
+        super().__init__(f"{path}{'' if line is None else f', line {line}'}: {self.problem}")
 
 
 class UnknownNameError(VbbenchError):
@@ -45,7 +63,7 @@ class UnknownNameError(VbbenchError):
         names = sorted(known)
         near = get_close_matches(name, names, n=1)
         hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
-        super().__init__(f"no {kind} is called '{name}'; {hint}")
+        super().__init__(f"no {kind} is called {quoted(name)}; {hint}")
 
 
 class SubmissionError(VbbenchError):
@@ -53,9 +71,9 @@ class SubmissionError(VbbenchError):
 
     def __init__(self, path: Path | str, faults: Iterable[str]) -> None:
         self.faults = tuple(faults)
-        listing = "".join(f"\n  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
+        listing = (f"  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        super().__init__(f"{path}: {count}; mend and score again{listing}")
+        super().__init__(f"{path}: {count}; fix and score again", *listing)
 
 
 class SourceMissingError(VbbenchError):
@@ -63,7 +81,10 @@ class SourceMissingError(VbbenchError):
 
 
 class VbbenchWarning(UserWarning):
-    """Something that works but that the user should know."""
+    """Something that works but that the user should know, on one line."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message, LONGEST))
 
 
 @contextmanager

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Annotated, Literal, Protocol, runtime_checkable
 
 from vbbench.arrays import IntArray
 from vbbench.camera import Camera
 from vbbench.dataset_info import DatasetInfo
+from vbbench.errors import VbbenchError
+from vbbench.ranges import Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence, Truth
 from vbbench.simulation import Simulation
@@ -14,6 +16,8 @@ from vbbench.sources import Source
 
 Tier = Literal["ideal", "noisy", "occluded", "tracked"]
 Look = Literal["motion", "wander"]
+FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
+"""How long a frame may last."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,18 +36,29 @@ class Options:
     dt : seconds a frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
     simulation : what is asked of a simulated crowd; ``None`` for the split's own.
+
+    Raises
+    ------
+    VbbenchError
+        If a number lies outside its range.
     """
 
     camera: Camera | None = None
     tier: Tier = "ideal"
-    height_std: float = 0.07
-    seed: int = 0
-    limit: int | None = None
+    height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
+    seed: Annotated[int, Within(0, 2**256)] = 0
+    limit: Annotated[int, Within(1, 2**31)] | None = None
     look: Look = "motion"
     source: Path | None = None
-    dt: float | None = None
+    dt: Annotated[float, FRAME_TIME] | None = None
     homography: Path | None = None
     simulation: Simulation | None = None
+
+    def __post_init__(self) -> None:
+        try:
+            check_ranges(self)
+        except ValueError as error:
+            raise VbbenchError(str(error)) from error
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,8 @@ from typing import Literal
 from vbbench.errors import VbbenchError
 
 Engine = Literal["numba", "pysocialforce"]
+MOST_PEOPLE = 10_000
+"""People of the largest crowd."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +47,9 @@ def parse_people(text: str) -> tuple[int, ...]:
     VbbenchError
         If it is none of these, or no crowd.
     """
-    form = re.fullmatch(r"(\d+)(?::(\d+)(?::(\d+))?)?", text)
+    form = re.fullmatch(r"([0-9]{1,9})(?::([0-9]{1,9})(?::([0-9]{1,9}))?)?", text)
     first, last, step = (int(form[1]), int(form[2] or form[1]), int(form[3] or 1)) if form else (0, 0, 1)
-    if not 2 <= first <= last or step < 1:
-        raise VbbenchError(f"--people is a number of 2 or more, A:B, or A:B:STEP such as 10:50:10, not '{text}'")
+    if not 2 <= first <= last <= MOST_PEOPLE or step < 1:
+        wanted = f"a number from 2 to {MOST_PEOPLE:,}, A:B, or A:B:STEP such as 10:50:10"
+        raise VbbenchError(f"numbers of people are {wanted}, not '{text}'")
     return tuple(range(first, last + 1, step))

@@ -1,10 +1,12 @@
 """Which person observes which frames of a scene, after a recipe's rules."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from vbbench.arrays import BoolArray
+from vbbench.ranges import Within, check_ranges
 from vbbench.scene import Scene
 
 
@@ -21,11 +23,14 @@ class Rules:
     count_observer : whether the people of Table 1 include the observer.
     """
 
-    skip_first_frames: int = 0
-    min_others: int = 1
-    min_frames: int = 2
-    standing_displacement: float = 0.0
+    skip_first_frames: Annotated[int, Within(0, 10**6)] = 0
+    min_others: Annotated[int, Within(0, 10**6)] = 1
+    min_frames: Annotated[int, Within(1, 10**6)] = 2
+    standing_displacement: Annotated[float, Within(0.0, 1e5, "m")] = 0.0
     count_observer: bool = False
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,9 +15,3 @@ def check_options(split: str, options: Options) -> None:
     """
     if options.tier not in TIERS:
         raise VbbenchError(f"split '{split}' offers the tiers {', '.join(TIERS)}, not '{options.tier}'")
-    if not 0.0 <= options.height_std <= 0.3:
-        raise VbbenchError(f"--sigma-h is the spread of people's heights in m, 0 to 0.3, not {options.height_std}")
-    if options.limit is not None and options.limit < 1:
-        raise VbbenchError(f"--limit must be at least 1, not {options.limit}")
-    if options.seed < 0:
-        raise VbbenchError(f"--seed must be 0 or more, not {options.seed}")

@@ -5,11 +5,15 @@ them. Multiples of 2^−b px leave them zero, and the byte streams of zeros cost
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
+from vbbench.ranges import Within, check_ranges
+
+Bits = Annotated[int, Within(0, 32)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,13 +29,12 @@ class Precision:
     u_bits, v_bits, l_bits : binary digits behind the point of the centre column, centre row and height in px.
     """
 
-    u_bits: int
-    v_bits: int
-    l_bits: int
+    u_bits: Bits
+    v_bits: Bits
+    l_bits: Bits
 
     def __post_init__(self) -> None:
-        if not all(0 <= bits <= 32 for bits in (self.u_bits, self.v_bits, self.l_bits)):
-            raise ValueError("bits of precision are numbers from 0 to 32")
+        check_ranges(self)
 
     @property
     def steps(self) -> tuple[float, float, float]:

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from vbbench.errors import UnknownNameError
-from vbbench.generator import Tier
+from vbbench.generator import FRAME_TIME, Tier
+from vbbench.ranges import Within, check_ranges
 from vbbench.sources import Source
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.lifting.settings import LiftingSettings
@@ -35,7 +36,10 @@ class Resampling:
     jitter : standard deviation in m of Gaussian noise on every coordinate, from the seed.
     """
 
-    jitter: float
+    jitter: Annotated[float, Within(0.0, 10.0, "m")]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,14 +69,17 @@ class Recipe:
     format: Literal["trajnet", "obsmat", "vsp", "auto", "crohd"]
     source: tuple[Source, ...]
     sequences: Rules
-    dt: float | None = None
-    frame_step: int | None = None
+    dt: Annotated[float, FRAME_TIME] | None = None
+    frame_step: Annotated[int, Within(1, 10**6)] | None = None
     homography: Source | None = None
     resampling: Resampling | None = None
     caution: Caution | None = None
     recording: str | None = None
     lifting: LiftingSettings | None = None
     precision: Precision | None = None
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
     @property
     def sources(self) -> tuple[Source, ...]:

@@ -3,14 +3,26 @@
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import as_file, files
+from math import hypot
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from vbbench.errors import UnknownNameError
+from vbbench.generator import FRAME_TIME
+from vbbench.ranges import Within, check_ranges
+from vbbench.simulation import MOST_PEOPLE
 from vbbench_generators.strict import build, build_each, read_toml
 
-Rectangle = tuple[float, ...]
+Place = Annotated[float, Within(-1e5, 1e5, "m")]
+Rectangle = tuple[Place, ...]
 """x0, y0, x1, y1 in m."""
+
+MOST_POSITIONS = 10**8
+"""Frames, those of the warm-up included, times people: 1.6 GB."""
+MOST_GOALS = 10**7
+"""Goals that the people of a crowd may need, one after the other."""
+MOST_WALL = 1e5
+"""Length of all walls in m: the forces know a wall by ten points a metre."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +43,7 @@ class Flow:
     then: tuple[Rectangle, ...] = ()
 
     def __post_init__(self) -> None:
+        check_ranges(self)
         for rectangle in (self.start, self.goal, *self.then):
             _check_rectangle(rectangle)
         if self.beyond and self.then:
@@ -62,32 +75,27 @@ class Scenario:
 
     name: str
     title: str
-    sequences: int
-    people: tuple[int, ...]
-    frames: int
-    dt: float
+    sequences: Annotated[int, Within(1, 10**7)]
+    people: tuple[Annotated[int, Within(2, MOST_PEOPLE)], ...]
+    frames: Annotated[int, Within(1, 10**6)]
+    dt: Annotated[float, FRAME_TIME]
     flow: tuple[Flow, ...]
-    step: float = 0.05
-    warm_up: float = 0.0
+    step: Annotated[float, Within(0.001, 10.0, "s")] = 0.05
+    warm_up: Annotated[float, Within(0.0, 3600.0, "s")] = 0.0
     camera: Literal["panorama", "perspective"] = "perspective"
-    min_seen: int = 0
+    min_seen: Annotated[int, Within(0, MOST_PEOPLE)] = 0
     forces: Literal["moussaid", "helbing-molnar"] = "moussaid"
-    turn_rate: float = 3.0
-    speed_mean: float = 1.34
-    speed_std: float = 0.26
-    spacing: float = 0.5
-    least_way: float = 4.0
+    turn_rate: Annotated[float, Within(0.01, 100.0, "rad/s")] = 3.0
+    speed_mean: Annotated[float, Within(0.01, 10.0, "m/s")] = 1.34
+    speed_std: Annotated[float, Within(0.0, 3.0, "m/s")] = 0.26
+    spacing: Annotated[float, Within(0.0, 100.0, "m")] = 0.5
+    least_way: Annotated[float, Within(0.01, 1e4, "m")] = 4.0
     walls: tuple[Rectangle, ...] = ()
 
     def __post_init__(self) -> None:
-        positive = ("sequences", "frames", "dt", "step", "turn_rate", "speed_mean", "least_way")
-        if bad := [name for name in positive if not getattr(self, name) > 0]:
-            raise ValueError(f"{bad[0]} must be above 0, not {getattr(self, bad[0])}")
-        free = ("warm_up", "min_seen", "speed_std", "spacing")
-        if bad := [name for name in free if not getattr(self, name) >= 0]:
-            raise ValueError(f"{bad[0]} must be 0 or more, not {getattr(self, bad[0])}")
-        if not self.people or min(self.people) < 2:
-            raise ValueError(f"people = {list(self.people)}: a crowd is an observer and at least one other")
+        check_ranges(self)
+        if not self.people:
+            raise ValueError("people must be one number or more: a crowd is an observer and at least one other")
         if not self.flow:
             raise ValueError("there is no [[flow]]: nobody would know where to go")
         if abs(self.substeps * self.step - self.dt) > 1e-9:
@@ -98,6 +106,19 @@ class Scenario:
             )
         if any(len(wall) != 4 for wall in self.walls):
             raise ValueError("a wall is four numbers: x0, y0, x1, y1 in m")
+        self._check_size()
+
+    def _check_size(self) -> None:
+        """Refuse what no memory holds, though each number by itself can be."""
+        crowd, frames = max(self.people), self.warm_up_frames + self.frames
+        if crowd * frames > MOST_POSITIONS:
+            raise ValueError(f"{crowd:,} people in {frames:,} frames, the warm-up's included, are too many")
+        goals = (self.speed_mean + 3.0 * self.speed_std) * self.duration / self.least_way * crowd
+        if any(flow.then for flow in self.flow) and goals > MOST_GOALS:
+            raise ValueError(f"{crowd:,} people would need {goals:,.0f} goals: give them a longer least_way")
+        length = sum(hypot(wall[2] - wall[0], wall[3] - wall[1]) for wall in self.walls)
+        if length > MOST_WALL:
+            raise ValueError(f"the walls are {length:,.0f} m long, more than {MOST_WALL:,.0f} m")
 
     @property
     def substeps(self) -> int:

@@ -1,16 +1,22 @@
 """Frozen dataclasses from TOML tables; a key that is unknown, missing or of the wrong type is an error."""
 
+import reprlib
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from difflib import get_close_matches
 from pathlib import Path
 from types import UnionType
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from vbbench.errors import FileError
 
 T = TypeVar("T")
+
+MOST_BYTES = 2**20
+"""Size of the largest file of settings."""
+DEEPEST = 8
+"""Arrays and tables in one another."""
 
 
 def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
@@ -34,7 +40,7 @@ def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
     hints = get_type_hints(kind)
     for key, value in table.items():
         if not _fits(value, hints[key]):
-            raise FileError(path, f"{where}: {key} = {value!r} is not of the kind wanted ({hints[key]})")
+            raise FileError(path, f"{where}: {key} = {reprlib.repr(value)} is not of the kind wanted ({hints[key]})")
     return kind(**table)
 
 
@@ -59,14 +65,40 @@ def read_toml(path: Path, make: Callable[[dict[str, Any]], T]) -> T:
     FileError
         If it is missing or no TOML, or ``make`` finds that a value cannot be.
     """
+    table = _parse(path)
     try:
-        return make(tomllib.loads(path.read_text("utf-8")))
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(path, f"is no TOML: {error}") from error
+        return make(table)
     except ValueError as error:
         raise FileError(path, str(error)) from error
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+        if len(text) > MOST_BYTES:
+            raise FileError(path, f"has more than {MOST_BYTES:,} bytes; a file of settings is short")
+        table = tomllib.loads(text.decode("utf-8"))
+        _check_values(table)
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from error
+    except RecursionError as error:
+        raise FileError(path, "is nested too deeply; arrays and tables here are a few levels deep") from error
+    except ValueError as error:  # also of text that is no UTF-8, and of numbers of thousands of digits
+        raise FileError(path, f"is no TOML: {error}") from error
+    return table
+
+
+def _check_values(table: dict[str, Any]) -> None:
+    """Refuse values that nothing here can be made of, so that everybody may print and compare them."""
+    level: list[Any] = [table]
+    for _ in range(DEEPEST):
+        level = [item for value in level for item in (value.values() if isinstance(value, dict) else value)]
+        if any(isinstance(value, int) and value.bit_length() > 63 for value in level):
+            raise ValueError("a whole number has more than 64 bits")
+        level = [value for value in level if isinstance(value, (dict, list))]
+    if level:
+        raise RecursionError
 
 
 def _frozen(value: Any) -> Any:
@@ -74,7 +106,7 @@ def _frozen(value: Any) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    if isinstance(hint, UnionType):
+    if get_origin(hint) in (Union, UnionType):
         return any(_fits(value, option) for option in get_args(hint))
     if get_origin(hint) is Literal:
         return value in get_args(hint)

@@ -17,7 +17,9 @@ from typing import Any
 from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
 from vbbench.cli.plugins import plugin_commands
+from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.quoting import one_line
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,
@@ -58,31 +60,42 @@ DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start w
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    if arguments == ["--version"]:
-        print(f"vbbench {__version__}")
-        return 0
-    warnings.showwarning = _one_line_warning
+    warnings.showwarning = lambda message, *_where, **_more: say_warning(message)
     sys.path.insert(0, os.getcwd())  # noqa: PTH109  a solver named module:attribute lies where the user stands
+    with guarded_streams():
+        return _guarded(arguments)
+
+
+def _guarded(arguments: list[str]) -> int:
+    """Run the command; what the user can put right is one line."""
     try:
-        return _run(arguments)
+        check_arguments(arguments)
+        status = _run(arguments)
+        sys.stdout.flush()
     except VbbenchError as error:
-        print(f"vbbench: {error}", file=sys.stderr)
+        say(str(error))
         return 2
     except KeyboardInterrupt:
-        print("vbbench: stopped; the same command goes on where this one was", file=sys.stderr)
+        say("stopped; the same command goes on where this one was")
         return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OutputLost as lost:
+        if lost.reason is None:
+            return 0
+        say(f"the output cannot be written: {lost.reason}")
+        return 2
     except OSError as error:
         if error.errno not in UNWRITABLE:
             raise
-        print(f"vbbench: {error.filename or error}: {error.strerror}; choose another place", file=sys.stderr)
+        say(f"{one_line(str(error.filename or error))}: {error.strerror}; choose another place")
         return 2
-    return 0
+    return status
 
 
 def _run(arguments: list[str]) -> int:
     """Run the command; what it returns is the exit status, nothing is 0."""
+    if arguments == ["--version"]:
+        print(f"vbbench {__version__}")
+        return 0
     import tyro
 
     commands = COMMANDS if arguments and arguments[0] in COMMANDS else all_commands()
@@ -99,9 +112,11 @@ def _run(arguments: list[str]) -> int:
             )
     except SystemExit as stop:
         if stop.code:
-            raise VbbenchError(_one_line(complaints.getvalue())) from None
+            raise VbbenchError(_without_frame(complaints.getvalue())) from None
+        sys.stdout.flush()
         raise
-    return command() or 0
+    with plain_output():
+        return command() or 0
 
 
 def _chosen(
@@ -133,11 +148,7 @@ def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
     return parsed
 
 
-def _one_line(complaint: str) -> str:
-    """Tyro's boxed message as one line without its frame."""
+def _without_frame(complaint: str) -> str:
+    """Tyro's boxed message as one line."""
     text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]", " ", complaint)
     return " ".join(text.split())
-
-
-def _one_line_warning(message: Warning | str, *_where: Any, **_more: Any) -> None:
-    print(f"vbbench: warning: {message}", file=sys.stderr)

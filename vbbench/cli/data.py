@@ -1,10 +1,11 @@
 """Commands that make and describe datasets: splits, fetch, generate, info, verify."""
 
-import sys
 from pathlib import Path
 from typing import Literal
 
 from tyro.conf import Positional
+
+from vbbench.cli.terminal import say_warning
 
 CameraName = Literal["panorama", "perspective"]
 EngineName = Literal["numba", "pysocialforce"]
@@ -109,7 +110,7 @@ def generate(
         facts = generate_partitioned(split, out, options, scheduler=scheduler, **kept)
     doubt = who_knows(split, options.seed) if withhold_truth else None
     if doubt is not None:
-        print(f"vbbench: warning: {doubt}", file=sys.stderr)
+        say_warning(doubt)
     print(describe(facts))
 
 

@@ -1,12 +1,13 @@
 """Commands that show something: plot, render, view, demo."""
 
-import sys
 from pathlib import Path
 from typing import Literal
 
 from tyro.conf import Positional
 
 from vbbench.cli.evaluation import ProtocolName
+from vbbench.cli.terminal import say
+from vbbench.quoting import one_line
 
 
 def plot(
@@ -146,4 +147,4 @@ def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
 
 def announce(text: str) -> None:
     """Say on stderr what is being done."""
-    print(f"vbbench: {text}", file=sys.stderr)
+    say(one_line(text))

@@ -10,6 +10,8 @@ from pyarrow import csv
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.errors import FileError
+from vbbench.numerals import parse_number
+from vbbench.quoting import quoted
 from vbbench.schemas import column_values
 
 UNLINKED = -1
@@ -18,6 +20,8 @@ COLUMNS = ("frame", "id", "left", "top", "width", "height", "conf", "class", "vi
 _UNTOLD = (1.0, -1.0, -1.0)
 """Confidence, class and visibility of lines without them."""
 _LARGEST_ID = 2**31 - 1
+FARTHEST = 1e6
+"""Px that no side or size of a box is beyond."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class MotTable:
         frame, track, _, _, width, height, _, _, visible = self.values.T
         bad = (frame != np.round(frame)) | (frame < 1) | (frame > frames)
         bad |= (track != np.round(track)) | (track < UNLINKED) | (track > _LARGEST_ID)
-        bad |= (width <= 0) | (height <= 0)
+        bad |= (width <= 0) | (height <= 0) | (np.abs(self.values[:, 2:6]) > FARTHEST).any(axis=1)
         bad |= (visible != UNLINKED) & ((visible < 0.0) | (visible > 1.0))
         if bad.any():
             row = int(bad.argmax())
@@ -113,7 +117,7 @@ def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> 
     if values is not None:
         return MotTable(path, values, np.arange(1, len(values) + 1))
     rows, lines = [], []
-    for line, text in enumerate(content.decode("utf-8-sig", errors="replace").splitlines(), 1):
+    for line, text in enumerate(content.decode("utf-8-sig", errors="replace").split("\n"), 1):
         if text.strip() and not text.lstrip().startswith("#"):
             rows.append(_row(path, line, text, least, most))
             lines.append(line)
@@ -131,7 +135,7 @@ def _read_even(content: bytes, least: int, most: int) -> FloatArray | None:
     parse = csv.ParseOptions(quote_char=False, ignore_empty_lines=False)
     try:
         table = csv.read_csv(BytesIO(content), csv.ReadOptions(column_names=names), parse, convert)
-    except pa.ArrowInvalid:
+    except pa.ArrowException:
         return None
     values = np.empty((len(table), len(COLUMNS)))
     values[:, 6:] = _UNTOLD
@@ -157,12 +161,11 @@ def _row(path: Path, line: int, text: str, least: int, most: int) -> list[float]
 
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise FileError(path, f"{name} is '{cell.strip()}'; write a number", line) from None
+    value = parse_number(cell)
+    if value is None:
+        raise FileError(path, f"{name} is {quoted(cell.strip())}; write a number", line)
     if not np.isfinite(value):
-        raise FileError(path, f"{name} is {cell.strip()}; write a finite number", line)
+        raise FileError(path, f"{name} is {value}; write a finite number", line)
     return value
 
 
@@ -175,4 +178,6 @@ def _problem(row: list[float], frames: int) -> str:
         return f"id {track:.10g} is no whole number from 0 on (or -1 for a detection)"
     if width <= 0 or height <= 0:
         return f"the box is {width:g} x {height:g} px; leave out frames without a box"
+    if max(map(abs, row[2:6])) > FARTHEST:
+        return f"the box reaches {max(map(abs, row[2:6])):g} px; boxes are in px of the picture"
     return f"visibility is {visible:g}; it is a fraction between 0 and 1 (or -1: unknown)"

@@ -12,10 +12,14 @@ import numpy as np
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.errors import FileError
 from vbbench.geometry import wrap_angle
+from vbbench.numerals import parse_number
+from vbbench.quoting import quoted
 from vbbench.tables import write_text_atomically
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
 _COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
+_FARTHEST = 1e6
+"""Distance in m from the world's origin that no pose is beyond."""
 _UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1: files are often written with four digits."""
 _TILT_TOLERANCE = 1e-2
@@ -76,7 +80,7 @@ def _read_numbers(path: Path) -> tuple[IntArray, FloatArray]:
     if not path.is_file():
         raise FileError(path, "the file is missing")
     rows = {}
-    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").splitlines(), 1):
+    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1):
         if text.strip() and not text.lstrip().startswith("#"):
             rows[line] = _numbers(path, line, text.split())
     if not rows:
@@ -89,12 +93,14 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
         raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
     numbers = []
     for name, cell in zip(_COLUMNS, cells, strict=True):
-        try:
-            numbers.append(float(cell))
-        except ValueError:
-            raise FileError(path, f"{name} is '{cell}'; write a number", line) from None
-        if not np.isfinite(numbers[-1]):
-            raise FileError(path, f"{name} is {cell}; leave out frames without a pose", line)
+        value = parse_number(cell)
+        if value is None:
+            raise FileError(path, f"{name} is {quoted(cell)}; write a number", line)
+        if not np.isfinite(value):
+            raise FileError(path, f"{name} is {value}; leave out frames without a pose", line)
+        if abs(value) > _FARTHEST and name != "timestamp":
+            raise FileError(path, f"{name} is {value:g}; no place is beyond {_FARTHEST:g} m", line)
+        numbers.append(value)
     return numbers
 
 
@@ -118,7 +124,8 @@ def _check_rotations(path: Path, lines: IntArray, values: FloatArray) -> None:
 
 def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:
     """The frame [N] of each timestamp [N] in s."""
-    exact = timestamps / dt
+    with np.errstate(over="ignore"):
+        exact = timestamps / dt
     nearest = np.round(exact)
     wrong = np.flatnonzero((np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME))
     if len(wrong):

@@ -9,7 +9,7 @@ from vbbench.mot.table import COLUMNS, UNLINKED, MotTable, parse_mot
 from vbbench_generators.crohd.finding import RecordingFiles
 from vbbench_generators.crohd.heads import HeadBoxes
 from vbbench_generators.crohd.seqinfo import SequenceInfo, parse_seqinfo
-from vbbench_generators.readers.table import MOST_CELLS
+from vbbench_generators.readers.gates import check_size
 
 _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
@@ -43,8 +43,7 @@ def _heads(table: MotTable, info: SequenceInfo) -> HeadBoxes:
     if tracks < _LEAST_TRACKS or len(np.unique(frame)) < _LEAST_FRAMES:
         problem = "holds no crowd: two tracks and two frames at least of class 1, conf not 0 and visibility above 0"
         raise FileError(table.path, problem)
-    if frames * tracks > MOST_CELLS:
-        raise FileError(table.path, f"{frames} frames of {tracks} tracks are too many; split the recording")
+    check_size(table.path, frames, tracks, len(frame))
     order = np.lexsort((frame, track))
     return HeadBoxes(
         name=info.name,

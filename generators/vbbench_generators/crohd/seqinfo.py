@@ -1,14 +1,17 @@
 """``seqinfo.ini``: what a recording of MOTChallenge is called, how long it is, and how large its pictures are."""
 
 import configparser
-import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from vbbench.errors import FileError
+from vbbench.numerals import parse_number
+from vbbench.quoting import quoted
 
 _SECTION = "Sequence"
 _MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5
+_LONGEST_NAME, _MOST_BYTES = 200, 2**16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +55,7 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
         if not facts.get(key, "").strip():
             raise FileError(path, f"key '{key}' is missing in its section [{_SECTION}]")
     return SequenceInfo(
-        name=facts["name"].strip(),
+        name=_name(path, facts["name"].strip()),
         frame_rate=_rate(path, facts["frameRate"]),
         frames=_count(path, "seqLength", facts["seqLength"], _MOST_FRAMES),
         size=(
@@ -63,6 +66,8 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
 
 
 def _section(path: Path, content: bytes) -> configparser.SectionProxy:
+    if len(content) > _MOST_BYTES:
+        raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_string(content.decode("utf-8-sig"))
@@ -76,17 +81,21 @@ def _section(path: Path, content: bytes) -> configparser.SectionProxy:
     return parser[_SECTION]
 
 
+def _name(path: Path, text: str) -> str:
+    if len(text) > _LONGEST_NAME or not text.isprintable():
+        raise FileError(path, f"name is {quoted(text)}, not up to {_LONGEST_NAME} letters in one line")
+    return text
+
+
 def _rate(path: Path, text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = math.nan
-    if not 0.1 <= rate <= 1000.0:
-        raise FileError(path, f"frameRate is '{text}', not a number of pictures a second")
+    rate = parse_number(text)
+    if rate is None or not 0.1 <= rate <= 1000.0:
+        raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")
     return rate
 
 
 def _count(path: Path, key: str, text: str, most: int) -> int:
-    if not text.strip().isdecimal() or not 1 <= int(text) <= most:
-        raise FileError(path, f"{key} is '{text}', not a whole number from 1 to {most}")
-    return int(text)
+    count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
+    if not 1 <= count <= most:
+        raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
+    return count

@@ -1,12 +1,12 @@
 """What a recipe says about lifting heads to the ground."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from vbbench.ranges import Within, check_ranges
 
 BoxSize = Literal["mean", "width", "height"]
 Closing = Literal["motion", "prior"]
-
-_POSITIVE = ("head_size", "head_height", "focal_median", "focal_spread", "direction_spread", "window", "walking_speed")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,27 +30,22 @@ class LiftingSettings:
     resamples : how often tracks are resampled for the intervals.
     """
 
-    head_size: float = 0.24
-    head_height: float = 1.58
+    head_size: Annotated[float, Within(0.01, 10.0, "m")] = 0.24
+    head_height: Annotated[float, Within(0.01, 10.0, "m")] = 1.58
     box: BoxSize = "mean"
     level: bool = False
     closing: Closing = "motion"
-    vertical_vanishing_point: tuple[float, ...] | None = None
-    focal_median: float = 1.0
-    focal_spread: float = 0.4
-    direction_spread: float = 0.02
-    window: float = 2.0
-    gap: float = 4.0
-    walking_speed: float = 1.3
+    vertical_vanishing_point: tuple[Annotated[float, Within(-1e9, 1e9, "px")], ...] | None = None
+    focal_median: Annotated[float, Within(0.01, 100.0)] = 1.0
+    focal_spread: Annotated[float, Within(0.001, 10.0)] = 0.4
+    direction_spread: Annotated[float, Within(1e-6, 1.0)] = 0.02
+    window: Annotated[float, Within(0.01, 3600.0, "s")] = 2.0
+    gap: Annotated[float, Within(0.0, 3600.0, "s")] = 4.0
+    walking_speed: Annotated[float, Within(0.01, 10.0, "m/s")] = 1.3
     apply_walking_speed: bool = False
-    resamples: int = 60
+    resamples: Annotated[int, Within(20, 10_000)] = 60
 
     def __post_init__(self) -> None:
-        if bad := [name for name in _POSITIVE if not getattr(self, name) > 0.0]:
-            raise ValueError(f"{bad[0]} must be above 0, not {getattr(self, bad[0])}")
-        if self.gap < 0.0:
-            raise ValueError(f"gap must be 0 s or more, not {self.gap}")
-        if self.resamples < 20:
-            raise ValueError(f"resamples must be 20 or more for an interval, not {self.resamples}")
+        check_ranges(self)
         if self.vertical_vanishing_point is not None and len(self.vertical_vanishing_point) != 2:
             raise ValueError("vertical_vanishing_point must be two numbers, u and v in px")

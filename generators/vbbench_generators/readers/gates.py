@@ -12,6 +12,13 @@ from vbbench.scene import Scene
 SPEED_RANGE = (0.3, 3.0)
 """Median walking speeds in m/s that people can have."""
 
+FARTHEST = 1e6
+"""How far from the origin, in m along either axis, somebody may walk."""
+MOST_CELLS = 10**8
+"""Frames times people that a scene may have: 1.6 GB."""
+FEW_CELLS, CELLS_PER_ROW = 10**6, 5000
+"""A scene has so many cells or fewer, or so many for each row of its file: people there are few, and gaps are short."""
+
 _LARGEST = {"frame": 2**53, "id": 2**31 - 1}
 
 
@@ -28,10 +35,25 @@ def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -
 
 
 def check_on_ground(path: Path, positions: FloatArray, lines: IntArray) -> None:
-    """Positions [N, 2] must be finite after a homography; a point on its horizon lies nowhere on the ground."""
-    bad = ~np.isfinite(positions).all(axis=1)
+    """Positions [N, 2] in m must be somewhere on the ground; a point on the horizon of a homography is not."""
+    bad = ~(np.abs(positions) <= FARTHEST).all(axis=1)
     if bad.any():
-        raise FileError(path, "the homography maps this point beyond its horizon", int(lines[bad.argmax()]))
+        row = int(bad.argmax())
+        if np.isfinite(positions[row]).all():
+            x, y = positions[row]
+            problem = f"({x:.6g}, {y:.6g}) m is more than {FARTHEST / 1000:,.0f} km from the origin; are these metres?"
+        else:
+            problem = "the homography maps this point beyond its horizon"
+        raise FileError(path, problem, int(lines[row]))
+
+
+def check_size(path: Path, frames: int, people: int, rows: int) -> None:
+    """Refuse a scene of ``frames`` frames and ``people`` people, from ``rows`` rows, that would be nearly all empty."""
+    if frames * people > min(MOST_CELLS, max(FEW_CELLS, rows * CELLS_PER_ROW)):
+        problem = (
+            f"{frames:,} frames of {people:,} people from {rows:,} rows are too many, and nearly all of them empty"
+        )
+        raise FileError(path, f"{problem}; split the recording, or correct its frame numbers")
 
 
 def check_tracks(path: Path, frame: IntArray, person: IntArray, lines: IntArray, step: int) -> None:

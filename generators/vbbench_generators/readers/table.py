@@ -6,12 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench.errors import FileError
 from vbbench.scene import Scene
-from vbbench_generators.readers.gates import check_integers, check_phase, check_speed, check_tracks
-
-MOST_CELLS = 10**8
-"""Frames times people that a scene may have: 1.6 GB."""
+from vbbench_generators.readers.gates import (
+    check_integers,
+    check_on_ground,
+    check_phase,
+    check_size,
+    check_speed,
+    check_tracks,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +47,7 @@ class TrackTable:
         """
         frame = check_integers(self.path, "frame", self.frame, self.lines)
         person = check_integers(self.path, "id", self.person, self.lines)
+        check_on_ground(self.path, self.positions, self.lines)
         order = np.lexsort((self.lines, frame, person))
         frame, person, lines = frame[order], person[order], self.lines[order]
         step = frame_step or commonest_step(frame, person)
@@ -57,8 +61,7 @@ class TrackTable:
         people, column = np.unique(person, return_inverse=True)
         row = _row_of_frame(frame, step)
         frames = int(row.max()) + 1
-        if frames * len(people) > MOST_CELLS:
-            raise FileError(self.path, f"{frames} frames of {len(people)} people are too many; split the recording")
+        check_size(self.path, frames, len(people), len(frame))
         dense = np.full((frames, len(people), 2), np.nan)
         dense[row, column] = positions
         unknown = np.full(len(people), np.nan)

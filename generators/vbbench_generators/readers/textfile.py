@@ -7,6 +7,11 @@ import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.errors import FileError
+from vbbench.numerals import parse_number
+from vbbench.quoting import quoted
+
+LONGEST_ROW = 10_000
+"""Characters of a line; a row of numbers has some hundred at most."""
 
 Lines = list[tuple[int, str]]
 """1-based line numbers with what stands there."""
@@ -18,7 +23,7 @@ def read_lines(path: Path) -> Lines:
     Raises
     ------
     FileError
-        If the file cannot be read, is no text, or holds no such line.
+        If the file cannot be read, is no text, holds no such line, or one of absurd length.
     """
     try:
         text = path.read_text("utf-8-sig")
@@ -26,10 +31,15 @@ def read_lines(path: Path) -> Lines:
         raise FileError(path, "is no text file") from error
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
+    if "\0" in text:
+        raise FileError(path, "is no text file: it holds zero bytes")
     stripped = ((number, line.strip()) for number, line in enumerate(text.split("\n"), 1))
     lines = [(number, line) for number, line in stripped if line and not line.startswith("#")]
     if not lines:
         raise FileError(path, "is empty: it holds no row of numbers")
+    endless = next((number for number, line in lines if len(line) > LONGEST_ROW), None)
+    if endless is not None:
+        raise FileError(path, f"has more than {LONGEST_ROW:,} characters; write one row of numbers a line", endless)
     return lines
 
 
@@ -66,12 +76,7 @@ def parse_row(path: Path, number: int, line: str, columns: Sequence[str]) -> lis
     words = line.replace(",", " ").split()
     if len(words) != len(columns):
         raise FileError(path, f"has {len(words)} columns, not {len(columns)} ({' '.join(columns)})", number)
-    for name, word in zip(columns, words, strict=True):
-        if not _is_number(word):
-            raise FileError(path, f"{name} is '{word}', not a number", number)
-        if not np.isfinite(float(word)):
-            raise FileError(path, f"{name} is {word}, not a finite number", number)
-    return [float(word) for word in words]
+    return [_number(path, number, name, word) for name, word in zip(columns, words, strict=True)]
 
 
 def _first_fault(path: Path, lines: Lines, columns: Sequence[str]) -> FileError:
@@ -83,9 +88,10 @@ def _first_fault(path: Path, lines: Lines, columns: Sequence[str]) -> FileError:
     return FileError(path, f"cannot be read as rows of {' '.join(columns)}")
 
 
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return "_" not in word
+def _number(path: Path, line: int, name: str, word: str) -> float:
+    value = parse_number(word)
+    if value is None:
+        raise FileError(path, f"{name} is {quoted(word)}, not a number", line)
+    if not np.isfinite(value):
+        raise FileError(path, f"{name} is {value}, not a finite number", line)
+    return value

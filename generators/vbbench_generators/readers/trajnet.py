@@ -4,7 +4,6 @@ from pathlib import Path
 
 from vbbench.arrays import FloatArray
 from vbbench.scene import Scene
-from vbbench_generators.readers.gates import check_on_ground
 from vbbench_generators.readers.homography import to_ground
 from vbbench_generators.readers.table import TrackTable
 from vbbench_generators.readers.textfile import read_numbers
@@ -33,6 +32,5 @@ def read_trajnet(
     positions = values[:, 2:]
     if homography is not None:
         positions = to_ground(positions, homography)
-        check_on_ground(path, positions, lines)
     table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=positions, lines=lines)
     return table.to_scene(dt, frame_step)

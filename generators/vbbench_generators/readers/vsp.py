@@ -18,6 +18,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.errors import FileError
+from vbbench.quoting import quoted
 from vbbench.scene import Scene
 from vbbench_generators.readers.gates import check_integers, check_on_ground
 from vbbench_generators.readers.homography import to_ground
@@ -28,6 +29,9 @@ FRAME_RATE = 25.0
 """Video frames a second of the UCY recordings."""
 
 COLUMNS = ("x", "y", "frame", "gaze")
+
+FEW_SAMPLES, SAMPLES_PER_KEY = 10**5, 2000
+"""A file is sampled at so many places or fewer, or so many for each key point: 80 s of every frame between two."""
 
 Curve = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Positions [M, 2] at times [M] from key times [N] and key points [N, 2]."""
@@ -47,6 +51,10 @@ class KeyPoints:
     frame: IntArray
     points: FloatArray
     lines: IntArray
+
+    def samples(self, step: int) -> tuple[int, int]:
+        """The first and the last multiple of ``step`` frames between the key points, in steps."""
+        return -(-int(self.frame[0]) // step), int(self.frame[-1]) // step
 
 
 def polyline(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:
@@ -72,12 +80,14 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
     FileError
         With file and line, if the annotation is bad or cut short.
     """
+    people = read_key_points(path)
+    _check_samples(path, people, frame_step)
     parts = []
-    for person, keys in enumerate(read_key_points(path), 1):
+    for person, keys in enumerate(people, 1):
         ground = to_ground(keys.points, homography)
         check_on_ground(path, ground, keys.lines)
-        first, last = -(-keys.frame[0] // frame_step), keys.frame[-1] // frame_step
-        frame = np.arange(first, last + 1) * float(frame_step)
+        first, last = keys.samples(frame_step)
+        frame = np.arange(first, last + 1, dtype=np.float64) * frame_step
         if len(frame):
             place = np.broadcast_to([person, keys.lines[0]], (len(frame), 2))
             parts.append(np.column_stack([place, frame, curve(frame, keys.frame.astype(float), ground)]))
@@ -118,10 +128,21 @@ def _header(path: Path, lines: Lines, row: int, what: str) -> int:
     if row >= len(lines):
         raise FileError(path, f"ends where '<count> - {what}' should stand", lines[-1][0])
     number, line = lines[row]
-    match = re.fullmatch(rf"(\d+)\s*-\s*{what}", line)
+    match = re.fullmatch(rf"([0-9]{{1,9}})\s*-\s*{what}", line)
     if match is None:
-        raise FileError(path, f"'<count> - {what}' should stand here, not '{line[:40]}'", number)
+        raise FileError(path, f"'<count> - {what}' should stand here, not {quoted(line)}", number)
     return int(match[1])
+
+
+def _check_samples(path: Path, people: list[KeyPoints], step: int) -> None:
+    """Refuse key points so far apart in time that what lies between them would fill the memory."""
+    counts = [last - first + 1 for first, last in (keys.samples(step) for keys in people)]
+    if sum(counts) > max(FEW_SAMPLES, SAMPLES_PER_KEY * sum(len(keys.frame) for keys in people)):
+        longest = people[counts.index(max(counts))]
+        problem = (
+            f"a spline goes from frame {longest.frame[0]} to {longest.frame[-1]} with {len(longest.frame)} key points"
+        )
+        raise FileError(path, f"{problem}; correct its frame numbers", int(longest.lines[0]))
 
 
 def _key_points(path: Path, lines: Lines, count: int, header: int) -> KeyPoints:

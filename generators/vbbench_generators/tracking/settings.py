@@ -3,10 +3,16 @@
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from vbbench.camera import Camera, PanoramaCamera
+from vbbench.ranges import Within, check_ranges
 from vbbench_generators.strict import build, read_toml
+
+Positive = Annotated[float, Within(1e-9, 1e9)]
+Share = Annotated[float, Within(0.0, 1.0)]
+Spread = Annotated[float, Within(0.0, 1e9)]
+LogOdds = Annotated[float, Within(-1e3, 1e3)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,32 +36,27 @@ class DetectorModel:
         the mean log-odds of their scores.
     """
 
-    aspect: float
-    score_best: float
-    score_small: float
-    score_hidden: float
-    score_std: float
-    least_visible: float
-    top_std: float
-    side_std: float
-    edge_std: float
-    memory: float
-    pull: float
-    pull_std: float
-    merge_overlap: float
-    merge_rate: float
-    suppress_overlap: float
-    false_alarms: float
-    false_alarm_memory: float
-    false_alarm_score: float
+    aspect: Positive
+    score_best: LogOdds
+    score_small: Spread
+    score_hidden: Spread
+    score_std: Positive
+    least_visible: Share
+    top_std: Spread
+    side_std: Spread
+    edge_std: Spread
+    memory: Positive
+    pull: Share
+    pull_std: Spread
+    merge_overlap: Share
+    merge_rate: Share
+    suppress_overlap: Share
+    false_alarms: Spread
+    false_alarm_memory: Positive
+    false_alarm_score: LogOdds
 
     def __post_init__(self) -> None:
-        _require_positive(self, "aspect", "score_std", "memory", "false_alarm_memory")
-        shares = ("least_visible", "pull", "merge_overlap", "merge_rate", "suppress_overlap")
-        _require_shares(self, *shares)
-        spreads = ("score_small", "score_hidden", "top_std", "side_std", "edge_std", "pull_std", "false_alarms")
-        if bad := [name for name in spreads if getattr(self, name) < 0.0]:
-            raise ValueError(f"{bad[0]} must be 0 or more, not {getattr(self, bad[0])}")
+        check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,22 +77,21 @@ class TrackerSettings:
     least_boxes : tracks with fewer boxes are dropped.
     """
 
-    high: float
-    low: float
-    birth: float
-    first_overlap: float
-    second_overlap: float
-    confirm_overlap: float
-    lost_time: float
-    measurement: float
-    wander: float
-    acceleration: float
-    start_speed: float
-    least_boxes: int
+    high: Share
+    low: Share
+    birth: Share
+    first_overlap: Share
+    second_overlap: Share
+    confirm_overlap: Share
+    lost_time: Positive
+    measurement: Positive
+    wander: Positive
+    acceleration: Positive
+    start_speed: Positive
+    least_boxes: Annotated[int, Within(1, 10**6)]
 
     def __post_init__(self) -> None:
-        _require_shares(self, "high", "low", "birth", "first_overlap", "second_overlap", "confirm_overlap")
-        _require_positive(self, "lost_time", "measurement", "wander", "acceleration", "start_speed", "least_boxes")
+        check_ranges(self)
         if not self.low <= self.high <= self.birth:
             raise ValueError(f"low = {self.low}, high = {self.high} and birth = {self.birth} must not fall")
 
@@ -100,13 +100,13 @@ class TrackerSettings:
 class TrackingSettings:
     """Detector, tracker, and what solvers are told of their noise in px, by kind of camera."""
 
-    perspective_std: float
-    panorama_std: float
+    perspective_std: Positive
+    panorama_std: Positive
     detector: DetectorModel
     tracker: TrackerSettings
 
     def __post_init__(self) -> None:
-        _require_positive(self, "perspective_std", "panorama_std")
+        check_ranges(self)
 
     def pixel_std(self, camera: Camera) -> float:
         """Standard deviation in px of column, top and bottom of tracked boxes."""
@@ -134,13 +134,3 @@ def read_tracking(path: Path) -> TrackingSettings:
         return build(TrackingSettings, {**table, **parts}, path, "top level")
 
     return read_toml(path, made)
-
-
-def _require_positive(settings: object, *names: str) -> None:
-    if bad := [name for name in names if not getattr(settings, name) > 0.0]:
-        raise ValueError(f"{bad[0]} must be above 0, not {getattr(settings, bad[0])}")
-
-
-def _require_shares(settings: object, *names: str) -> None:
-    if bad := [name for name in names if not 0.0 <= getattr(settings, name) <= 1.0]:
-        raise ValueError(f"{bad[0]} must be 0 to 1, not {getattr(settings, bad[0])}")
