@@ -19,7 +19,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation.grants import beside
 from vbbench.isolation.process import IsolatedSolver, warn_of_open_files
-from vbbench.isolation.remote import Remote
+from vbbench.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
@@ -216,7 +216,7 @@ def _warm_solver(
     problem, longest = dataset.problem(sample, covariances=covariance), int(dataset.rows["frames"].max())
     run = (dataset.info.id, name, protocol.name, covariance)
     with opened(name) as solver:
-        if isinstance(solver, Remote):
+        if isinstance(solver, RemoteFrameSolver | RemoteSequenceSolver):
             warm_up(solver, problem, protocol, longest)
             solver.keep_compiled()
         elif run not in _warm:
