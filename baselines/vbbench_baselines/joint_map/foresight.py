@@ -60,7 +60,7 @@ def foresee_all(
         if np.isnan(given[k, 0]):
             expected[k, 0], expected[k, 1], std[k] = foresee(places[:, k], walk, variances[k])
         else:
-            expected[k], std[k] = given[k], ANCHOR_STD
+            expected[k, 0], expected[k, 1], std[k] = given[k, 0], given[k, 1], ANCHOR_STD
     pose = poses[-1].copy()
     if np.isnan(pose[0]):
         return expected, std, np.zeros(3), np.inf

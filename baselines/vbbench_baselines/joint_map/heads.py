@@ -71,7 +71,9 @@ def turn(before: FloatArray, now: FloatArray, head: Head) -> tuple[float, float,
     fy = sin * by_forward + cos * by_left + vy * by_step
     fyaw = left * by_forward - forward * by_left
     moved = (now[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
-    slopes = np.array((fx, fy, -1.0 - fyaw, -fx, -fy, 1.0))
+    slopes = np.empty(6)
+    slopes[0], slopes[1], slopes[2] = fx, fy, -1.0 - fyaw
+    slopes[3], slopes[4], slopes[5] = -fx, -fy, 1.0
     return moved - np.arctan2(n, d), moved, slopes
 
 
@@ -113,9 +115,9 @@ def judge(poses: FloatArray, head: Head, odds: float, weights: FloatArray) -> fl
         follows, wanders = surprise(residuals[t, 0], residuals[t, 1], head)
         following, wandering = following + follows, wandering + wanders
     odds += head.odds
-    weights[0] = 0.0
+    weights[0, 0], weights[0, 1] = 0.0, 0.0
     for t in range(1, len(poses)):
-        weights[t] = weigh(residuals[t, 0], residuals[t, 1], odds + wandering - following, head)
+        weights[t, 0], weights[t, 1] = weigh(residuals[t, 0], residuals[t, 1], odds + wandering - following, head)
     if np.isinf(odds):
         return wandering
     return float(np.logaddexp(0.0, odds) - np.logaddexp(odds - following, -wandering))
@@ -126,7 +128,8 @@ def add_slope(poses: FloatArray, head: Head, weights: FloatArray, gradient: Floa
     """Add what increments with ``weights`` [T, 2] say to the gradient [3T] by poses [T, 3]."""
     for t in range(1, len(poses)):
         off, moved, slopes = turn(poses[t - 1], poses[t], head)
-        gradient[3 * t - 3 : 3 * t + 3] += weights[t, 0] * off * slopes
+        for i in range(6):
+            gradient[3 * t - 3 + i] += weights[t, 0] * off * slopes[i]
         gradient[3 * t + 2] += weights[t, 1] * moved
         gradient[3 * t - 1] -= weights[t, 1] * moved
 

@@ -104,11 +104,15 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
     lessons.scales[k, 1] += 1.0
     if n <= REACH:
         return
-    second = track[2:] - 2.0 * track[1:-1] + track[:-2]
-    for i in range(2):
-        lessons.slope[i] += precision * np.sum(second[-1] * second[-2 - i])
-        for j in range(2):
-            lessons.normal[i, j] += precision * np.sum(second[-2 - i] * second[-2 - j])
+    second = np.empty((3, 2))  # the last second difference, and the two before it
+    for i in range(3):
+        for axis in range(2):
+            second[i, axis] = track[n - 1 - i, axis] - 2.0 * track[n - 2 - i, axis] + track[n - 3 - i, axis]
+    for i in range(1, 3):
+        lessons.slope[i - 1] += precision * (second[0, 0] * second[i, 0] + second[0, 1] * second[i, 1])
+        for j in range(1, 3):
+            product = second[i, 0] * second[j, 0] + second[i, 1] * second[j, 1]
+            lessons.normal[i - 1, j - 1] += precision * product
 
 
 @kernel
@@ -122,6 +126,6 @@ def _conclude(fitted: Walk, lessons: Lessons) -> None:
             people += 1.0
     variance = people / sigma_precision
     for k in range(walkers):
-        total, count = lessons.scales[k]
+        total, count = lessons.scales[k, 0], lessons.scales[k, 1]
         lessons.variances[k] = (fitted.a0 * variance + total) / (fitted.a0 + 2.0 * count)
     lessons.sigma[0] = np.sqrt(variance)

@@ -82,8 +82,9 @@ def locate(
         learn(places, poses, fitted, lessons)
     walk = taught(fitted, lessons)
     relative, covariance = measure(rays, sideways, stretch, stature, stature_variance)
-    covariance[:, 0] += FLOOR**2
-    covariance[:, 2] += FLOOR**2
+    for k in range(len(covariance)):
+        covariance[k, 0] += FLOOR**2
+        covariance[k, 2] += FLOOR**2
     expected, std, walk_pose, own_std = foresee_all(places, poses, given, walk, lessons.variances)
     seen, noise, spread = relative.copy(), covariance.copy(), std.copy()
     free = np.isnan(known[2])
@@ -92,7 +93,7 @@ def locate(
     if free:
         facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
         pose = fit_pose(seen, noise, expected, spread, walk_pose, own_std, facing)
-    own = np.diag(np.full(3, VAGUE))
+    own = _vague()
     for _ in range(ROUNDS):
         found = localise(pose, seen, noise, expected, spread)
         _spread(found, expected, std, walk.nu, spread)
@@ -101,9 +102,15 @@ def locate(
             break
         slope, own = own_terms(pose, poses[-1], walk_pose, own_std, walk)
         gradient, hessian = linearise_people(pose, seen, noise, expected, spread)
-        step = -np.linalg.solve(hessian + own, gradient + slope)
-        length = np.max(np.abs(step))
-        pose = pose + step * min(1.0, LONGEST / max(length, LONGEST))
+        for i in range(3):
+            gradient[i] += slope[i]
+            for j in range(3):
+                hessian[i, j] += own[i, j]
+        step = np.linalg.solve(hessian, gradient)
+        length = max(abs(step[0]), abs(step[1]), abs(step[2]))
+        pose = pose.copy()
+        for i in range(3):
+            pose[i] -= step[i] * min(1.0, LONGEST / max(length, LONGEST))
         if length < TOLERANCE:
             break
     pose[2] = (pose[2] + np.pi) % (2.0 * np.pi) - np.pi
@@ -115,25 +122,36 @@ def own_terms(
     pose: FloatArray, before: FloatArray, walk_pose: FloatArray, std: float, walk: Walk
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient [3] and Hessian [3, 3] of the observer's walk, expected at ``walk_pose`` within ``std``, and head."""
-    gradient, hessian = np.zeros(3), np.diag(np.full(3, VAGUE))
+    gradient, hessian = np.zeros(3), _vague()
     if np.isinf(std):
         return gradient, hessian
-    off = pose[:2] - walk_pose[:2]
-    precision = (walk.nu + 2.0) / (walk.nu * std**2 + off @ off)
-    gradient[:2] += precision * off
+    off_x, off_y = pose[0] - walk_pose[0], pose[1] - walk_pose[1]
+    precision = (walk.nu + 2.0) / (walk.nu * std**2 + (off_x * off_x + off_y * off_y))
+    gradient[0], gradient[1] = precision * off_x, precision * off_y
     hessian[0, 0] += precision
     hessian[1, 1] += precision
-    pair = np.stack((before, pose))
+    pair, weights, slope, curvature = np.empty((2, 3)), np.zeros((2, 2)), np.zeros(6), np.zeros((6, 6))
+    for i in range(3):
+        pair[0, i], pair[1, i] = before[i], pose[i]
     away, moved, _ = turn(pair[0], pair[1], walk.head)
-    weights, slope, curvature = np.zeros((2, 2)), np.zeros(6), np.zeros((6, 6))
     follows, wanders = surprise(away, moved, walk.head)
-    weights[1] = weigh(away, moved, walk.head.odds + wanders - follows, walk.head)
+    weights[1, 0], weights[1, 1] = weigh(away, moved, walk.head.odds + wanders - follows, walk.head)
     add_slope(pair, walk.head, weights, slope)
     add_curvature(pair, walk.head, weights, curvature)
     for i in range(3):
+        gradient[i] += slope[3 + i]
         for j in range(3):
             hessian[i, j] += curvature[min(3 + i, 3 + j), max(3 + i, 3 + j)]
-    return gradient + slope[3:], hessian
+    return gradient, hessian
+
+
+@kernel
+def _vague() -> FloatArray:
+    """The information [3, 3] that always holds the pose."""
+    information = np.zeros((3, 3))
+    for i in range(3):
+        information[i, i] = VAGUE
+    return information
 
 
 @kernel
@@ -159,5 +177,7 @@ def _linearise_boxes(
     for k in range(len(places)):
         if not np.isnan(places[k, 0] + relative[k, 0]):
             q = farther(relative[k], places[k], pose)
-            seen[k] = relative[k] * (2.0 * q - q * q)
-            noise[k] = covariance[k] * q**4
+            for i in range(2):
+                seen[k, i] = relative[k, i] * (2.0 * q - q * q)
+            for i in range(3):
+                noise[k, i] = covariance[k, i] * q**4

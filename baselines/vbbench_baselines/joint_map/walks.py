@@ -70,11 +70,17 @@ def own_walk(walk: Walk) -> Walk:
 def filters_of(b1: float, b2: float, pace: float) -> tuple[FloatArray, FloatArray]:
     """The filters and spreads of an autoregression; ``pace`` is the standard deviation in m of a displacement."""
     first, b, second = start_of(b1, b2)
-    filters = np.zeros((REACH + 1, REACH + 1))
-    filters[1, :2] = 1.0, -1.0
-    for order, (near, far) in ((2, (0.0, 0.0)), (3, (b, 0.0)), (4, (b1, b2))):
-        filters[order] = 1.0, -2.0 - near, 1.0 + 2.0 * near - far, 2.0 * far - near, -far
-    return filters, np.array((1.0, pace, first, second, 1.0))
+    filters, spreads = np.empty((REACH + 1, REACH + 1)), np.empty(REACH + 1)
+    for order in range(REACH + 1):
+        near = 0.0 if order < 3 else (b if order == 3 else b1)
+        far = b2 if order == 4 else 0.0
+        whole = 1.0 if order > 1 else 0.0
+        filters[order, 0], filters[order, 1] = whole, whole * (-2.0 - near)
+        filters[order, 2] = whole * (1.0 + 2.0 * near - far)
+        filters[order, 3], filters[order, 4] = whole * (2.0 * far - near), whole * -far
+    filters[1, 0], filters[1, 1] = 1.0, -1.0
+    spreads[0], spreads[1], spreads[2], spreads[3], spreads[4] = 1.0, pace, first, second, 1.0
+    return filters, spreads
 
 
 @kernel

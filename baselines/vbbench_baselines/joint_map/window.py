@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.sighted import Statures, inform
@@ -74,19 +73,15 @@ def make_scene(relative: FloatArray, information: FloatArray, given: FloatArray,
     return Scene(relative, information, given, first, last, statures.mean, statures.variance)
 
 
-@kernel
 def _push(believed: FloatArray, given: FloatArray, window: FloatArray) -> None:
     """Move both on by one row; ``window`` holds what is given of the last three, which is believed from now on."""
-    believed[:-1], given[:-1] = believed[1:].copy(), given[1:].copy()
-    believed[-1], given[-1] = np.nan, np.nan
-    here, known, new = believed[-3:].reshape(-1), given[-3:].reshape(-1), np.ascontiguousarray(window).reshape(-1)
-    for i in range(len(new)):
-        if not np.isnan(new[i]):
-            known[i] = here[i] = new[i]
+    for rows in (believed, given):
+        rows[:-1] = rows[1:]
+        rows[-1] = np.nan
+        np.copyto(rows[-3:], window, where=~np.isnan(window))
 
 
-@kernel
 def _shift(relative: FloatArray, information: FloatArray, newest: FloatArray, informed: FloatArray) -> None:
     """Move both on by one row, and put in the newest."""
-    relative[:-1], information[:-1] = relative[1:].copy(), information[1:].copy()
+    relative[:-1], information[:-1] = relative[1:], information[1:]
     relative[-1], information[-1] = newest, informed

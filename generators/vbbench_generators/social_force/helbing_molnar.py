@@ -44,11 +44,12 @@ def helbing_molnar_rows(
     # b² ≥ r·(r − s e); the gradient of b is at most (b + s)/b long, which the margin of 20 stands for.
     depth = math.log(max(20.0 * settings.factor / settings.fall_off * count / FORCE_ERROR, 1.0))
     bound = (depth * settings.fall_off) ** 2
-    filled = 0
+    nothing = int(np.int64(0))  # for a constant numba would compile everything anew
+    filled = nothing
     for i in range(first, count, stride):
         if filled + count > pairs.shape[1]:
             _push(filled, people, numbers, pairs, partners, forces)
-            filled = 0
+            filled = nothing
         filled = _gather(people, strides, i, bound, pairs, partners, filled)
     _push(filled, people, numbers, pairs, partners, forces)
 

@@ -32,12 +32,13 @@ def march_scene(
     own_goals = goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
     pairs, partners = np.empty((4, max(PAIRS, count))), np.empty((2, max(PAIRS, count)), np.int64)
     forces = np.empty((2, count))
+    first, stride = int(np.int64(0)), int(np.int64(1))  # for constants numba would compile everything anew
     _record(people, paths[0])
     for frame in range(1, len(paths)):
         for _ in range(substeps):
             aim(people, own_goals, current, numbers[0].arrival_radius)
             forces[:] = 0.0
-            add_row_forces(people, 0, 1, walls, numbers, pairs, partners, forces)
+            add_row_forces(people, first, stride, walls, numbers, pairs, partners, forces)
             add_group_forces(people, members, groups[scene[4] : scene[5] + 1], numbers, forces)
             move(people, speeds[scene[0] : scene[1]], numbers, forces, dt / substeps)
         _record(people, paths[frame])

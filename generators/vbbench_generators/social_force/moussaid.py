@@ -28,12 +28,13 @@ def moussaid_rows(
     the scratch is full, computed in one loop without branches, and handed out in the order of gathering.
     """
     count = people.shape[1]
-    start, filled = first, 0
+    nothing = int(np.int64(0))  # for a constant numba would compile everything anew
+    start, filled = first, nothing
     for i in range(first, count, stride):
         if filled + count - i - 1 > pairs.shape[1]:
             _compute(filled, numbers, pairs)
             _hand_out(start, i, stride, pairs, forces)
-            start, filled = i, 0
+            start, filled = i, nothing
         _gather(people, i, pairs[:, filled:])
         filled += count - i - 1
     _compute(filled, numbers, pairs)
