@@ -1,7 +1,7 @@
 """Runs the tests again and again on a machine kept busy, every second time in reverse order: none may fail.
 
-``python -m tests.under_load --runs 20 -- tests/test_view.py``: what follows ``--`` is for pytest. ``make test-under-load``
-runs the tests of ``make test``.
+``python -m tests.under_load --runs 20 -- tests/test_view.py``: what follows ``--`` is for pytest.
+``make test-under-load`` runs the tests of ``make test``.
 """
 
 import argparse
