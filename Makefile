@@ -1,5 +1,5 @@
 # make demo   first result      make check   lint, types, import contracts, results
-# make test   all but the slow tests; what is not installed skips      make test-slow   the slow ones
+# make test   all but slow tests and pages; what is missing skips      make test-slow   the slow ones
 # make test-extras   installs the extras and runs their tests          make test-all    every test
 # make test-under-load   make test ten times on a busy machine, every second time in reverse order
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
@@ -11,6 +11,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
+PARALLEL := --numprocesses logical --maxprocesses 4 --dist loadfile
+QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
 .PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts results-check bench bench-summary results golden leaderboard wheel-test browser chromium clean
 
@@ -19,16 +21,16 @@ demo: $(VENV)/.runtime
 	$(BIN)/vbbench demo --out $(DEMO) --jobs 2
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m 'not slow'
+	$(BIN)/python -m pytest $(QUICK)
 
 test-slow: $(VENV)/.dev
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow $(PARALLEL)
 
 test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips
 
 test-under-load: $(VENV)/.dev
-	$(BIN)/python -m tests.under_load --runs 10
+	$(BIN)/python -m tests.under_load --runs 10 -- $(QUICK)
 
 test-all: $(VENV)/.extras chromium
 	$(BIN)/python -m pytest

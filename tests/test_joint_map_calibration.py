@@ -48,7 +48,7 @@ def normalised(error: FloatArray, covariance: FloatArray) -> float:
     return float(error @ np.linalg.solve(covariance, error))
 
 
-@pytest.mark.parametrize("protocol", ["one-step", "sequential"])
+@pytest.mark.parametrize("protocol", ["one-step", pytest.param("sequential", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("solver", [MapCausal, MapBatch])
 def test_errors_are_as_large_as_is_said_where_the_model_holds(solver: type[Any], protocol: str) -> None:
     """The last pose of independent sequences: the sum of normalised squared errors has 3 degrees of freedom each."""

@@ -1,6 +1,7 @@
 """map-causal and map-batch on the real recordings: the figures to reach, and no sequence gone astray unsaid."""
 
-from pathlib import Path
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -35,17 +36,24 @@ LEAST = 0.05
 """Errors in m below which a sequence has not gone astray, however exact the plain fit was."""
 
 
-@pytest.fixture(scope="module")
-def splits(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("splits")
+Opened = Callable[[str, str], Dataset]
+Errors = Callable[[str, str, str, str], tuple[FloatArray, BoolArray]]
 
 
-def opened(splits: Path, split: str, tier: str) -> Dataset:
-    folder = splits / f"{split}-{tier}"
-    return Dataset(folder) if folder.exists() else generate(split, folder, Options(tier=tier), jobs=1)
+@pytest.fixture(scope="session")
+def opened(tmp_path_factory: pytest.TempPathFactory) -> Opened:
+    """The dataset of a split and a tier, generated once."""
+    folder = tmp_path_factory.mktemp("splits")
+    return cache(lambda split, tier: generate(split, folder / f"{split}-{tier}", Options(tier=tier), jobs=1))
 
 
-def errors(dataset: Dataset, solver: str, protocol: str) -> tuple[FloatArray, BoolArray]:
+@pytest.fixture(scope="session")
+def errors(opened: Opened) -> Errors:
+    """What `errors_on` finds for a split, a tier, a protocol and a solver, each solved once."""
+    return cache(lambda split, tier, protocol, solver: errors_on(opened(split, tier), protocol, solver))
+
+
+def errors_on(dataset: Dataset, protocol: str, solver: str) -> tuple[FloatArray, BoolArray]:
     """Δx and Δt [N, 2] of every sequence that is scored, and whether all of its frames converged [N]."""
     rules, means, sure = get_protocol(protocol), [], []
     for index in range(len(dataset)):
@@ -64,32 +72,30 @@ def errors(dataset: Dataset, solver: str, protocol: str) -> tuple[FloatArray, Bo
     return np.array(means), np.array(sure)
 
 
-@pytest.mark.parametrize(("split", "tier", "protocol", "solver"), TARGETS)
-def test_the_figures_are_reached(
-    split: str, tier: str, protocol: str, solver: str, data_folder: Path, splits: Path
-) -> None:
-    means, _ = errors(opened(splits, split, tier), solver, protocol)
-    target = TARGETS[split, tier, protocol, solver]
-    reached = means.mean(axis=0)
+@pytest.mark.slow
+@pytest.mark.usefixtures("data_folder")
+@pytest.mark.parametrize(("case", "target"), TARGETS.items(), ids=lambda value: "-".join(map(str, value)))
+def test_the_figures_are_reached(case: tuple[str, str, str, str], target: tuple[float, float], errors: Errors) -> None:
+    reached = errors(*case)[0].mean(axis=0)
     assert (reached <= target).all(), f"{reached}, to reach {target}"
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("data_folder")
 @pytest.mark.parametrize("protocol", ["sequential", "rollout"])
 @pytest.mark.parametrize("split", ["hotel", "eth"])
-def test_no_sequence_is_ten_times_worse_than_the_plain_fit_unsaid(
-    split: str, protocol: str, data_folder: Path, splits: Path
-) -> None:
-    dataset = opened(splits, split, "ideal")
-    plain, _ = errors(dataset, "vb-cv", protocol)
+def test_no_sequence_is_ten_times_worse_than_the_plain_fit_unsaid(split: str, protocol: str, errors: Errors) -> None:
+    plain, _ = errors(split, "ideal", protocol, "vb-cv")
     for solver in ("map-causal", "map-batch"):
-        means, sure = errors(dataset, solver, protocol)
+        means, sure = errors(split, "ideal", protocol, solver)
         astray = ((means > 10.0 * plain) & (means > LEAST)).any(axis=1)
         assert not (astray & sure).any(), f"{solver}: {np.flatnonzero(astray & sure)}"
 
 
-def test_poses_do_not_run_away_where_the_crowd_was_out_of_sight(data_folder: Path, splits: Path) -> None:
+@pytest.mark.usefixtures("data_folder")
+def test_poses_do_not_run_away_where_the_crowd_was_out_of_sight(opened: Opened) -> None:
     """With this prior the window of sequence 80 fell without end, and its poses went 12 km away."""
-    dataset = opened(splits, "hotel", "noisy")
+    dataset = opened("hotel", "noisy")
     sequence = dataset.sequence(80)
     solver = MapCausal(prior=get_prior("without-eth"))
     estimate, _ = run_sequence(solver, dataset.problem(sequence), sequence, get_protocol("sequential"), None)

@@ -58,6 +58,7 @@ def preference(rng, spread: float):
     return lambda phi: size[:, 0] @ np.cos(np.outer(order, phi)) + size[:, 1] @ np.sin(np.outer(order, phi))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["all", "one", "two"])
 def test_the_interval_of_the_stretch_holds_as_often_as_it_says(kind: str) -> None:
     """Lenses from the prior, speeds that may depend on the direction: 95 % of 40 are 35 or more, 97 times in 100."""

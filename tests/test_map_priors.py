@@ -134,6 +134,7 @@ def test_faults(capsys):
     assert "no split" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_command_writes_what_it_prints(capsys, tmp_path):
     main(["sim", "--seed", "7", "--out", str(tmp_path / "p.toml")])
     main(["sim", "--seed", "7"])

@@ -54,10 +54,11 @@ def by_hand(positions: FloatArray, heights: FloatArray, camera: Camera) -> Float
         feet = camera.cy + scale * camera.mount_height
         away = np.abs(columns - middle)
         away = away if flat else np.minimum(away, width - away)
-        mask = np.zeros(ids.shape, bool)
+        near = (away <= max(half) * heights[k] * scale)[0]
+        mask = np.zeros((len(rows), near.sum()), bool)
         for h, t in zip(half, top, strict=True):
-            mask |= (away <= h * heights[k] * scale) & (rows >= feet - t * heights[k] * scale) & (rows <= feet)
-        ids[mask] = k
+            mask |= (away[:, near] <= h * heights[k] * scale) & (rows >= feet - t * heights[k] * scale) & (rows <= feet)
+        ids[:, near] = np.where(mask, k, ids[:, near])
         alone[k] = mask.sum()
     shown = np.bincount(ids[ids >= 0], minlength=len(depth))
     return np.divide(shown, alone, out=np.full(len(depth), np.nan), where=alone > 0)

@@ -29,6 +29,7 @@ def means(dataset: Dataset, folder: Path) -> list[float]:
     return [summaries[name].mean for name in NAMES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("split", LIMITS)
 def test_the_paper_is_reached(split: str, data_folder: Path, tmp_path: Path) -> None:
     measured = means(made(split, tmp_path), tmp_path)
@@ -46,6 +47,7 @@ def test_with_noise_people_are_placed_at_least_as_well_as_by_vb_cv(split: str) -
     assert ours <= theirs
 
 
+@pytest.mark.slow
 def test_known_and_calibrated_heights_are_as_good(data_folder: Path, tmp_path: Path) -> None:
     figures = [means(made("hotel", tmp_path, std), tmp_path) for std in (0.0, 0.07)]
     assert figures[0] == pytest.approx(figures[1], abs=5e-4)

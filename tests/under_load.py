@@ -1,7 +1,7 @@
 """Runs the tests again and again on a machine kept busy, every second time in reverse order: none may fail.
 
-python -m tests.under_load --runs 10                       the tests of `make test`
-python -m tests.under_load --runs 20 -- tests/test_view.py  or any others: arguments of pytest after `--`
+``python -m tests.under_load --runs 20 -- tests/test_view.py``: what follows ``--`` is for pytest.
+``make test-under-load`` runs the tests of ``make test``.
 """
 
 import argparse
@@ -52,13 +52,12 @@ def main() -> int:
     parser.add_argument("--processes", type=int, default=2 * (os.cpu_count() or 1), help="that keep the machine busy")
     parser.add_argument("tests", nargs="*", help="arguments of pytest, after --")
     options = parser.parse_args()
-    tests = options.tests or ["-m", "not slow"]
     failures = 0
     with load(options.processes):
         for number in range(options.runs):
             order = ["--reverse"] if number % 2 else []
             started = time.monotonic()
-            status, told = run([*order, "-rfE", *tests])
+            status, told = run([*order, "-rfE", *options.tests])
             failures += status != 0
             print(f"run {number + 1} {' '.join(order)} {time.monotonic() - started:.0f} s: {told}", flush=True)  # noqa: T201
     return failures
