@@ -123,10 +123,11 @@ class WorkFolder:
             _remove(path for path in self._work.iterdir() if path.name not in (LOCK, MARK))
             (self._work / MARK).unlink(missing_ok=True)
         self._lock.close()
+        if not self._placed:
+            with suppress(OSError):  # it has parts, or somebody else makes something there by now
+                self._work.rmdir()
         for path in self._retired:
             shutil.rmtree(path, ignore_errors=True)
-        with suppress(OSError):  # it has parts, or somebody else makes something there by now
-            self._work.rmdir()
 
     def _has_parts(self) -> bool:
         return any(self.parts.glob("*.arrows")) or any((self.new / PARTITIONED).glob("part-*"))
