@@ -106,7 +106,7 @@ def vbbench(*arguments: object) -> subprocess.Popen[str]:
 
 def finished_parts(out: Path) -> dict[str, int]:
     """Finished parts of an unfinished folder, and when each was written."""
-    found = out.with_name(out.name + ".partial").glob("partitioned/part-*.json")
+    found = out.with_name(out.name + ".partial").glob("new/partitioned/part-*.json")
     return {path.name: path.stat().st_mtime_ns for path in found}
 
 

@@ -14,11 +14,12 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.parts import PART_SIZE, ROWS_A_PART, Part, part_ranges, prepare_draft, write_in_parts
+from vbbench.parts import PART_SIZE, ROWS_A_PART, Part, part_ranges, write_in_parts
 from vbbench.registry import load
 from vbbench.schemas import to_arrow
 from vbbench.solving import solve
 from vbbench.verification import verify
+from vbbench.work_folder import WorkFolder
 
 LIMIT = 40
 
@@ -182,16 +183,23 @@ def test_interrupted_work_goes_on_where_it_was(tmp_path: Path, monkeypatch: pyte
         rows = [{"sequence": [i], "frame": [0], "x": [0.5 * i], "y": [0.0], "yaw": [0.0]} for i in range(first, last)]
         return Part(groups={"poses": [to_arrow("poses", row) for row in rows]}, facts={"first": first})  # type: ignore[arg-type]
 
-    draft = tmp_path / "draft"
-    tables = {"poses": draft / "poses.parquet"}
+    def run(key: str) -> list[int]:
+        with WorkFolder(tmp_path / "out") as place:
+            place.begin(key)
+            tables = {"poses": place.new / "poses.parquet"}
+            facts = write_in_parts(work, part_ranges(80), place.parts, tables, label="test")
+            assert tables["poses"].is_file()
+            return [fact["first"] for fact in facts]
+
     with pytest.raises(InterruptedWorkError):
-        write_in_parts(work, part_ranges(80), prepare_draft(draft, "parts", "key"), tables, label="test")
-    assert not tables["poses"].exists()
-    facts = write_in_parts(work, part_ranges(80), prepare_draft(draft, "parts", "key"), tables, label="test")
-    assert made == [0, 32, 64]
-    assert [fact["first"] for fact in facts] == made
-    write_in_parts(work, part_ranges(80), prepare_draft(draft, "parts", "another key"), tables, label="test")
-    assert len(made) == 6
+        run("key")
+    assert not list(tmp_path.rglob("poses.parquet"))
+    (cut, *_) = sorted(tmp_path.rglob("*.arrows"))
+    cut.write_bytes(cut.read_bytes()[:-8])
+    assert run("key") == [0, 32, 64]
+    assert made == [0, 32, 0, 64]
+    run("another key")
+    assert len(made) == 7
 
 
 @pytest.mark.parametrize("rows", [None, np.ones(70, int), np.r_[np.full(40, 400_000), np.ones(30, int)]])

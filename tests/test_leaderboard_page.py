@@ -277,6 +277,7 @@ def test_only_a_site_is_replaced(tmp_path: Path) -> None:
     assert (out / "mine.txt").read_text("utf-8") == "keep"
     (out / MARKER).write_text("", encoding="utf-8")
     (tmp_path / "out.partial").mkdir()
+    (tmp_path / "out.partial" / "thesis.tex").write_text("years of work", encoding="utf-8")
     with pytest.raises(VbbenchError, match=r"out\.partial exists"):
         build(out, published_results())
 

@@ -19,6 +19,7 @@ from vbbench.merging import merge
 from vbbench.partitions import PackedPart, pack, part_name
 from vbbench.parts import Work
 from vbbench.solving import solve
+from vbbench.verification import verify
 
 LIMIT = 70
 
@@ -85,11 +86,12 @@ def test_damaged_partitions_are_refused_and_mended_ones_merged(
     assert digests(merge(spread)) == digests(whole.folder)
 
 
-def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stop(*_arguments: object) -> None:
-        raise KeyboardInterrupt
+def stop(*_arguments: object) -> None:
+    raise KeyboardInterrupt
 
-    for step in ("vbbench.merging.describe_tables", "vbbench.merging._remove_partitions"):
+
+def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for step in ("vbbench.merging.describe_tables", "vbbench.swapping._rename"):
         with monkeypatch.context() as patch:
             patch.setattr(step, stop)
             with pytest.raises(KeyboardInterrupt):
@@ -110,12 +112,96 @@ def test_what_is_in_the_way_is_left_alone(whole: Dataset, spread: Path, tmp_path
     assert digests(spread) == digests(whole.folder)
 
 
-def test_parts_kept_in_another_way_are_made_again(whole: Dataset, tmp_path: Path) -> None:
-    draft = tmp_path / "out.partial"
-    generate_partitioned("demo", tmp_path / "out", Options(limit=LIMIT), scheduler="tcp://nowhere")
-    (tmp_path / "out").replace(draft)
-    (draft / "partitioned" / "layout.json").unlink()
+def test_parts_kept_in_another_way_are_made_again(
+    whole: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("vbbench.generation.write_layout", stop)
+        with pytest.raises(KeyboardInterrupt):
+            generate_partitioned("demo", tmp_path / "out", Options(limit=LIMIT), scheduler="tcp://nowhere")
+    assert list((tmp_path / "out.partial").rglob("part-00000020.parquet"))
     assert digests(generate("demo", tmp_path / "out", Options(limit=LIMIT)).folder) == digests(whole.folder)
+
+
+DAMAGES: list[tuple[str, dict[str, object], str]] = [
+    ("layout", {"tables": ["../victim"]}, "tables are"),
+    ("layout", {"tables": []}, "tables are"),
+    ("layout", {"tables": "observations"}, "tables are"),
+    ("layout", {"marker": "../victim/notes.txt"}, "marker is"),
+    ("layout", {"marker": ["dataset.json"]}, "marker is"),
+    ("layout", {"parts": ["../../victim/notes"]}, "parts are"),
+    ("layout", {"parts": [[]]}, "parts are"),
+    ("layout", {"withheld": "no"}, "withheld is"),
+    ("layout", {"more": 1}, "more"),
+    ("part-00000000", {"sha256": None}, "columns or sha256 are missing"),
+    ("part-00000000", {"columns": {"observations": ["../victim"]}}, "no columns or SHA-256 of observations"),
+    ("part-00000000", {"columns": {"observations": 1}}, "no columns or SHA-256 of observations"),
+    ("part-00000000", {"sha256": {"observations": 1}}, "no columns or SHA-256 of observations"),
+]
+
+
+@pytest.mark.parametrize(("name", "damage", "problem"), DAMAGES)
+def test_nothing_that_a_partition_says_reaches_outside(
+    whole: Dataset, spread: Path, tmp_path: Path, name: str, damage: dict[str, object], problem: str
+) -> None:
+    victim = tmp_path / "victim" / "notes.txt"
+    victim.parent.mkdir()
+    victim.write_text("years of work")
+    path = spread / "partitioned" / f"{name}.json"
+    text = path.read_text("utf-8")
+    path.write_text(json.dumps({**json.loads(text), **damage}), encoding="utf-8")
+    before = digests(spread)
+    for out in (None, tmp_path / "out"):
+        with pytest.raises(FileError, match=rf"{name}\.json: is damaged .*{problem}.*copy the partitions again"):
+            merge(spread, out)
+    assert victim.read_text() == "years of work"
+    assert digests(spread) == before
+    assert sorted(place.name for place in tmp_path.iterdir()) == ["spread", "victim"]
+    path.write_text(text, encoding="utf-8")
+    assert digests(merge(spread)) == digests(whole.folder)
+
+
+def test_a_table_of_other_columns_is_refused_although_its_hash_is_right(spread: Path) -> None:
+    path = spread / "partitioned" / "part-00000020.json"
+    data = (spread / "given" / "part-00000020.parquet").read_bytes()
+    (spread / "observations" / "part-00000020.parquet").write_bytes(data)
+    facts = json.loads(path.read_text("utf-8"))
+    facts["sha256"]["observations"] = facts["sha256"]["given"]
+    path.write_text(json.dumps(facts), encoding="utf-8")
+    with pytest.raises(FileError, match=r"observations/part-00000020\.parquet: has the columns"):
+        merge(spread)
+    noise = b"PAR1 no table PAR1"
+    (spread / "observations" / "part-00000020.parquet").write_bytes(noise)
+    facts["sha256"]["observations"] = hashlib.sha256(noise).hexdigest()
+    path.write_text(json.dumps(facts), encoding="utf-8")
+    with pytest.raises(FileError, match=r"observations/part-00000020\.parquet: is damaged"):
+        merge(spread)
+
+
+def test_what_is_no_partition_stays_in_the_folder(whole: Dataset, spread: Path) -> None:
+    (spread / "notes.txt").write_text("mine")
+    (spread / "notes").mkdir()
+    (spread / "notes" / "more.txt").write_text("mine, too")
+    merge(spread)
+    assert (spread / "notes.txt").read_text() == "mine"
+    assert (spread / "notes" / "more.txt").read_text() == "mine, too"
+    assert digests(spread).items() >= digests(whole.folder).items()
+
+
+@pytest.mark.parametrize("place", ["in place", "elsewhere"])
+def test_a_truth_that_is_kept_is_never_replaced_unasked(tmp_path: Path, place: str) -> None:
+    again = {"scheduler": "tcp://nowhere", "withhold_truth": True}
+    generate_partitioned("demo", tmp_path / "spread", Options(limit=LIMIT), **again)  # type: ignore[arg-type]
+    out = tmp_path / ("spread" if place == "in place" else "out")
+    generate("demo", tmp_path / "other", Options(limit=3, seed=1), withhold_truth=True)
+    shutil.copytree(tmp_path / "other.truth", f"{out}.truth")
+    kept, spread = digests(tmp_path / "other.truth"), digests(tmp_path / "spread")
+    with pytest.raises(VbbenchError, match=rf"{out.name}\.truth exists and may be the only copy.*--overwrite"):
+        merge(tmp_path / "spread", out)
+    assert digests(Path(f"{out}.truth")) == kept
+    assert digests(tmp_path / "spread") == spread
+    assert main(["merge", str(tmp_path / "spread"), "--out", str(out), "--overwrite"]) == 0
+    assert verify(out, f"{out}.truth")
 
 
 @pytest.mark.parametrize("solver", ["vb-cv", "cv", "tests.test_extras:Moody", "tests.test_extras:Reporting"])

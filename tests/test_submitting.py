@@ -94,7 +94,7 @@ def test_a_withheld_dataset_is_exported_too(tmp_path: Path) -> None:
 def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: Said) -> None:
     (mine / "README.md").unlink()
     (mine / "mysolver.py").write_text("years of work", encoding="utf-8")
-    assert "mysolver.awk exists" in mistake("leaderboard", "template", mine)
+    assert "mysolver.py exists" in mistake("leaderboard", "template", mine)
     assert (mine / "mysolver.py").read_text("utf-8") == "years of work"
     assert "is a dataset" in mistake("leaderboard", "template", dataset.folder)
     assert "is no folder" in mistake("leaderboard", "template", mine / "mysolver.py")

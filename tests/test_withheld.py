@@ -126,8 +126,6 @@ def test_info_prints_one_hash_that_sha256sum_gives_too(
 def test_a_cluster_keeps_the_seed_apart_too(challenge: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vbbench.cluster.on_cluster", _here)
     generate_partitioned("sim", tmp_path / "spread", options(), scheduler="tcp://nowhere", withhold_truth=True)
-    (tmp_path / "spread.truth").mkdir()
-    (tmp_path / "spread.truth" / "poses.parquet.partial").write_text("of a merge that was interrupted")
     merge(tmp_path / "spread")
     for name in ("challenge", "challenge.truth"):
         for path in challenge.with_name(name).iterdir():

@@ -8,7 +8,8 @@ import pyarrow.csv as csv
 import pyarrow.parquet as pq
 
 from vbbench.dataset import Dataset
-from vbbench.tables import check_not_ours, replace_durably
+from vbbench.replacing import replacing
+from vbbench.tables import loose_files
 
 TABLES = ("sequences", "observations", "given")
 
@@ -24,23 +25,20 @@ def export_csv(dataset: Dataset, out: Path | str) -> Path:
         If ``out`` is no folder, or a dataset or submission.
     """
     out = Path(out)
-    check_not_ours(out)
-    out.mkdir(parents=True, exist_ok=True)
-    for name in TABLES:
-        _write(dataset.table_path(name), out / f"{name}.csv")
+    with loose_files(out):
+        for name in TABLES:
+            _write(dataset.table_path(name), out / f"{name}.csv")
     return out
 
 
 def _write(table: Path, path: Path) -> None:
-    temporary = path.with_name(path.name + ".partial")
     parquet = pq.ParquetFile(table)
     options = csv.WriteOptions(include_header=False, quoting_style="none")
-    with temporary.open("wb") as file:
+    with replacing(path) as temporary, temporary.open("wb") as file:
         file.write((",".join(parquet.schema_arrow.names) + "\n").encode())
         with csv.CSVWriter(file, parquet.schema_arrow, write_options=options) as writer:
             for batch in parquet.iter_batches():
                 writer.write_batch(_without_nan(batch))
-    replace_durably(temporary, path)
 
 
 def _without_nan(batch: pa.RecordBatch) -> pa.RecordBatch:

@@ -17,6 +17,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import part_ranges
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
+from vbbench.swapping import finish_swaps
 from vbbench.tables import SequenceTable
 from vbbench.withholding import check_truth
 
@@ -46,6 +47,7 @@ class Dataset:
         self.info = DatasetInfo.read(self.folder)
         self.truth_folder = _truth_folder(Path(truth)) if truth else self.folder / "truth"
         if truth:
+            finish_swaps(truth)
             check_truth(self.info, self.truth_folder)
         for name, facts in self.info.tables.items():
             path = self.table_path(name)

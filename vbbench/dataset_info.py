@@ -9,6 +9,7 @@ from typing import Any
 
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
 from vbbench.errors import FileError, VbbenchError
+from vbbench.swapping import finish_swaps
 from vbbench.tables import refuse_partitioned
 
 FORMAT_VERSION = 1
@@ -111,6 +112,7 @@ class DatasetInfo:
         FileError
             If it is missing, damaged, of another format version, or edited by hand.
         """
+        finish_swaps(folder)
         refuse_partitioned(folder, INFO_FILE)
         path = folder / INFO_FILE
         if not path.is_file():

@@ -6,9 +6,11 @@ from vbbench.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generator import Generator, Options
 from vbbench.info import describe
+from vbbench.locks import locked
 from vbbench.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
+from vbbench.replacing import is_unused
 from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.solving import solve
@@ -28,7 +30,15 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
     The folder ``out`` then holds ``dataset``, a submission for each protocol and solver, pictures, and ``index.md``.
     """
     out = Path(out)
-    check_free(out, PAGE, "demo", overwrite=True)
+    if not is_unused(out):
+        check_free(out, PAGE, "demo", overwrite=True)
+    with locked(out):
+        if not (out / PAGE).exists():  # the next demo may go on in this folder, whatever becomes of this one
+            write_text_atomically(out / PAGE, "# vbbench demo\n\nIt was not made to its end; make it again.\n")
+        return _fill(out, jobs)
+
+
+def _fill(out: Path, jobs: int) -> str:
     split = REAL if _at_hand(REAL) else MADE
     dataset = generate(split, out / "dataset", Options(), jobs=jobs, overwrite=True)
     scores = [

@@ -1,6 +1,8 @@
 """The errors that users meet. All of them are mistakes that the user can mend: exit status 2, no traceback."""
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -62,3 +64,21 @@ class SourceMissingError(VbbenchError):
 
 class VbbenchWarning(UserWarning):
     """Something that works but that the user should know."""
+
+
+@contextmanager
+def plain_errors(path: Path, place: Path | None = None) -> Iterator[None]:
+    """Say of what the system refuses that ``path`` cannot be written.
+
+    Parameters
+    ----------
+    place : only of what is refused there, or nowhere in particular; by default of everything.
+    """
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        if error.errno is None or (place is not None and error.filename not in (None, str(place))):
+            raise
+        raise FileError(path, f"{os.strerror(error.errno)}; choose another place") from error

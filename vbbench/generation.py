@@ -1,7 +1,7 @@
 """Makes a dataset folder from a generator's plan."""
 
-import shutil
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,21 +17,15 @@ from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan, SequenceData, SizedPlan
-from vbbench.partitions import Layout, pack, part_name, write_layout, write_partition, write_partitions
-from vbbench.parts import Part, Ranges, part_ranges, prepare_draft, write_in_parts
+from vbbench.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
+from vbbench.parts import Part, Ranges, part_ranges, write_in_parts
 from vbbench.registry import load
 from vbbench.rows import ROWS, SCENE_TABLES, TRACK_TABLE, scene_rows, sequence_row, sequence_rows
 from vbbench.scene import Scene
 from vbbench.schemas import SCHEMAS, to_arrow
-from vbbench.tables import (
-    PARTITIONED,
-    TableWriter,
-    check_free,
-    file_sha256,
-    replace_folder,
-    write_text_atomically,
-)
+from vbbench.tables import PARTITIONED, TableWriter, check_free, file_sha256, write_text_atomically
 from vbbench.withholding import check_truth_free, truth_folder_beside, withhold
+from vbbench.work_folder import WorkFolder
 
 TABLES = ["sequences", *ROWS, *SCENE_TABLES]
 """The tables of a dataset; the tier `tracked` has one more."""
@@ -56,31 +50,34 @@ def generate(
     VbbenchError
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
-    plan = _plan(split, Path(out), options, overwrite, withhold_truth)
-    return write_dataset(plan, Path(out), jobs=jobs, withhold_truth=withhold_truth)
+    out, generator = Path(out), _generator(split)
+    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
+        _write(_plan(generator, split, options), work, jobs, withhold_truth)
+    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
 
 
-def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, withhold_truth: bool = False) -> Dataset:
-    """Make every sequence of a plan and write them to the folder ``out``, replacing what is there; see `generate`."""
-    draft = out.with_name(out.name + ".partial")
-    parts = prepare_draft(draft, "parts", _key(plan))
-    tables = {name: draft / f"{name}.parquet" for name in _tables(plan)}
+def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
+    """Make every sequence of a plan and write them to the folder ``out``; see `generate`."""
+    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth=False)) as work:
+        _write(plan, work, jobs, withhold_truth=False)
+    return Dataset(out)
+
+
+def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> None:
+    if not work.begin(_key(plan, withhold_truth)):
+        return
+    tables = table_paths(_tables(plan), work, withhold_truth)
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
-    work = partial(_build_part, plan)
-    facts = write_in_parts(work, _ranges(plan), parts, streamed, jobs=jobs, label=plan.info.split)
+    build = partial(_build_part, plan)
+    facts = write_in_parts(build, _ranges(plan), work.parts, streamed, jobs=jobs, label=plan.info.split)
     for name, groups in _shared_scenes(plan.scenes).items():
         with TableWriter(tables[name], name) as writer:
             for group in groups:
                 writer.add(group)
     info = replace(_counted(plan, facts), tables=describe_tables(tables))
-    published = withhold(info, draft / "truth") if withhold_truth else info
-    write_text_atomically(draft / INFO_FILE, published.to_json())
-    if withhold_truth:
-        kept = truth_folder_beside(out)
-        shutil.rmtree(kept, ignore_errors=True)
-        (draft / "truth").replace(kept)
-    replace_folder(draft, out)
-    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
+    published = withhold(info, work.new_truth) if withhold_truth else info
+    write_text_atomically(work.new / INFO_FILE, published.to_json())
+    work.publish()
 
 
 def generate_partitioned(
@@ -96,27 +93,44 @@ def generate_partitioned(
 
     Otherwise as `generate`.
     """
-    out = Path(out)
-    plan = _plan(split, out, options, overwrite, withhold_truth)
-    draft = out.with_name(out.name + ".partial")
-    prepare_draft(draft, PARTITIONED, _key(plan))
-    facts = write_partitions(partial(_build_part, plan), _ranges(plan), draft, scheduler, label=plan.info.split)
+    out, generator = Path(out), _generator(split)
+    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
+        plan = _plan(generator, split, options)
+        if work.begin(_key(plan, withhold_truth), partitioned=True):
+            _write_partitions(plan, work, scheduler, withhold_truth)
+    return DatasetInfo.read(out / PARTITIONED)
+
+
+def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, withhold_truth: bool) -> None:
+    facts = write_partitions(partial(_build_part, plan), _ranges(plan), work.new, scheduler, label=plan.info.split)
     parts = [part_name(first) for first, _ in _ranges(plan)]
     if plan.scenes:
-        write_partition(draft, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), "scenes"))
-        parts.append("scenes")
-    info = _counted(plan, facts)
+        write_partition(work.new, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), SCENES))
+        parts.append(SCENES)
     layout = Layout(marker=INFO_FILE, tables=_tables(plan), parts=parts, withheld=withhold_truth)
-    write_layout(draft, layout, info.to_json())
-    replace_folder(draft, out)
-    return info
+    write_layout(work.new, layout, _counted(plan, facts).to_json())
+    work.publish()
 
 
-def _plan(split: str, out: Path, options: Options, overwrite: bool, withhold_truth: bool) -> Plan:
+def table_paths(names: Iterable[str], work: WorkFolder, withhold_truth: bool) -> dict[str, Path]:
+    """Where the tables of a dataset are written, those of withheld truth apart."""
+    apart = {name for name in names if withhold_truth and name.startswith("truth/")}
+    folders = {name: work.new_truth if name in apart else work.new for name in names}
+    return {name: folder / f"{Path(name).name if name in apart else name}.parquet" for name, folder in folders.items()}
+
+
+def _generator(split: str) -> Generator:
+    found: Generator = load("generator", split)
+    return found
+
+
+def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
     check_free(out, INFO_FILE, "dataset", overwrite)
-    generator: Generator = load("generator", split)
     if withhold_truth:
         check_truth_free(truth_folder_beside(out), overwrite)
+
+
+def _plan(generator: Generator, split: str, options: Options) -> Plan:
     plan = generator.plan(options)
     if not len(plan):
         raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
@@ -131,8 +145,8 @@ def _ranges(plan: Plan) -> Ranges:
     return part_ranges(len(plan), plan.expected_rows if isinstance(plan, SizedPlan) else None)
 
 
-def _key(plan: Plan) -> str:
-    return f"{plan.info.id} {__version__}"
+def _key(plan: Plan, withhold_truth: bool) -> str:
+    return f"{plan.info.id} {__version__} {withhold_truth}"
 
 
 def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:

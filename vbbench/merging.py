@@ -1,51 +1,55 @@
 """Makes partitioned datasets and submissions whole: the same files, byte for byte, as one machine writes."""
 
-import shutil
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
-from vbbench.generation import describe_tables
-from vbbench.partitions import LAYOUT_FILE, Layout, PartitionedTable, read_layout
+from vbbench.generation import describe_tables, table_paths
+from vbbench.partitions import Layout, PartitionedTable, read_layout
 from vbbench.parts import progress_bar
+from vbbench.submission import SubmissionInfo
+from vbbench.swapping import real
 from vbbench.tables import PARTITIONED, TableWriter, check_free, write_text_atomically
 from vbbench.withholding import check_truth_free, truth_folder_beside, withhold
+from vbbench.work_folder import WorkFolder
 
 
-def merge(folder: Path | str, out: Path | str | None = None) -> Path:
+def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool = False) -> Path:
     """Merge the partitions in ``folder`` into whole tables, there or in the folder ``out``; return where they are.
 
     Interrupted, it is made good by the same call: partitions go only when the whole is there.
 
+    Parameters
+    ----------
+    overwrite : replace the dataset or submission that is in ``out``, and the truth beside it.
+
     Raises
     ------
     VbbenchError
-        If ``folder`` is not partitioned, a file of it is missing or damaged, or ``out`` is in the way.
+        If ``folder`` is not partitioned, a file of it is missing or damaged, or ``out`` or the truth that is to be
+        kept beside it is in the way.
     """
     folder = Path(folder)
+    target = folder if out is None else Path(out)
+    in_place = real(target) == real(folder)
+    with WorkFolder(target, partial(_check, folder, target, overwrite or in_place, overwrite)) as work:
+        if work.begin(f"merge {real(folder)}"):
+            layout = read_layout(folder)
+            _write_whole(folder, layout, work)
+            work.publish(_strangers(folder, layout) if in_place else ())
+    return target
+
+
+def _check(folder: Path, target: Path, overwrite: bool, overwrite_truth: bool) -> None:
     layout = read_layout(folder)
-    if out is None:
-        if not (folder / layout.marker).is_file():
-            _write_whole(folder, layout, folder, folder)
-        _remove_partitions(folder, layout)
-        return folder
-    out = Path(out)
-    check_free(out, layout.marker, "merged folder", overwrite=False)
-    draft = out.with_name(out.name + ".partial")
-    shutil.rmtree(draft, ignore_errors=True)
-    _write_whole(folder, layout, draft, out)
-    draft.replace(out)
-    return out
-
-
-def _write_whole(folder: Path, layout: Layout, target: Path, final: Path) -> None:
-    """Write tables and facts into ``target``, which is to be called ``final``; withheld truth goes beside that."""
-    paths = {name: target / f"{name}.parquet" for name in layout.tables}
+    check_free(target, layout.marker, "merged folder", overwrite)
     if layout.withheld:
-        truth = truth_folder_beside(final)
-        check_truth_free(truth, overwrite=True)
-        shutil.rmtree(truth, ignore_errors=True)
-        paths |= {name: truth / path.name for name, path in paths.items() if name.startswith("truth/")}
+        check_truth_free(truth_folder_beside(target), overwrite_truth)
+
+
+def _write_whole(folder: Path, layout: Layout, work: WorkFolder) -> None:
+    paths = table_paths(layout.tables, work, layout.withheld)
     with progress_bar(len(paths) * len(layout.parts), "merge", unit="file") as bar:
         for name, path in paths.items():
             table = PartitionedTable(folder, name, layout.parts)
@@ -54,20 +58,17 @@ def _write_whole(folder: Path, layout: Layout, target: Path, final: Path) -> Non
                     for group in table.groups(part):
                         writer.add(group)
                     bar.update()
-    text = (folder / PARTITIONED / layout.marker).read_text(encoding="utf-8")
-    if layout.marker == INFO_FILE:
-        info = replace(DatasetInfo.read(folder / PARTITIONED), tables=describe_tables(paths))
-        text = (withhold(info, truth_folder_beside(final)) if layout.withheld else info).to_json()
-    write_text_atomically(target / layout.marker, text)
+    write_text_atomically(work.new / layout.marker, _facts(folder, layout, paths, work))
 
 
-def _remove_partitions(folder: Path, layout: Layout) -> None:
-    """Remove what has been merged, the layout last: until then this can be done again."""
-    for name in layout.tables:
-        shutil.rmtree(folder / name, ignore_errors=True)
-    if layout.withheld:
-        shutil.rmtree(folder / "truth", ignore_errors=True)
-    for path in (folder / PARTITIONED).iterdir():
-        if path.name != LAYOUT_FILE:
-            path.unlink()
-    shutil.rmtree(folder / PARTITIONED)
+def _facts(folder: Path, layout: Layout, paths: dict[str, Path], work: WorkFolder) -> str:
+    """The text of the merged ``dataset.json`` or ``submission.json``."""
+    if layout.marker != INFO_FILE:
+        return SubmissionInfo.read(folder / PARTITIONED).to_json()
+    info = replace(DatasetInfo.read(folder / PARTITIONED), tables=describe_tables(paths))
+    return (withhold(info, work.new_truth) if layout.withheld else info).to_json()
+
+
+def _strangers(folder: Path, layout: Layout) -> set[str]:
+    """Names of what lies in a partitioned folder and is no part of it."""
+    return {path.name for path in folder.iterdir()} - {Path(name).parts[0] for name in layout.tables} - {PARTITIONED}

@@ -8,7 +8,7 @@ one a part; it follows from the work alone.
 """
 
 import json
-import shutil
+import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import VbbenchError, plain_errors
 from vbbench.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.tables import TableWriter
 
@@ -40,6 +40,9 @@ ROWS_A_PART = 1 << 20
 
 HELD = 1 << 26
 """Bytes of parts that may be held in memory: those after them are kept in files, however soon they are made."""
+
+_END = b"\xff\xff\xff\xff\0\0\0\0"
+"""Last bytes of an Arrow stream that was written to its end."""
 
 NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
 """Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
@@ -65,20 +68,6 @@ class Part:
 
 Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
-
-
-def prepare_draft(draft: Path, parts: str, key: str) -> Path:
-    """Make the folder ``draft`` and in it the one for parts, which is returned, ready.
-
-    Parts of the same work (the same key), kept in the same way, stay; everything else in ``draft`` is removed.
-    """
-    folder = draft / parts
-    key_file = folder / "key"
-    if not (key_file.is_file() and key_file.read_text("utf-8") == key):
-        shutil.rmtree(draft, ignore_errors=True)
-        folder.mkdir(parents=True)
-        key_file.write_text(key, encoding="utf-8")
-    return folder
 
 
 Ranges = list[tuple[int, int]]
@@ -129,9 +118,7 @@ def write_in_parts(
                     for group in _groups(part, name):
                         writer.add(group)
                     bar.update()
-    facts = [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
-    shutil.rmtree(parts)
-    return facts
+    return [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
 
 
 def _columns(made: Iterable[Part | Path], name: str) -> set[str]:
@@ -175,18 +162,26 @@ def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> I
 
 
 def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
-    """Make one part unless its file is there; a half-written file is made again."""
+    """Make one part unless its file is there, and whole: after a power cut a file may be cut short."""
     path = parts / f"{first:08d}-{last:08d}.arrows"
-    if path.is_file():
+    if _is_whole(path):
         return path
     part = work(first, last)
     if not keep:
         return part
-    draft = path.with_suffix(".partial")
-    with pa.OSFile(str(draft), "wb") as file:
+    draft = path.with_suffix(".half")
+    with plain_errors(path), pa.OSFile(str(draft), "wb") as file:
         _write_streams(part, file)
     draft.replace(path)
     return path
+
+
+def _is_whole(path: Path) -> bool:
+    if not path.is_file() or path.stat().st_size < len(_END):
+        return False
+    with path.open("rb") as file:
+        file.seek(-len(_END), os.SEEK_END)
+        return file.read() == _END
 
 
 def _write_streams(part: Part, file: pa.OSFile) -> None:

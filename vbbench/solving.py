@@ -19,13 +19,14 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parts import Part, Ranges, Work, part_ranges, prepare_draft, write_in_parts
+from vbbench.parts import Part, Ranges, Work, part_ranges, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, registered
 from vbbench.runner import run_sequence, warm_up
 from vbbench.schemas import to_arrow
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.tables import PARTITIONED, check_free, replace_folder, write_text_atomically
+from vbbench.tables import check_free, write_text_atomically
+from vbbench.work_folder import WorkFolder
 
 TABLES = ("poses", "positions", "heights")
 
@@ -61,7 +62,6 @@ def solve(
         ``out`` is in the way.
     """
     out, rules = Path(out), get_protocol(protocol)
-    check_free(out, SUBMISSION_FILE, "submission", overwrite)
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
@@ -74,13 +74,13 @@ def solve(
         label=f"{solver} {protocol}",
         declare=partial(_declared, dataset, solver, run_as, protocol),
     )
-    draft = out.with_name(out.name + ".partial")
-    if scheduler is None:
-        _solve_here(job, draft, prepare_draft(draft, "parts", key), jobs)
-    else:
-        prepare_draft(draft, PARTITIONED, key)
-        _solve_on_cluster(job, draft, scheduler)
-    replace_folder(draft, out)
+    with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
+        if work.begin(key, partitioned=scheduler is not None):
+            if scheduler is None:
+                _solve_here(job, work, jobs)
+            else:
+                _solve_on_cluster(job, work, scheduler)
+            work.publish()
     return out
 
 
@@ -94,19 +94,19 @@ class _Job:
     declare: Callable[[list[dict[str, Any]]], SubmissionInfo]
 
 
-def _solve_here(job: _Job, draft: Path, parts: Path, jobs: int) -> None:
-    tables = {name: draft / f"{name}.parquet" for name in TABLES}
-    facts = write_in_parts(job.work, job.ranges, parts, tables, jobs=jobs, label=job.label)
+def _solve_here(job: _Job, work: WorkFolder, jobs: int) -> None:
+    tables = {name: work.new / f"{name}.parquet" for name in TABLES}
+    facts = write_in_parts(job.work, job.ranges, work.parts, tables, jobs=jobs, label=job.label)
     for name in tables.keys() - _reported(facts):
         tables[name].unlink()
-    write_text_atomically(draft / SUBMISSION_FILE, job.declare(facts).to_json())
+    write_text_atomically(work.new / SUBMISSION_FILE, job.declare(facts).to_json())
 
 
-def _solve_on_cluster(job: _Job, draft: Path, scheduler: str) -> None:
-    facts = write_partitions(job.work, job.ranges, draft, scheduler, label=job.label)
+def _solve_on_cluster(job: _Job, work: WorkFolder, scheduler: str) -> None:
+    facts = write_partitions(job.work, job.ranges, work.new, scheduler, label=job.label)
     parts = [part_name(first) for first, _ in job.ranges]
     layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
-    write_layout(draft, layout, job.declare(facts).to_json())
+    write_layout(work.new, layout, job.declare(facts).to_json())
 
 
 def _reported(facts: list[dict[str, Any]]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -12,9 +13,12 @@ from numpy.typing import NDArray
 
 from vbbench.errors import SubmissionError
 from vbbench.faults import Faults
+from vbbench.locks import locked
 from vbbench.protocol import PROTOCOLS
+from vbbench.replacing import replacing
 from vbbench.schemas import FALLBACK, to_arrow
-from vbbench.tables import TableWriter, refuse_partitioned, write_text_atomically
+from vbbench.swapping import finish_swaps
+from vbbench.tables import TableWriter, refuse_partitioned
 
 SUBMISSION_FILE = "submission.json"
 FAILURE_POLICIES = ("refuse", "hold")
@@ -69,6 +73,7 @@ class SubmissionInfo:
 
 def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     """The declared facts, with empty text for what cannot be used; what is wrong goes to ``faults``."""
+    finish_swaps(folder)
     refuse_partitioned(folder, SUBMISSION_FILE)
     values = _read_object(folder / SUBMISSION_FILE, faults)
     known = {field.name for field in fields(SubmissionInfo)}
@@ -103,7 +108,14 @@ class SubmissionWriter:
         self.folder = Path(folder)
         self.info = info
         optional = {"poses": [FALLBACK] if fallback else [], "positions": []}
-        self._tables = {name: TableWriter(self.folder / f"{name}.parquet", name, optional[name]) for name in optional}
+        self._tables: dict[str, TableWriter] = {}
+        with ExitStack() as stack:
+            stack.enter_context(locked(self.folder))
+            self._facts = stack.enter_context(replacing(self.folder / SUBMISSION_FILE))
+            for name, columns in optional.items():
+                table = TableWriter(self.folder / f"{name}.parquet", name, columns)
+                self._tables[name] = stack.enter_context(table)
+            self._open = stack.pop_all()
 
     def add(self, sequence: int, poses: Columns, positions: Columns) -> None:
         """Append the rows of one sequence; sequences come in ascending order.
@@ -124,12 +136,14 @@ class SubmissionWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is None:
+        if kind is not None:
+            self._open.__exit__(kind, error, trace)
+            return
+        with self._open:  # everything is written before the first file gets its name, and the facts get theirs last
+            for table in self._tables.values():
+                table.finish()
+            self._facts.write_text(self.info.to_json(), encoding="utf-8")
             (self.folder / SUBMISSION_FILE).unlink(missing_ok=True)
-        for table in self._tables.values():
-            table.__exit__(kind, error, trace)
-        if kind is None:
-            write_text_atomically(self.folder / SUBMISSION_FILE, self.info.to_json())
 
 
 def write_submission(folder: Path | str, info: SubmissionInfo, poses: Columns, positions: Columns) -> None:

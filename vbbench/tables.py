@@ -1,9 +1,8 @@
 """Parquet tables of datasets and submissions: writing row group by row group, reading by sequence."""
 
 import hashlib
-import os
-import shutil
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -14,6 +13,8 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, VbbenchError
+from vbbench.locks import locked
+from vbbench.replacing import replacing, write_to_stream
 from vbbench.schemas import SCHEMAS, table_schema, with_columns
 
 ZSTD_LEVEL = -5
@@ -37,12 +38,13 @@ class TableWriter:
     def __init__(self, path: Path, name: str, optional: Collection[str] = ()) -> None:
         self.path = path
         self.rows = 0
-        self._temporary = path.with_name(path.name + ".partial")
-        path.parent.mkdir(parents=True, exist_ok=True)
         self._schema = table_schema(name, optional)
-        self._writer = _parquet_writer(self._temporary, self._schema)
         self._written = 0
         self._waiting: list[pa.Table] = []
+        with ExitStack() as stack:
+            temporary = stack.enter_context(replacing(path))
+            self._writer = stack.enter_context(_parquet_writer(temporary, self._schema))
+            self._open = stack.pop_all()
 
     def add(self, group: pa.Table) -> None:
         """Append a row group; an empty one leaves no trace. In very long tables several share one (`GROUPS_ALONE`)."""
@@ -51,6 +53,11 @@ class TableWriter:
             self.rows += len(group)
         if len(self._waiting) >= 2 ** (self._written // GROUPS_ALONE):
             self._flush()
+
+    def finish(self) -> None:
+        """Write what is left; nothing can be added any more, and only the file's name is still to come."""
+        self._flush()
+        self._writer.close()
 
     def _flush(self) -> None:
         if self._waiting:
@@ -65,13 +72,11 @@ class TableWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is None:
-            self._flush()
-        self._writer.close()
-        if kind is None:
-            replace_durably(self._temporary, self.path)
-        else:
-            self._temporary.unlink()
+        if kind is not None:
+            self._open.__exit__(kind, error, trace)
+            return
+        with self._open:
+            self.finish()
 
 
 def table_bytes(name: str, groups: Iterable[pa.Table], optional: Collection[str] = ()) -> bytes:
@@ -103,24 +108,16 @@ def _encoding(kind: pa.DataType) -> str:
     return "DELTA_BINARY_PACKED" if pa.types.is_integer(kind) else "PLAIN"
 
 
-def replace_durably(temporary: Path, path: Path) -> None:
-    """Flush ``temporary`` to disk and give it its final name in one step."""
-    with temporary.open("rb") as file:
-        os.fsync(file.fileno())
-    temporary.replace(path)
-
-
 def write_text_atomically(path: Path, text: str) -> None:
     """Write a small text file so that it is there whole or not at all."""
     write_bytes_atomically(path, text.encode())
 
 
 def write_bytes_atomically(path: Path, data: bytes) -> None:
-    """Write a file so that it is there whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".partial")
-    temporary.write_bytes(data)
-    replace_durably(temporary, path)
+    """Write a file so that it is there whole or not at all; to a device, a pipe or one's own output as it is."""
+    if not write_to_stream(path, data):
+        with replacing(path) as temporary:
+            temporary.write_bytes(data)
 
 
 PARTITIONED = "partitioned"
@@ -143,25 +140,22 @@ def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
         raise VbbenchError(f"{folder} exists; add --overwrite to replace it")
 
 
-def check_not_ours(folder: Path) -> None:
-    """Raise VbbenchError if ``folder``, which is to take loose files, is a file, a dataset or a submission."""
+@contextmanager
+def loose_files(folder: Path) -> Iterator[None]:
+    """Write loose files into ``folder`` while the block runs, nobody else at the same time.
+
+    Raises
+    ------
+    VbbenchError
+        If it is a file, a dataset or a submission, or another command writes there.
+    """
     if folder.exists() and not folder.is_dir():
         raise VbbenchError(f"{folder} is no folder; choose another --out")
     for marker in ("dataset.json", "submission.json"):
         if (folder / marker).is_file():
             raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder for --out")
-
-
-def replace_folder(draft: Path, out: Path) -> None:
-    """Give the folder ``draft`` the name ``out``; what had it goes when that is done."""
-    if not out.exists():
-        draft.replace(out)
-        return
-    old = out.with_name(out.name + ".old")
-    shutil.rmtree(old, ignore_errors=True)
-    out.replace(old)
-    draft.replace(out)
-    shutil.rmtree(old)
+    with locked(folder):
+        yield
 
 
 def file_sha256(path: Path) -> str:

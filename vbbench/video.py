@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.tables import replace_durably, write_bytes_atomically, write_text_atomically
+from vbbench.locks import locked
+from vbbench.replacing import is_unused, replacing
+from vbbench.tables import write_bytes_atomically, write_text_atomically
 
 Codec = Literal["h264", "vp9", "mpeg4"]
 Frames = Callable[[Iterable[int]], Iterator[NDArray[np.uint8]]]
@@ -46,23 +48,19 @@ def write_mp4(
     """
     if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
         raise VbbenchError(f"--fps is a number of frames a second, above 0 and up to 1000, not {fps:g}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.stem}.partial{path.suffix}")
     writer: cv2.VideoWriter | None = None
-    try:
-        for picture in frames(range(count)):
-            if writer is None:
-                writer = _open_writer(temporary, fps, (picture.shape[1], picture.shape[0]), codec)
-            writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
-            done()
+    with replacing(path, path.suffix) as temporary:
+        try:
+            for picture in frames(range(count)):
+                if writer is None:
+                    writer = _open_writer(temporary, fps, (picture.shape[1], picture.shape[0]), codec)
+                writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+                done()
+        finally:
+            if writer is not None:
+                writer.release()
         if writer is None:
             raise VbbenchError("a film of no frames cannot be written")
-        writer.release()
-        replace_durably(temporary, path)
-    finally:
-        if writer is not None:
-            writer.release()
-        temporary.unlink(missing_ok=True)
 
 
 def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: Callable[[], object] = int) -> None:
@@ -81,13 +79,16 @@ def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: C
     FileError
         If the folder is a file, or holds something other than frames.
     """
-    _prepare(folder, key)
-    missing = [frame for frame in range(count) if not (folder / frame_name(frame)).is_file()]
-    for _ in range(count - len(missing)):
-        done()
-    for frame, picture in zip(missing, frames(missing), strict=True):
-        write_bytes_atomically(folder / frame_name(frame), png_bytes(picture))
-        done()
+    if folder.exists() and not folder.is_dir():
+        raise FileError(folder, "is a file; name a folder for frames, or a file that ends in .mp4")
+    with locked(folder):
+        _prepare(folder, key)
+        missing = [frame for frame in range(count) if not (folder / frame_name(frame)).is_file()]
+        for _ in range(count - len(missing)):
+            done()
+        for frame, picture in zip(missing, frames(missing), strict=True):
+            write_bytes_atomically(folder / frame_name(frame), png_bytes(picture))
+            done()
 
 
 def frame_name(frame: int) -> str:
@@ -102,10 +103,8 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
 
 
 def _prepare(folder: Path, key: str) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise FileError(folder, "is a file; name a folder for frames, or a file that ends in .mp4")
     mark = folder / KEY_FILE
-    if folder.is_dir() and not mark.is_file() and any(folder.iterdir()):
+    if not (mark.is_file() or is_unused(folder)):
         raise FileError(folder, "holds something other than frames of a film; choose another folder or empty it")
     if not (mark.is_file() and mark.read_text("utf-8") == key):
         for old in folder.glob("frame-*.png"):

@@ -12,6 +12,7 @@ from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.generator import Generator
 from vbbench.registry import load
+from vbbench.swapping import TRUTH, beside, real
 from vbbench.tables import file_sha256, write_text_atomically
 
 SEED_FILE = "seed.json"
@@ -27,7 +28,7 @@ def draw_seed() -> int:
 
 def truth_folder_beside(out: Path) -> Path:
     """Where withheld truth is kept."""
-    return out.with_name(out.name + ".truth")
+    return beside(real(out), TRUTH)
 
 
 def who_knows(split: str, seed: int) -> str | None:
@@ -52,9 +53,8 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
 
 
 def _is_of_truth(name: str) -> bool:
-    """Whether this is a file of withheld truth, whole or half-written."""
-    whole = name.removesuffix(".partial")
-    return whole == SEED_FILE or whole.endswith(".parquet")
+    """Whether this is a file of withheld truth."""
+    return name == SEED_FILE or name.endswith(".parquet")
 
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:

@@ -7,7 +7,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
 from vbbench.scoring import score
 from vbbench.submission import SubmissionInfo
-from vbbench.tables import file_sha256
+from vbbench.tables import file_sha256, write_text_atomically
 from vbbench_leaderboards.dataset_record import (
     BoardDataset,
     check_same_dataset,
@@ -16,7 +16,7 @@ from vbbench_leaderboards.dataset_record import (
     write_dataset,
 )
 from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.result_file import write_result
+from vbbench_leaderboards.result_file import result_text
 from vbbench_leaderboards.results_folder import published_results
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
@@ -59,10 +59,11 @@ def add(
     check_sums(opened)
     judged = score(submission, dataset, truth)
     result = Result.of(judged, table_hashes(submission), name=solver, reference=reference, link=link)
-    written = write_result(result, results)
+    text = result_text(result, results)
     if not (results / record_path(opened.info.split, opened.info.tier)).is_file():
-        write_dataset(record or BoardDataset.of(opened), results)
-    return written
+        write_dataset(record or BoardDataset.of(opened), results)  # first: no result is without its record
+    write_text_atomically(path, text)
+    return path
 
 
 def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:

@@ -1,12 +1,12 @@
 """Builds the site from a folder of results: whole, or not at all."""
 
-import shutil
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from vbbench import __version__
 from vbbench.errors import VbbenchError
-from vbbench.tables import replace_folder
+from vbbench.work_folder import WorkFolder
 from vbbench_leaderboards.page.files import site_files
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.player.writing import Films, write_player
@@ -35,17 +35,12 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     found = read_results(*results)
     if not found:
         raise VbbenchError(f"{', '.join(map(str, results))} holds no results; add one with 'vbbench leaderboard add'")
-    draft = out.with_name(out.name + ".partial")
-    check_site(draft)
-    shutil.rmtree(draft, ignore_errors=True)
-    draft.mkdir(parents=True)
-    (draft / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
-    try:
-        site = _write(draft, found, results, films)
-        replace_folder(draft, out)
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        raise
+    with WorkFolder(out, partial(check_site, out)) as work:
+        work.begin()
+        work.new.mkdir()
+        (work.new / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
+        site = _write(work.new, found, results, films)
+        work.publish()
     return site
 
 

@@ -83,7 +83,7 @@ class _Folder:
     def read(self) -> None:
         """Read every file and check that it lies where it belongs."""
         records, results = list(record_paths(self.folder)), list(result_paths(self.folder))
-        if not results:
+        if not (results or records):
             self.faults.append(f"{self.folder}: no result is here; vbbench leaderboard add writes them")
         self._find_strays({*records, *results})
         for path in records:

@@ -53,10 +53,21 @@ def write_object(values: Values, path: Path, schema: str) -> Path:
     FileError
         If they do not keep to the schema; nothing is written then.
     """
+    write_text_atomically(path, object_text(values, path, schema))
+    return path
+
+
+def object_text(values: Values, path: Path, schema: str) -> str:
+    """The text that `write_object` writes.
+
+    Raises
+    ------
+    FileError
+        If ``values`` do not keep to the schema.
+    """
     sealed = {**values, "digest": digest(values)}
     _check(json.loads(json.dumps(sealed)), schema, path)
-    write_text_atomically(path, _lines(sealed) + "\n")
-    return path
+    return _lines(sealed) + "\n"
 
 
 def digest(values: Values) -> str:

@@ -8,7 +8,7 @@ from vbbench.errors import FileError
 from vbbench.protocol import get_protocol
 from vbbench.scorecard import DRIFTS, METRICS, PerSequence
 from vbbench_leaderboards.block import Block, decode, encode
-from vbbench_leaderboards.json_file import Values, read_object, write_object
+from vbbench_leaderboards.json_file import Values, object_text, read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION, Board, Result
 
 SCHEMA = "result"
@@ -43,6 +43,11 @@ def write_result(result: Result, results: Path) -> Path:
         If the result does not keep to the schema.
     """
     return write_object(_values(result), results / result.path, SCHEMA)
+
+
+def result_text(result: Result, results: Path) -> str:
+    """The text that `write_result` writes; raises what that does."""
+    return object_text(_values(result), results / result.path, SCHEMA)
 
 
 def _values(result: Result) -> Values:

@@ -113,16 +113,17 @@ def generate(
     print(describe(facts))
 
 
-def merge(folder: Positional[Path], /, out: Path | None = None) -> None:
+def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool = False) -> None:
     """Make whole what generate or solve left in partitions with --scheduler.
 
     Args:
         folder: The partitioned dataset or submission.
         out: Folder to make; default: the partitions are replaced by the whole.
+        overwrite: Replace the dataset or submission that is in OUT, and the truth that is kept beside it.
     """
     from vbbench.merging import merge as make_whole
 
-    print(make_whole(folder, out))
+    print(make_whole(folder, out, overwrite=overwrite))
 
 
 def info(

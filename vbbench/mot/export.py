@@ -13,7 +13,7 @@ from vbbench.parts import progress_bar
 from vbbench.renderer import picture_size
 from vbbench.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.sequence import Sequence
-from vbbench.tables import check_not_ours, write_bytes_atomically, write_text_atomically
+from vbbench.tables import loose_files, write_bytes_atomically, write_text_atomically
 
 PICTURES = "img1"
 """Folder of a sequence's pictures, as MOTChallenge calls it."""
@@ -51,16 +51,16 @@ def export_mot(
         If there is no such sequence or backend, or pictures are wanted and the truth is withheld.
     """
     out = Path(out)
-    check_not_ours(out)
     chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]
-    for one in chosen:
-        folder = out / folder_name(one.index)
-        tracks = _rows(one)
-        write_mot(folder / "gt" / "gt.txt", tracks)
-        write_mot(folder / "det" / "det.txt", _unlinked(tracks))
-        write_text_atomically(folder / "seqinfo.ini", _sequence_info(dataset, one))
-        if backend is not None:
-            _write_pictures(dataset, one, folder / PICTURES, backend, announce)
+    with loose_files(out):
+        for one in chosen:
+            folder = out / folder_name(one.index)
+            tracks = _rows(one)
+            write_mot(folder / "gt" / "gt.txt", tracks)
+            write_mot(folder / "det" / "det.txt", _unlinked(tracks))
+            write_text_atomically(folder / "seqinfo.ini", _sequence_info(dataset, one))
+            if backend is not None:
+                _write_pictures(dataset, one, folder / PICTURES, backend, announce)
     return out
 
 

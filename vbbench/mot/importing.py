@@ -73,7 +73,7 @@ def import_mot(
     if not any(plan.build(index).sequence.tracks.size for index in range(len(plan))):
         problem = "no track is anybody in three frames; are its boxes in pixels of the rendered pictures?"
         raise FileError(folder, problem)
-    made = write_dataset(plan, out)
+    made = write_dataset(plan, out, overwrite=overwrite)
     kept, boxes = made.info.counts["observations"], sum(len(rows.frame) for rows in plan.contents)
     announce(f"{kept} of {boxes} boxes kept: of tracks that are somebody in {LEAST_FRAMES} frames or more")
     return made

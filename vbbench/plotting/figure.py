@@ -18,7 +18,7 @@ from vbbench.plotting.ego import STRIP_ASPECT, draw_ego
 from vbbench.plotting.moment import Moment, gather
 from vbbench.solver import Estimate
 from vbbench.submitted import SubmittedEstimates
-from vbbench.tables import replace_durably
+from vbbench.tables import write_bytes_atomically
 
 _DPI = 150
 
@@ -130,7 +130,4 @@ def save_png(figure: Figure, path: Path | str) -> None:
         raise FileError(path, "pictures are written as PNG; give a name that ends in .png")
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=_DPI, metadata={"Software": None})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".partial")
-    temporary.write_bytes(picture.getvalue())
-    replace_durably(temporary, path)
+    write_bytes_atomically(path, picture.getvalue())

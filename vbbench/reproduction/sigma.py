@@ -9,7 +9,7 @@ from vbbench.reproduction.curves import Point, points_by_people
 from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
 from vbbench.reproduction.study import SPLIT, SigmaStudy
 from vbbench.scoring import score
-from vbbench.tables import check_not_ours
+from vbbench.tables import loose_files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,10 +71,10 @@ def measure_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrit
     """
     study.check()
     out = Path(out)
-    check_not_ours(out)
-    curves = [
-        curve for sigma_h in dict.fromkeys(study.sigmas) for curve in _curves(study, sigma_h, out, jobs, overwrite)
-    ]
+    with loose_files(out):
+        curves = [
+            curve for sigma_h in dict.fromkeys(study.sigmas) for curve in _curves(study, sigma_h, out, jobs, overwrite)
+        ]
     camera = DatasetInfo.read(dataset_folder(out, study.sigmas[0])).camera.kind
     return SigmaFigure(study=study, camera=camera, curves=tuple(curves))
 

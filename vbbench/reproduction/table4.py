@@ -9,7 +9,7 @@ from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
 from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.simulation import Simulation
-from vbbench.tables import check_not_ours, write_text_atomically
+from vbbench.tables import loose_files, write_text_atomically
 
 SPLIT, PROTOCOL, NAME = "street", "one-step", "table4"
 SOLVERS = ("vb-sf", "vb-cv")
@@ -41,22 +41,22 @@ def reproduce_table4(
         If something asked for cannot be, or another dataset or submission is in the way.
     """
     out = Path(out)
-    check_not_ours(out)
     rows = ["| | input | Δx̃ (m) | Δx (m) | Δr (rad) | Δt (m) |", "|---|---|---|---|---|---|"]
     rows += [_row("the paper", name, _printed(tier)) for name, tier in INPUTS.items()]
     simulation = None if sequences is None else Simulation(sequences=sequences)
-    for name, tier in INPUTS.items():
-        folder = out / name / "dataset"
-        options = Options(tier=tier, seed=seed, simulation=simulation)
-        dataset = ensure_dataset(SPLIT, folder, options, jobs=jobs, overwrite=overwrite)
-        for solver in dict.fromkeys(solvers):
-            answers = folder.with_name(f"{PROTOCOL}-{solver.replace(':', '-')}")
-            ensure_submission(dataset, solver, PROTOCOL, answers, jobs=jobs, overwrite=overwrite)
-            rows.append(_row(f"`{solver}`", name, tuple(_means(score(answers, folder)))))
-    heading = f"# Table 4: split {SPLIT}, {PROTOCOL}, seed {seed}; means over {len(dataset)} sequences"
-    path = out / f"{NAME}.md"
-    text = "\n".join([heading, "", *rows]) + "\n"
-    write_text_atomically(path, text)
+    with loose_files(out):
+        for name, tier in INPUTS.items():
+            folder = out / name / "dataset"
+            options = Options(tier=tier, seed=seed, simulation=simulation)
+            dataset = ensure_dataset(SPLIT, folder, options, jobs=jobs, overwrite=overwrite)
+            for solver in dict.fromkeys(solvers):
+                answers = folder.with_name(f"{PROTOCOL}-{solver.replace(':', '-')}")
+                ensure_submission(dataset, solver, PROTOCOL, answers, jobs=jobs, overwrite=overwrite)
+                rows.append(_row(f"`{solver}`", name, tuple(_means(score(answers, folder)))))
+        heading = f"# Table 4: split {SPLIT}, {PROTOCOL}, seed {seed}; means over {len(dataset)} sequences"
+        path = out / f"{NAME}.md"
+        text = "\n".join([heading, "", *rows]) + "\n"
+        write_text_atomically(path, text)
     return f"{text}\n{path}"
 
 

@@ -19,7 +19,7 @@ from vbbench.surveillance.hiding import draw_screens, visible_fractions
 from vbbench.surveillance.others import PEDESTRIAN, Others, draw_others
 from vbbench.surveillance.settings import HeadOptions
 from vbbench.surveillance.sighting import BELOW_TOP, HEAD, Heads, see_heads
-from vbbench.tables import check_not_ours, write_bytes_atomically, write_text_atomically
+from vbbench.tables import loose_files, write_bytes_atomically, write_text_atomically
 
 TRUTH_TABLE, TRUTH_FACTS = "truth.parquet", "truth.json"
 """Where each head truly is in every frame; the camera, and what was done."""
@@ -49,7 +49,23 @@ def export_heads(
     """
     out, camera = Path(out), camera_of(options)
     _check(options, seed)
-    check_not_ours(out)
+    with loose_files(out):
+        _photograph(dataset, out, options, camera, sequence, seed)
+    return out
+
+
+def _check(options: HeadOptions, seed: int) -> None:
+    if seed < 0:
+        raise VbbenchError(f"--seed must be 0 or more, not {seed}")
+    if options.key_every < 1:
+        raise VbbenchError(f"--key-every is a number of frames, 1 or more, not {options.key_every}")
+    if not 0.0 <= options.box_noise < 0.5:
+        raise VbbenchError(f"--box-noise must be 0 or more and below 0.5, not {options.box_noise:g}")
+
+
+def _photograph(
+    dataset: Dataset, out: Path, options: HeadOptions, camera: SurveillanceCamera, sequence: int | None, seed: int
+) -> None:
     number, scene = _photographed(dataset, sequence)
     station = _station(scene, camera, options)
     heads = see_heads(scene.positions, scene.heights, camera, station, dt=scene.dt, round_heads=options.round_heads)
@@ -75,16 +91,6 @@ def export_heads(
         **_counts(heads, boxes, visible, scene),
     }
     write_text_atomically(out / TRUTH_FACTS, json.dumps(facts, indent=2) + "\n")
-    return out
-
-
-def _check(options: HeadOptions, seed: int) -> None:
-    if seed < 0:
-        raise VbbenchError(f"--seed must be 0 or more, not {seed}")
-    if options.key_every < 1:
-        raise VbbenchError(f"--key-every is a number of frames, 1 or more, not {options.key_every}")
-    if not 0.0 <= options.box_noise < 0.5:
-        raise VbbenchError(f"--box-noise must be 0 or more and below 0.5, not {options.box_noise:g}")
 
 
 def _photographed(dataset: Dataset, sequence: int | None) -> tuple[int, Scene]:

@@ -12,7 +12,7 @@ from vbbench.errors import FileError
 from vbbench.sequence import Sequence
 from vbbench.submission import SubmissionInfo, SubmissionWriter
 from vbbench.submitted import SubmittedEstimates
-from vbbench.tables import check_not_ours
+from vbbench.tables import loose_files
 from vbbench.tum.file import export_tum, import_tum
 
 _NAME = re.compile(r"sequence-(\d+)\.txt")
@@ -37,11 +37,11 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
         If the truth is withheld, or the submission cannot be read or answers another dataset.
     """
     out = Path(out)
-    check_not_ours(out)
     estimates = None if submission is None else SubmittedEstimates(dataset, submission)
-    for sequence in dataset.sequences():
-        poses = dataset.truth(sequence).poses if estimates is None else estimates.of(sequence).poses
-        export_tum(poses, dataset.info.dt, dataset.info.camera.mount_height, out / file_name(sequence.index))
+    with loose_files(out):
+        for sequence in dataset.sequences():
+            poses = dataset.truth(sequence).poses if estimates is None else estimates.of(sequence).poses
+            export_tum(poses, dataset.info.dt, dataset.info.camera.mount_height, out / file_name(sequence.index))
     return out
 
 

@@ -8,7 +8,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import progress_bar
 from vbbench.rendering import Backend, open_renderer, pictures, scene_of, silent
-from vbbench.tables import replace_durably
+from vbbench.replacing import replacing
 from vbbench.viewer.ego import record_boxes, record_pictures
 from vbbench.viewer.estimates import record_estimate
 from vbbench.viewer.ground import Ground
@@ -55,19 +55,14 @@ def record_to_file(
     package = rerun()
     take = load_take(dataset, sequence, submissions)
     path = _checked(Path(out or f"{dataset.info.split}-{sequence}{SUFFIX}"))
-    temporary = path.with_name(path.name + ".partial")
-    try:
-        with strictly():
-            stream = package.RecordingStream(_application(take))
-            if not package.is_enabled(stream):
-                raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
-            stream.save(temporary)
-            stream.send_blueprint(layout(take, pictures=backend is not None), make_active=True, make_default=True)
-            _record(Tape(stream, take.sequence.frames, dataset.info.dt), take, backend, announce)
-            stream.disconnect()
-        replace_durably(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(path) as temporary, strictly():
+        stream = package.RecordingStream(_application(take))
+        if not package.is_enabled(stream):
+            raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
+        stream.save(temporary)
+        stream.send_blueprint(layout(take, pictures=backend is not None), make_active=True, make_default=True)
+        _record(Tape(stream, take.sequence.frames, dataset.info.dt), take, backend, announce)
+        stream.disconnect()
     return path
 
 
@@ -102,5 +97,4 @@ def _render(tape: Tape, take: Take, backend: Backend, announce: Callable[[str], 
 def _checked(path: Path) -> Path:
     if path.suffix != SUFFIX or path.is_dir():
         raise FileError(path, f"a recording is a file that ends in {SUFFIX}; give it such a name")
-    path.parent.mkdir(parents=True, exist_ok=True)
     return path

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vbbench.arrays import IntArray
 from vbbench.dataset import Dataset
 from vbbench.rendering import Backend, open_renderer, pictures, scene_of
+from vbbench.work_folder import WorkFolder
 
 WIDTH = 640
 """Width of a picture in px."""
@@ -49,12 +50,13 @@ def make_pictures(dataset: Dataset, split: str, chosen: Iterable[int], work: Pat
         if folder.is_dir():
             continue
         sequence = dataset.sequence(number)
-        draft = folder.with_name(f"{folder.name}.partial")
-        draft.mkdir(parents=True, exist_ok=True)
-        with open_renderer(backend, scene_of(dataset, sequence.scene)) as renderer:
+        scene = scene_of(dataset, sequence.scene)
+        with WorkFolder(folder) as place, open_renderer(backend, scene) as renderer:
+            place.begin()
+            place.new.mkdir()
             for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
-                _write_jpeg(draft / f"{frame:05d}.jpg", picture.rgb)
-        draft.replace(folder)
+                _write_jpeg(place.new / f"{frame:05d}.jpg", picture.rgb)
+            place.publish()
 
 
 def _write_jpeg(path: Path, rgb: NDArray[np.uint8]) -> None:

@@ -128,10 +128,8 @@ def _write_board(site: Path, playable: Playable, board: Board, work: Path, clips
 
 
 def write_data(site: Path, name: str, values: dict[str, Any]) -> None:
-    """One data file, which the page asks for by its name; to flush each of thousands to disk would take most time."""
+    """One data file, which the page asks for by its name; what is half-written no site ever shows."""
     key, value = json.dumps(f"player/{name}"), json.dumps(values, ensure_ascii=False, separators=(",", ":"))
     path = site / FOLDER / f"{name}.js"
-    temporary = path.with_name(f"{path.name}.partial")
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary.write_text(f"vbbench.provide({key},{value});\n", encoding="utf-8")
-    temporary.replace(path)
+    path.write_text(f"vbbench.provide({key},{value});\n", encoding="utf-8")

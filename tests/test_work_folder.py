@@ -1,0 +1,415 @@
+"""Kills at every step, strangers' folders, links and full disks: nothing is destroyed, and the same command goes on."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tests.make_dataset import Crowd
+from tests.make_dataset import write_dataset as write_made
+from tests.stopping import names, stopped_at, stopped_at_every_step
+from tests.test_generation import digests
+from tests.test_merging import last_part_first
+from vbbench import cluster
+from vbbench.cli import main
+from vbbench.dataset import Dataset
+from vbbench.errors import FileError, VbbenchError
+from vbbench.generation import generate, generate_partitioned
+from vbbench.generator import Options
+from vbbench.merging import merge
+from vbbench.parts import Part
+from vbbench.solving import solve
+from vbbench.submission import SubmissionInfo
+from vbbench.swapping import DONE, JOURNAL, finish_swaps
+from vbbench.verification import verify
+from vbbench.work_folder import WorkFolder
+
+OPTIONS = Options(limit=2)
+OTHER = Options(limit=2, seed=1)
+
+
+@pytest.fixture(autouse=True)
+def _no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "on_cluster", last_part_first)
+    monkeypatch.setattr("vbbench.parts.PATIENCE", -1.0)
+    monkeypatch.setattr(os, "fsync", lambda _: None)  # nothing here cuts the power
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two datasets whole, and both with their truth withheld; partitions of the second."""
+    folder = tmp_path_factory.mktemp("room")
+    for name, options in (("old", OTHER), ("new", OPTIONS)):
+        generate("demo", folder / name, options)
+        generate("demo", folder / f"{name}-apart", options, withhold_truth=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster, "on_cluster", last_part_first)
+        generate_partitioned("demo", folder / "spread", OPTIONS, scheduler="tcp://nowhere")
+        generate_partitioned("demo", folder / "spread-apart", OPTIONS, scheduler="tcp://nowhere", withhold_truth=True)
+    return folder
+
+
+def emptied(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def put(room: Path, place: Path, **copies: str) -> None:
+    """Copy folders of the room into the emptied ``place``."""
+    emptied(place)
+    for name, source in copies.items():
+        shutil.copytree(room / source, place / name.replace("_", "."))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("before", ["nothing", "another"])
+def test_dataset_and_truth_change_together_or_not_at_all(room: Path, tmp_path: Path, before: str) -> None:
+    out, truth = tmp_path / "at" / "out", tmp_path / "at" / "out.truth"
+    copies = {"out": "old-apart", "out_truth": "old-apart.truth"} if before == "another" else {}
+    command = partial(generate, "demo", out, OPTIONS, withhold_truth=True, overwrite=before == "another")
+    for _ in stopped_at_every_step(command, lambda: put(room, out.parent, **copies)):
+        if out.exists() or truth.exists() or (out.parent / "out.partial" / JOURNAL).exists():
+            assert "truth is the published one" in verify(out, truth)
+        else:
+            assert before == "nothing"
+        command()
+        assert names(out.parent) == ["out", "out.truth"]
+        assert digests(out) == digests(room / "new-apart")
+        assert digests(truth) == digests(room / "new-apart.truth")
+
+
+@pytest.mark.slow
+def test_truth_alone_is_put_right_when_it_is_opened(room: Path, tmp_path: Path) -> None:
+    """The dataset lies elsewhere, too: whoever opens the truth finishes the swap."""
+    out, truth = tmp_path / "at" / "out", tmp_path / "at" / "out.truth"
+    command = partial(generate, "demo", out, OPTIONS, withhold_truth=True, overwrite=True)
+    decided = 0
+    prepare = partial(put, room, out.parent, out="old-apart", out_truth="old-apart.truth")
+    for _ in stopped_at_every_step(command, prepare):
+        if (out.parent / "out.partial" / JOURNAL).exists():
+            decided += 1
+            assert Dataset(room / "new-apart", truth).has_truth
+            assert (out.parent / "out.partial" / DONE).exists()
+    assert decided > 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("withheld", [False, True])
+@pytest.mark.parametrize("place", ["in place", "elsewhere"])
+def test_a_merge_is_stopped_at_every_step(room: Path, tmp_path: Path, place: str, withheld: bool) -> None:
+    apart = "-apart" if withheld else ""
+    folder, out = tmp_path / "at" / "spread", None if place == "in place" else tmp_path / "at" / "out"
+    command, made = partial(merge, folder, out), out or folder
+    for _ in stopped_at_every_step(command, lambda: put(room, folder.parent, spread=f"spread{apart}")):
+        command()
+        assert digests(made) == digests(room / f"new{apart}")
+        assert set(names(folder.parent)) <= {"spread", "out", f"{made.name}.truth"}
+        if withheld:
+            assert digests(made.with_name(f"{made.name}.truth")) == digests(room / "new-apart.truth")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheduler", [None, "tcp://nowhere"])
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_solve_is_stopped_at_every_step(room: Path, tmp_path: Path, overwrite: bool, scheduler: str | None) -> None:
+    dataset, out = Dataset(room / "new"), tmp_path / "at" / "out"
+    whole, old = solve(dataset, "cv", "rollout", tmp_path / "whole"), tmp_path / "old"
+    solve(dataset, "cv", "one-step", old)
+    command = partial(solve, dataset, "cv", "rollout", out, overwrite=overwrite, scheduler=scheduler)
+    prepare = partial(put, tmp_path, out.parent, **({"out": "old"} if overwrite else {}))
+    for _ in stopped_at_every_step(command, prepare):
+        if overwrite:
+            finish_swaps(out)
+            assert (out / "partitioned" / "layout.json").is_file() or SubmissionInfo.read(out).solver == "cv"
+        command()
+        assert names(out.parent) == ["out"]
+        if scheduler:
+            merge(out)
+        for table in ("poses.parquet", "positions.parquet"):
+            assert (out / table).read_bytes() == (whole / table).read_bytes()
+
+
+@pytest.mark.slow
+def test_another_command_after_a_kill_keeps_to_the_rules(room: Path, tmp_path: Path) -> None:
+    """What was decided stands; what comes next is asked as ever, and cleans up."""
+    out = tmp_path / "at" / "out"
+    command = partial(generate, "demo", out, OPTIONS)
+    for _ in stopped_at_every_step(command, lambda: put(room, out.parent)):
+        stands = out.exists() or (out.parent / "out.partial" / JOURNAL).exists()
+        if stands:
+            with pytest.raises(VbbenchError, match="exists; add --overwrite"):
+                generate("demo", out, OTHER)
+        else:
+            generate("demo", out, OTHER)
+        assert names(out.parent) == ["out"]
+        assert digests(out) == digests(room / ("new" if stands else "old"))
+
+
+def test_nothing_stands_in_the_place_of_what_is_being_swapped(room: Path, tmp_path: Path) -> None:
+    out = tmp_path / "at" / "out"
+    command = partial(generate, "demo", out, OPTIONS, overwrite=True)
+    for _ in stopped_at_every_step(command, lambda: put(room, out.parent, out="old")):
+        if not out.exists():
+            break
+    out.mkdir()
+    (out / "thesis.tex").write_text("years of work")
+    with pytest.raises(VbbenchError, match="appeared while it was being replaced; move it away"):
+        command()
+    assert (out / "thesis.tex").read_text() == "years of work"
+    assert digests(out.parent / "out.partial" / "old") == digests(room / "old")
+    shutil.rmtree(out)
+    command()
+    assert digests(out) == digests(room / "new")
+
+
+def test_a_folder_that_cannot_be_renamed_changes_nothing(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, truth = tmp_path / "at" / "out", tmp_path / "at" / "out.truth"
+    put(room, out.parent, out="old-apart", out_truth="old-apart.truth")
+    rename = Path.replace
+
+    def refused(path: Path, target: Path) -> Path:
+        if target == out and path.name == "new":
+            raise OSError(18, "Invalid cross-device link")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "replace", refused)
+    with pytest.raises(FileError, match=r"out: cannot be replaced \(Invalid cross-device link\)"):
+        generate("demo", out, OPTIONS, withhold_truth=True, overwrite=True)
+    monkeypatch.undo()
+    assert "truth is the published one" in verify(out, truth)
+    assert digests(out) == digests(room / "old-apart")
+    generate("demo", out, OPTIONS, withhold_truth=True, overwrite=True)
+    assert names(out.parent) == ["out", "out.truth"]
+
+
+def strangers(folder: Path) -> Iterator[Path]:
+    for name in ("out.partial", "out.old"):
+        path = folder / name / "thesis.tex"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("years of work")
+        yield path
+
+
+def commands(room: Path, out: Path) -> list[tuple[str, Callable[[], object]]]:
+    dataset, scheduler = Dataset(room / "new"), {"scheduler": "tcp://nowhere", "overwrite": True}
+    return [
+        ("new", partial(generate, "demo", out, OPTIONS, overwrite=True)),
+        ("new", partial(generate_partitioned, "demo", out, OPTIONS, **scheduler)),  # type: ignore[arg-type]
+        ("answer", partial(solve, dataset, "cv", "rollout", out, overwrite=True)),
+        ("answer", partial(solve, dataset, "cv", "rollout", out, **scheduler)),  # type: ignore[arg-type]
+        ("spread", partial(merge, out)),
+        ("new", partial(merge, room / "spread", out, overwrite=True)),
+    ]
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_folders_of_somebody_else_are_never_touched(room: Path, tmp_path: Path, number: int) -> None:
+    out = tmp_path / "at" / "out"
+    solve(Dataset(room / "new"), "cv", "rollout", tmp_path / "answer")
+    there, command = commands(room, out)[number]
+    put(room if (room / there).exists() else tmp_path, out.parent, out=there)
+    work, old = strangers(out.parent)
+    before = digests(out.parent)
+    with pytest.raises(VbbenchError, match=r"out\.partial exists and was not made by vbbench.*move it away"):
+        command()
+    assert digests(out.parent) == before
+    shutil.rmtree(work.parent)
+    command()
+    assert old.read_text() == "years of work"
+    assert names(out.parent) == ["out", "out.old"]
+
+
+def test_a_link_to_a_folder_is_no_work_folder(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "out.partial").symlink_to(tmp_path / "mine")
+    with pytest.raises(VbbenchError, match=r"out\.partial exists and was not made by vbbench"):
+        generate("demo", tmp_path / "out", OPTIONS)
+    assert (tmp_path / "out.partial").is_symlink()
+
+
+@pytest.mark.parametrize("withheld", [False, True])
+def test_a_link_stays_and_what_it_points_to_is_replaced(room: Path, tmp_path: Path, withheld: bool) -> None:
+    put(room, tmp_path / "far", data="old-apart", truth="old-apart.truth")
+    link, truth = tmp_path / "out", tmp_path / "far" / "data.truth"
+    link.symlink_to(tmp_path / "far" / "data")
+    truth.symlink_to(tmp_path / "far" / "truth")
+    generate("demo", link, OPTIONS, overwrite=True, withhold_truth=withheld)
+    assert link.is_symlink()
+    assert truth.is_symlink()
+    assert digests(tmp_path / "far" / "data") == digests(room / ("new-apart" if withheld else "new"))
+    assert digests(tmp_path / "far" / "truth") == digests(room / f"{'new' if withheld else 'old'}-apart.truth")
+    assert names(tmp_path) == ["far", "out"]
+    assert names(tmp_path / "far") == ["data", "data.truth", "truth"]
+
+
+def test_a_link_to_nothing_is_filled_and_one_to_itself_is_a_mistake(
+    room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out").symlink_to(tmp_path / "later" / "data")
+    generate("demo", tmp_path / "out", OPTIONS)
+    assert digests(tmp_path / "later" / "data") == digests(room / "new")
+    (tmp_path / "loop").symlink_to("loop")
+    assert main(["generate", "demo", "--out", str(tmp_path / "loop")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("place", ["x" * 300, "x" * 250, "/proc/out", "/proc/self/out", "/dev/null/out", "/sys/out"])
+@pytest.mark.parametrize("command", ["generate demo --limit 2", "solve {} --solver cv", "export csv {}", "import {}"])
+def test_places_where_nothing_can_be_made_are_one_line(
+    room: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    place: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = command.format(room / "new").split()
+    if words[0] == "import":
+        assert main(["export", "tum", words[1], "--out", "files"]) == 0
+        words = ["import", "tum", "files", "--dataset", words[1], "--solver", "me"]
+    status = main([*words, "--out", place])
+    said = capsys.readouterr().err
+    if (status, len(place)) == (0, 250):
+        return  # the name itself is not too long
+    assert status == 2, said
+    assert said.count("\n") == 1
+    assert set(names(tmp_path)) <= {"files"}
+
+
+def test_a_mistake_leaves_no_folder_behind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["nosuch"], ["hotel", "--source", "nowhere"], ["sim", "--seed", "-1"]):
+        assert main(["generate", *words, "--out", str(tmp_path / "a" / "b" / "out")]) == 2
+        assert names(tmp_path) == [], words
+    capsys.readouterr()
+
+
+def test_a_mistake_keeps_the_parts_of_interrupted_work(room: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with WorkFolder(out) as work:
+        work.begin("a key")
+        (work.parts / "00000000-00000002.arrows").write_bytes(b"part")
+    with pytest.raises(VbbenchError, match="--seed"):
+        generate("demo", out, Options(limit=2, seed=-1))
+    assert [path.name for path in tmp_path.rglob("*.arrows")] == ["00000000-00000002.arrows"]
+    generate("demo", out, OPTIONS)
+    assert names(tmp_path) == ["out"]
+    assert digests(out) == digests(room / "new")
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of 2 MB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(disk)], capture_output=True)
+    if mounted.returncode:
+        pytest.skip("no disk can be mounted here")
+    yield disk
+    subprocess.run(["umount", str(disk)], check=True)
+
+
+def fill(disk: Path, left: int) -> Path:
+    """Leave so many bytes free."""
+    free = shutil.disk_usage(disk).free
+    (disk / "ballast").write_bytes(b"\0" * max(free - left, 0))
+    return disk / "ballast"
+
+
+@pytest.mark.parametrize("left", [0, 4096, 40_000, 100_000])
+@pytest.mark.parametrize("patience", [-1.0, 5.0])
+def test_a_full_disk_costs_nothing_that_was_there(
+    room: Path,
+    small_disk: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    left: int,
+    patience: float,
+) -> None:
+    monkeypatch.setattr("vbbench.parts.PATIENCE", patience)
+    out, large = small_disk / "out", ["generate", "demo", "--limit", "60", "--overwrite", "--out"]
+    shutil.copytree(room / "old", out)
+    ballast = fill(small_disk, left)
+    assert main([*large, str(out)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1, said
+    assert "No space left on device" in said
+    assert digests(out) == digests(room / "old")
+    ballast.unlink()
+    assert main([*large, str(out)]) == 0
+    assert names(small_disk) == ["out"]
+    assert len(Dataset(out)) == 60
+
+
+@pytest.mark.parametrize("left", [0, 4096, 8192])
+def test_a_submission_stays_when_the_disk_is_full(
+    room: Path, small_disk: Path, capsys: pytest.CaptureFixture[str], left: int
+) -> None:
+    out, files = small_disk / "out", small_disk.parent / "files"
+    data = small_disk.parent / "data"
+    write_made(data, Crowd(scenes=4, frames=120, people=9))
+    assert main(["export", "tum", str(data), "--out", str(files)]) == 0
+    command = ["import", "tum", str(files), "--dataset", str(data), "--solver", "me", "--out", str(out)]
+    assert main([*command, "--protocol", "rollout"]) == 0
+    before = digests(out)
+    ballast = fill(small_disk, left)
+    capsys.readouterr()
+    assert main(command) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1, said
+    assert digests(out) == before
+    ballast.unlink()
+    assert main(command) == 0
+    assert names(out) == ["poses.parquet", "positions.parquet", "submission.json"]
+
+
+def test_a_limit_on_the_size_of_files_is_one_line(room: Path, tmp_path: Path) -> None:
+    shutil.copytree(room / "old", tmp_path / "out")
+    limited = f"ulimit -f 4; exec {sys.executable} -m vbbench generate demo --limit 60 --overwrite --out out"
+    run = subprocess.run(["bash", "-c", limited], cwd=tmp_path, capture_output=True, text=True)
+    assert (run.returncode, run.stderr.count("\n")) == (2, 1), run.stderr
+    assert "File too large" in run.stderr
+    assert digests(tmp_path / "out") == digests(room / "old")
+
+
+def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
+    from vbbench.parts import write_in_parts
+    from vbbench.schemas import to_arrow
+
+    made: list[int] = []
+
+    def work(first: int, last: int) -> Part:
+        made.append(first)
+        row = {"sequence": [first], "frame": [0], "x": [0.0], "y": [0.0], "yaw": [0.0]}
+        return Part(groups={"poses": [to_arrow("poses", row)]}, facts={})  # type: ignore[arg-type]
+
+    with WorkFolder(tmp_path / "out") as place:
+        place.begin("key")
+        tables = {"poses": place.new / "poses.parquet"}
+        ranges = [(0, 1), (1, 2), (2, 3)]
+        write_in_parts(work, ranges, place.parts, tables, label="test")
+        first, second, _ = sorted(place.parts.iterdir())
+        first.write_bytes(b"")
+        second.write_bytes(second.read_bytes()[:-1])
+        write_in_parts(work, ranges, place.parts, tables, label="test")
+    assert made == [0, 1, 2, 0, 1]
+
+
+def test_what_a_kill_leaves_of_partitions_is_not_published(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = partial(generate_partitioned, "demo", out, OPTIONS, scheduler="tcp://nowhere")
+    seen = 0
+    for step in range(1000):
+        if not stopped_at(step, command):
+            break
+        seen += bool(list(tmp_path.rglob(".part-*")))
+    assert seen > 0
+    assert not [path for path in out.rglob("*") if path.name.startswith(".")]
