@@ -1,0 +1,133 @@
+"""What must hold wherever a command is killed, or the disk is full: checked at each of its steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tests.kill_harness import Command, Point, Run, Stage, Tree, below, differences
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """A command, what it finds, and what must be whole at any moment.
+
+    Parameters
+    ----------
+    command : what is run.
+    found : what of the scenery it finds, by the name that it has for the command.
+    whole : files and folders that change together, or not at all.
+    read : the command by which a user opens them; ``None`` where they are read as files.
+    """
+
+    command: Command
+    found: dict[str, str]
+    whole: tuple[str, ...] = ()
+    read: str | None = None
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """A scenario that has been played once to its end."""
+
+    stage: Stage
+    scenario: Scenario
+    found: Tree
+    run: Run
+
+    @classmethod
+    def of(cls, stage: Stage, scenario: Scenario) -> "Rehearsal":
+        found: Tree = {}
+        for name, made in scenario.found.items():
+            found |= {name + path[len(made) :]: entry for path, entry in stage.scenery[made].items()}
+        run = stage.record(scenario.command, found)
+        assert run.status == 0, run.errors
+        return cls(stage, scenario, found, run)
+
+    @property
+    def moments(self) -> list[Point]:
+        """The moments that leave something of their own on the disk."""
+        seen: list[Tree] = [self.found]
+        own = []
+        for point in self.run.points:
+            if point.left not in seen:
+                seen.append(point.left)
+                own.append(point)
+        return own
+
+    def faults_when_killed(self, points: Sequence[Point]) -> list[str]:
+        """What is wrong at these moments, and after the same command."""
+        return [f"{point.what}: {fault}" for point in points for fault in self._faults_at(point)]
+
+    def _faults_at(self, point: Point) -> list[str]:
+        return [*self._faults_left(point.left), *self._faults_of_another_try(point.left)]
+
+    def faults_on_a_full_disk(self, points: Sequence[Point]) -> list[str]:
+        """What is wrong when the disk is full from these moments on, and after the same command with space again."""
+        return [f"full {point.what}: {fault}" for point in points for fault in self._faults_when_full(point)]
+
+    def _faults_when_full(self, point: Point) -> list[str]:
+        stopped = self.stage.fill_disk(self.scenario.command, self.found, point.number)
+        if stopped.status == 0:
+            return differences(stopped.left, self.run.left)
+        return [
+            *_faults_of_words(stopped),
+            *self._faults_left(stopped.left),
+            *self._faults_of_another_try(stopped.left),
+        ]
+
+    def _faults_left(self, left: Tree) -> list[str]:
+        whole = self.scenario.whole
+        if whole:
+            faults = self._faults_of_the_whole(below(left, *whole))
+        else:
+            names = sorted({path.split("/")[0] for path in self.run.left} - set(self._bystanders))
+            faults = self._faults_of_single_files(below(left, *names))
+        return [*faults, *differences(below(left, *self._bystanders), below(self.found, *self._bystanders))]
+
+    @property
+    def _bystanders(self) -> list[str]:
+        """What the command finds and leaves as it is."""
+        names = {path.split("/")[0] for path in self.found}
+        return [name for name in sorted(names) if below(self.found, name) == below(self.run.left, name)]
+
+    def _faults_of_the_whole(self, left: Tree) -> list[str]:
+        """It is as before, or as afterwards; in between it is refused, or read as what it was or will be."""
+        before, after = (below(tree, *self.scenario.whole) for tree in (self.found, self.run.left))
+        if left in (before, after):
+            return []
+        if self.scenario.read is None:
+            return [f"{', '.join(self.scenario.whole)} neither old nor new: {differences(left, after)}"]
+        others = {path: entry for path, entry in self.found.items() if path not in before}
+        said = self.stage.run(self.scenario.read, others | left)
+        if said.status == 0:
+            complete = any(tree.items() <= left.items() for tree in (before, after))
+            return [] if complete else [f"'{self.scenario.read}' takes a mixture: {differences(left, after)}"]
+        return [] if said.status == 2 and "Traceback" not in said.errors else [f"'{self.scenario.read}': {said.errors}"]
+
+    def _faults_of_single_files(self, left: Tree) -> list[str]:
+        """Every file is as before or as afterwards; what has another name is a draft."""
+        faults = []
+        for name in sorted(self.found.keys() | self.run.left.keys()):
+            versions = [tree.get(name) for tree in (self.found, self.run.left)]
+            if name in below(self.run.left, *self._changing) and left.get(name) not in versions:
+                faults.append(f"{name} is neither old nor new")
+        return faults
+
+    @property
+    def _changing(self) -> list[str]:
+        return sorted({path.split("/")[0] for path in self.run.left} - set(self._bystanders))
+
+    def _faults_of_another_try(self, left: Tree) -> list[str]:
+        again = self.stage.run(self.scenario.command, left)
+        faults = differences(again.left, self.run.left)
+        if again.status != 0 and left != self.run.left:
+            faults.append(f"the same command ends with {again.status}: {again.errors}")
+        if again.status not in (0, 2) or "Traceback" in again.errors:
+            faults.append(f"the same command says: {again.errors}")
+        return faults
+
+
+def _faults_of_words(run: Run) -> list[str]:
+    """A refusal is one line and status 2."""
+    if run.status == 2 and run.errors.startswith("vbbench: ") and run.errors.count("\n") == 1:
+        return []
+    return [f"ends with {run.status}: {run.errors}"]

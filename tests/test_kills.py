@@ -1,0 +1,216 @@
+"""Killed anywhere, or on a full disk: nothing is lost, nothing is half, and the same command makes the same bytes.
+
+Every command that writes is rehearsed (`SCENARIOS`). A few moments of each are tried every time; all of them, and all
+at which the disk can fill up, are ``slow``.
+"""
+
+import os
+import threading
+from collections.abc import Iterator, Sequence
+from functools import partial
+from http.server import ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+
+from tests.kill_harness import Command, Point, Stage
+from tests.rehearsal import Rehearsal, Scenario
+from tests.system_calls import why_not
+from tests.test_sources import SHA256, Handler
+from vbbench.generator import Card
+from vbbench.sources import Source
+
+pytestmark = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
+
+SEED = 0xC0FFEE << 100
+"""Of the withheld datasets: one that nobody guesses."""
+
+WALK = Path(__file__).with_name("short_walk.toml")
+SIM = f"generate sim --scenario {WALK} --camera panorama"
+SECRET = f"{SIM} --withhold-truth --seed"
+
+
+def with_parts_in_memory(command: str) -> int:
+    """A command that ends too soon to keep a part in a file."""
+    from vbbench import parts
+    from vbbench.cli import main
+
+    parts.PATIENCE = float("inf")
+    return main(command.split())
+
+
+class Served:
+    """A split whose recording is one file of a server on this machine."""
+
+    @property
+    def card(self) -> Card:
+        address = f"http://127.0.0.1:{os.environ[PORT]}/whole"
+        return Card(
+            name="served", title="", licence="", citation="", sources=(Source("eth/tracks.txt", address, SHA256),)
+        )
+
+
+SERVED = Served()
+PORT = "VBBENCH_KILLS_PORT"
+
+ADD = "leaderboard add plaza-answers --dataset plaza"
+RENDER = "render data --sequence 0 --backend tests.flat_renderer:FlatRenderer"
+
+SCENERY = {
+    "data": f"{SIM} --out data",
+    "other": f"{SIM} --seed 7 --out other",
+    "secret": f"{SECRET} {SEED} --out secret",
+    "plaza": "generate demo --limit 1 --out plaza",
+    "answers": "solve data --solver cv --out answers",
+    "others": "solve data --solver vb-cv --protocol sequential --out others",
+    "plaza-answers": "solve plaza --solver cv --out plaza-answers",
+    "parts": f"{SIM} --out parts --scheduler here",
+    "mystery": f"{SECRET} {SEED} --out mystery --scheduler here",
+    "pieces": "solve data --solver tests.test_extras:Reporting --protocol sequential --scheduler here --out pieces",
+    "boxes": "export mot data --out boxes",
+    "paths": "export tum data --out paths",
+    "board": f"{ADD} --results board --name first",
+    "old-board": f"{ADD} --results old-board --reference old",
+    "site": "leaderboard build --results old-board --out site",
+    "picture.png": "plot data --sequence 0 --out picture.png",
+    "film": f"{RENDER} --out film",
+}
+"""What the rehearsed commands find: commands by the name of what they make."""
+
+
+def finding(*names: str, **others: str) -> dict[str, str]:
+    return {name: name for name in names} | {name.replace("_", "."): other for name, other in others.items()}
+
+
+def making_data(command: Command, **found: str) -> Scenario:
+    return Scenario(command=command, found=finding(**found), whole=("out",), read="verify out")
+
+
+def making_secrets(command: Command, **found: str) -> Scenario:
+    return Scenario(
+        command=command, found=finding(**found), whole=("out", "out.truth"), read="verify out --truth out.truth"
+    )
+
+
+def making_answers(command: Command, **found: str) -> Scenario:
+    return Scenario(command=command, found=finding("data", **found), whole=("out",), read="score out --dataset data")
+
+
+SCENARIOS: dict[str, Scenario] = {
+    "generate": making_data(f"{SIM} --out out"),
+    "generate in memory": making_data(partial(with_parts_in_memory, f"{SIM} --out out")),
+    "generate --overwrite": making_data(f"{SIM} --out out --overwrite", out="other"),
+    "generate --tier tracked": making_data(f"{SIM} --tier tracked --out out"),
+    "generate of a recording": making_data("generate demo --limit 1 --out out"),
+    "generate --withhold-truth": making_secrets(f"{SECRET} {SEED + 1} --out out"),
+    "generate --withhold-truth --overwrite": making_secrets(
+        f"{SECRET} {SEED + 1} --out out --overwrite", out="secret", out_truth="secret.truth"
+    ),
+    "generate --withhold-truth over a public dataset": making_secrets(
+        f"{SECRET} {SEED + 1} --out out --overwrite", out="other"
+    ),
+    "generate over withheld truth": making_data(f"{SIM} --out out --overwrite", out="secret", out_truth="secret.truth"),
+    "generate --scheduler": making_data(f"{SIM} --out out --scheduler here"),
+    "generate --scheduler --overwrite": making_data(f"{SIM} --out out --scheduler here --overwrite", out="other"),
+    "solve": making_answers("solve data --solver cv --out out"),
+    "solve --overwrite": making_answers("solve data --solver cv --out out --overwrite", out="others"),
+    "solve --covariance": making_answers("solve data --solver vb-cv --covariance --protocol sequential --out out"),
+    "solve --scheduler": making_answers("solve data --solver cv --scheduler here --out out"),
+    "merge": making_data("merge out", out="parts"),
+    "merge --out": making_data("merge parts --out out", parts="parts"),
+    "merge withheld truth": making_secrets("merge out", out="mystery"),
+    "merge withheld truth --out": making_secrets("merge mystery --out out", mystery="mystery"),
+    "merge a submission": making_answers("merge out", out="pieces"),
+    "merge a submission --out": making_answers("merge pieces --out out", pieces="pieces"),
+    "leaderboard add the first": Scenario(command=f"{ADD} --results board", found=finding("plaza", "plaza-answers")),
+    "leaderboard add another": Scenario(
+        command=f"{ADD} --results board", found=finding("plaza", "plaza-answers", "board")
+    ),
+    "leaderboard add --overwrite": Scenario(
+        command=f"{ADD} --results board --overwrite", found=finding("plaza", "plaza-answers", board="old-board")
+    ),
+    "leaderboard build": Scenario(
+        command="leaderboard build --results board --out site", found=finding("board"), whole=("site",)
+    ),
+    "leaderboard build again": Scenario(
+        command="leaderboard build --results board --out site", found=finding("board", "site"), whole=("site",)
+    ),
+    "leaderboard template": Scenario(command="leaderboard template mine", found={}),
+    "export csv": Scenario(command="export csv data --out out", found=finding("data")),
+    "export mot": Scenario(command="export mot data --out out", found=finding("data")),
+    "export mot --heads": Scenario(command="export mot data --sequence 0 --heads --out out", found=finding("data")),
+    "export tum": Scenario(command="export tum data --out out", found=finding("data")),
+    "export tum again": Scenario(command="export tum other --out out", found=finding("other", out="paths")),
+    "import mot": Scenario(
+        command="import mot boxes --dataset data --out out",
+        found=finding("data", "boxes"),
+        whole=("out",),
+        read="verify out",
+    ),
+    "import mot --overwrite": Scenario(
+        command="import mot boxes --dataset data --out out --overwrite",
+        found=finding("data", "boxes", out="other"),
+        whole=("out",),
+        read="verify out",
+    ),
+    "import tum": making_answers("import tum paths --dataset data --out out --solver mine", paths="paths"),
+    "import tum again": making_answers(
+        "import tum paths --dataset data --out out --solver mine", paths="paths", out="others"
+    ),
+    "score --per-sequence": Scenario(
+        command="score answers --dataset data --per-sequence rows.csv", found=finding("data", "answers")
+    ),
+    "plot": Scenario(command="plot data --sequence 0 --out picture.png", found=finding("data")),
+    "fetch": Scenario(command=f"fetch {__name__}:SERVED", found={}),
+    "render": Scenario(command=f"{RENDER} --out film", found=finding("data")),
+}
+
+
+@pytest.fixture(scope="module")
+def stage() -> Iterator[Stage]:
+    with pytest.MonkeyPatch.context() as patch, ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        Handler.asked = []
+        patch.setenv(PORT, str(server.server_port))
+        patch.setenv("VBBENCH_DATA", "cache")
+        patch.setenv("XDG_CACHE_HOME", "cache")
+        patch.setenv("NO_PROXY", "127.0.0.1")
+        serving = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        serving.start()
+        made = Stage(SCENERY)
+        yield made
+        made.close()
+        server.shutdown()
+        serving.join()
+
+
+def spread(points: Sequence[Point], count: int) -> list[Point]:
+    """So many of them: the last, at which most is replaced and removed, and others evenly over the run."""
+    last, others = points[-2:], points[:-2]
+    step = max(len(others) // max(count - 2, 1), 1)
+    return [*others[step // 2 :: step][: count - 2], *last]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_killed_at_some_moments(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_when_killed(spread(rehearsal.moments, 3)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_killed_at_every_moment(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    assert stage.run(rehearsal.scenario.command, rehearsal.found).left == rehearsal.run.left, "two runs differ"
+    check(rehearsal.faults_when_killed(rehearsal.moments))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_disk_is_full(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_on_a_full_disk([point for point in rehearsal.run.points if point.takes_space]))
+
+
+def check(faults: list[str]) -> None:
+    if faults:
+        pytest.fail("\n".join(faults), pytrace=False)
