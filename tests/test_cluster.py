@@ -9,7 +9,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -21,7 +20,6 @@ from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
-from vbbench.isolation.process import IsolatedSolver
 from vbbench.merging import merge
 from vbbench.parts import Part
 from vbbench.scoring import score
@@ -202,10 +200,16 @@ def test_a_lost_scheduler_is_one_line_and_another_cluster_goes_on(
     assert digests(merge(out)) == digests(single.folder)
 
 
-def test_isolation_needs_workers_that_may_start_processes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("multiprocessing.current_process", lambda: SimpleNamespace(daemon=True))
-    with pytest.raises(VbbenchError, match="dask worker --no-nanny"), IsolatedSolver("cv"):
-        pass
+def test_workers_that_may_not_start_processes_isolate_solvers(single: Dataset, tmp_path: Path) -> None:
+    """Those of a nanny are daemons, which multiprocessing keeps from having children."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as nannies:
+        out = solve(single, "cv", "rollout", tmp_path / "out", scheduler=nannies.scheduler_address, isolate=True)
+    here = solve(single, "cv", "rollout", tmp_path / "here")
+    pd.testing.assert_frame_equal(
+        pd.read_parquet(merge(out) / "poses.parquet"), pd.read_parquet(here / "poses.parquet")
+    )
 
 
 def test_work_that_kills_its_workers_is_given_up(dask: Cluster, single: Dataset, tmp_path: Path) -> None:

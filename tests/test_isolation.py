@@ -1,0 +1,370 @@
+"""What `--isolate` keeps from a solver that wants truth, and how it ends."""
+
+import io
+import json
+import os
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from vbbench.dataset import Dataset
+from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.estimate import Estimate
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.isolation import landlock, messages
+from vbbench.isolation.grants import beside, readable_paths
+from vbbench.isolation.messages import MessageError, read_message, write_message
+from vbbench.isolation.process import IsolatedSolver
+from vbbench.protocol import get_protocol
+from vbbench.runner import run_sequence
+from vbbench.solver import Problem
+from vbbench.solving import solve
+
+SECRET = b"truth"
+needs_landlock = pytest.mark.skipif(landlock.version() == 0, reason="the kernel has no Landlock")
+VBBENCH = [sys.executable, "-m", "vbbench"]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Where a user stands: a stranger's module beside datasets."""
+    folder = tmp_path_factory.mktemp("user")
+    shutil.copy(Path(__file__).with_name("hostile_solvers.py"), folder / "hostile.py")
+    generate("demo", folder / "demo", Options(limit=3))
+    sys.path.insert(0, str(folder))
+    yield folder
+    sys.path.remove(str(folder))
+
+
+@pytest.fixture(scope="module")
+def dataset(place: Path) -> Dataset:
+    return Dataset(place / "demo")
+
+
+def answer(dataset: Dataset, name: str) -> Estimate:
+    """What the isolated solver answers to the first sequence, with truth at hand."""
+    sequence = dataset.sequence(0)
+    with IsolatedSolver(name, [dataset.folder]) as solver:
+        return run_sequence(
+            solver, dataset.problem(sequence), sequence, get_protocol("one-step"), dataset.truth(sequence)
+        )[0]
+
+
+@pytest.fixture(scope="module")
+def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
+    """What there is to be had beside a stranger's solver, written down for it."""
+    shutil.copytree(dataset.folder, place / "copies/another")  # its truth is that of the first
+    (place / "link").symlink_to(dataset.folder)
+    files = {
+        "truth": "demo/truth/poses.parquet",
+        "what is given": "demo/given.parquet",
+        "dataset.json": "demo/dataset.json",
+        "truth of a copy": "copies/another/truth/scenes.parquet",
+        "truth by a link": "link/truth/people.parquet",
+        "answers of others": "submission/poses.csv",
+        "drafts": "answer.partial/parts/0.arrows",
+        "source files": "data/biwi_hotel.txt",
+        "keys": ".netrc",
+        "dataset through root": f"/proc/self/root{place}/demo/dataset.json",
+    }
+    for name in ("answers of others", "drafts", "source files", "keys"):
+        (place / files[name]).parent.mkdir(parents=True, exist_ok=True)
+        (place / files[name]).write_text("secret")
+    compiled = Path(messages.__file__).parent / "__pycache__"
+    compiled.mkdir(exist_ok=True)
+    folders = {
+        "pickles of numba": compiled,
+        "user's folder": place,
+        "dataset": dataset.folder,
+        "temporary folder": tempfile.gettempdir(),
+    }
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        Thread(target=_serve, args=(server,), daemon=True).start()
+        known = {
+            "dataset": str(dataset.folder),
+            "truth": str(place / files["truth"]),
+            "home": str(Path.home()),
+            "port": server.getsockname()[1],
+            "files": {name: str(place / path) for name, path in files.items()},
+            "folders": {name: str(path) for name, path in folders.items()},
+        }
+        (place / "targets.json").write_text(json.dumps(known))
+        yield known
+    for folder in folders.values():
+        Path(folder, "escaped.nbi").unlink(missing_ok=True)
+
+
+def _serve(server: socket.socket) -> None:
+    with suppress(OSError):  # until it is closed
+        while True:
+            server.accept()[0].send(SECRET)
+
+
+@pytest.fixture(scope="module")
+def loot(place: Path, dataset: Dataset, targets: dict[str, Any]) -> dict[str, str]:
+    """What a burglar gets when `solve` runs it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("VBBENCH_DATA", str(place / "data"))
+        patch.setenv("OMP_STRANGE", str(dataset.folder))
+        patch.chdir(place)
+        with pytest.raises(Exception, match="RuntimeError") as caught:
+            solve(dataset, "hostile:Burglar", "one-step", place / "answer", isolate=True)
+    got: dict[str, str] = json.loads(str(caught.value).rpartition("RuntimeError: ")[2])
+    return got
+
+
+def test_a_burglar_who_is_not_isolated_gets_everything(place: Path, targets: dict[str, Any]) -> None:
+    code = "import sys; sys.path.append('.'); import hostile; print(hostile.loot())"
+    command = [sys.executable, "-c", code, targets["dataset"]]
+    done = subprocess.run(command, cwd=place, capture_output=True, check=True)
+    by_privilege = {"memory of the parent", "process_vm_readv", "ptrace", "open files of the parent"}
+    assert set(json.loads(done.stdout)) | by_privilege == {*EVERYWHERE, *ATTEMPTS}, done.stdout
+
+
+EVERYWHERE = ["paths left over"]
+ATTEMPTS = [
+    *("command line of the parent", "environment of the parent", "working folder of the parent"),
+    *("open files of the parent", "memory of the parent", "process_vm_readv", "ptrace", "signal", "tcp", "udp"),
+    *("another process", "home", "read truth", "read what is given", "read dataset.json", "read truth of a copy"),
+    *("read truth by a link", "read answers of others", "read drafts", "read source files", "read keys"),
+    *(
+        "read dataset through root",
+        "write pickles of numba",
+        "write user's folder",
+        "write dataset",
+        "write temporary folder",
+    ),
+]
+
+
+@pytest.mark.parametrize("attempt", EVERYWHERE)
+def test_a_burglar_gets_nothing(attempt: str, loot: dict[str, str]) -> None:
+    assert attempt not in loot, loot[attempt]
+
+
+@needs_landlock
+@pytest.mark.parametrize("attempt", ATTEMPTS)
+def test_a_burglar_gets_nothing_where_the_kernel_has_landlock(attempt: str, loot: dict[str, str]) -> None:
+    assert attempt not in loot, loot[attempt]
+
+
+def test_a_pickle_is_not_loaded(place: Path, dataset: Dataset) -> None:
+    mark = place / "unpickled"
+    (place / "targets.json").write_text(json.dumps({"mark": str(mark)}))
+    np.testing.assert_array_equal(answer(dataset, "hostile:Pickler").poses, 1.0)
+    assert not mark.exists()
+
+
+def test_the_solver_is_not_imported_where_truth_is(place: Path, dataset: Dataset) -> None:
+    solve(dataset, "hostile:Honest", "one-step", place / "honest", isolate=True)
+    assert "hostile" not in sys.modules
+
+
+def test_arrays_come_as_plain_ones(dataset: Dataset) -> None:
+    estimate = answer(dataset, "hostile:Subclasser")
+    assert type(estimate.positions) is np.ndarray
+    np.testing.assert_array_equal(estimate.poses[0], [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("Greedy", r"sent 'positions' of shape \[68719476736, 2\], not \[\d+, 2\], while solving sequence 0"),
+        ("Shapeless", r"sent 'positions' of shape \[\d+, 2\], not \[\d+, 2\], while solving sequence 0"),
+        ("Poseless", r"sent an answer without 'pose', while solving sequence 0"),
+        ("Quitter", r"left with exit status 3 while solving sequence 0; it printed last: .*good bye$"),
+    ],
+)
+def test_what_is_no_answer_is_one_line(dataset: Dataset, name: str, says: str) -> None:
+    with pytest.raises(VbbenchError, match=f"^solver 'hostile:{name}' {says}") as caught:
+        answer(dataset, f"hostile:{name}")
+    assert str(caught.value).isprintable()
+
+
+def test_a_failure_is_shown_within_limits_and_without_control_characters(dataset: Dataset) -> None:
+    with pytest.raises(VbbenchError, match="failed while solving sequence 0:\n") as caught:
+        answer(dataset, "hostile:Colourful")
+    assert len(str(caught.value)) < 6000
+    assert str(caught.value).replace("\n", "").isprintable()
+    with pytest.raises(VbbenchError, match="TypeError: the solver returned a list, no FrameEstimate"):
+        answer(dataset, "hostile:Lister")
+
+
+def test_printing_does_not_disturb_answers(dataset: Dataset) -> None:
+    np.testing.assert_array_equal(answer(dataset, "hostile:Chatty").poses, 0.0)
+
+
+def test_what_cannot_be_loaded_is_said(place: Path) -> None:
+    for name, says in {
+        "hostile:Absent": "has no attribute 'Absent'",
+        "nobody:Home": "cannot be imported: ModuleNotFoundError",
+        "hostile:message": "is no class that is called without arguments",
+        "builtins:dict": "dict is no solver: it has neither start and step nor solve",
+    }.items():
+        with pytest.raises(VbbenchError, match=says), IsolatedSolver(name):
+            pass
+
+
+ASKED = {"pose": (messages.FLOAT, (3,)), "fallback": (messages.BOOL, ())}
+
+
+def packed(facts: Any, body: bytes = b"") -> bytes:
+    header = facts if isinstance(facts, bytes) else json.dumps(facts).encode()
+    return struct.pack("<I", len(header)) + header + body
+
+
+@pytest.mark.parametrize(
+    ("message", "says"),
+    [
+        (b"\xff\xff\xff\xff{", "begins with 4294967295 bytes of facts"),
+        (packed(b"\x80\x04cposix\nsystem\n"), "not JSON"),
+        (packed(b"[" * 60_000), "not JSON"),
+        (packed(b'{"arrays": ' + b"9" * 9_000 + b"}"), "not JSON"),
+        (packed([]), "not a JSON object"),
+        (packed({"said": "done"}), "without a list of arrays"),
+        (packed({"arrays": {"pose": 1}}), "without a list of arrays"),
+        (packed({"arrays": [["pose", "<f8", 3]]}), "list of arrays is garbled"),
+        (packed({"arrays": [["pose", "<f8", [3.0]]]}), "list of arrays is garbled"),
+        (packed({"arrays": [["pose", "<f8", [True]]]}), "list of arrays is garbled"),
+        (packed({"arrays": [["pose", "<f8", [3]], ["pose", "<f8", [3]]]}), "list of arrays is garbled"),
+        (packed({"arrays": [["loss\x1b", "<f8", [3]]]}), "an array 'loss ', which nobody asked for"),
+        (packed({"arrays": [["pose", "|O", [3]]]}), r"'pose' of type \|O, not <f8"),
+        (packed({"arrays": [["pose", "<f4", [3]]]}), "'pose' of type <f4, not <f8"),
+        (packed({"arrays": [["pose", "<f8", [4]]]}), r"'pose' of shape \[4\], not \[3\]"),
+        (packed({"arrays": [["pose", "<f8", [-3]]]}), r"'pose' of shape \[-3\], not \[3\]"),
+        (packed({"arrays": [["pose", "<f8", [1 << 62]]]}), r"'pose' of shape \[4611686018427387904\], not \[3\]"),
+        (packed({"arrays": [["pose", "<f8", [3]]]}, b"short"), "nothing more"),
+        (b"\x05\x00\x00\x00{", "nothing more"),
+    ],
+)
+def test_messages_are_checked(message: bytes, says: str) -> None:
+    with pytest.raises(MessageError, match=says):
+        read_message(io.BytesIO(message), ASKED)
+
+
+def test_messages_come_as_they_were_sent() -> None:
+    arrays = {"fallback": np.array(True), "empty": np.zeros((0, 2)), "pose": np.array([1.0, np.nan, -0.0])}
+    pipe = io.BytesIO()
+    write_message(pipe, {"said": "done"}, arrays)
+    pipe.seek(0)
+    facts, got = read_message(pipe)
+    assert facts == {"said": "done"}
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(got[name], array)
+        assert got[name].dtype == array.dtype
+        assert got[name].flags.aligned
+    odd = packed({"arrays": [["fallback", messages.BOOL, []]]}, b"\x07")
+    assert read_message(io.BytesIO(odd), ASKED)[1]["fallback"].tobytes() == b"\x01"
+
+
+def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("mine.py", "weights/a.npz", "lib/b.py", "lib/data/truth/poses.parquet", "lib/data/c.txt", "d/e.txt"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "loop").symlink_to(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path)])
+    granted = [Path(path) for path in readable_paths([tmp_path / "d"])]
+    mine = sorted(str(path.relative_to(tmp_path)) for path in granted if path.is_relative_to(tmp_path))
+    assert mine == ["lib/b.py", "mine.py", "weights"]
+    assert not any(tmp_path.is_relative_to(path) for path in granted)
+    stdlib = Path(os.__file__).parent.resolve()
+    spared = [Path(path) for path in readable_paths([stdlib / "json"])]
+    assert not any((stdlib / "json/decoder.py").is_relative_to(path) for path in spared)
+    assert any((stdlib / "csv.py").is_relative_to(path) for path in spared)
+    assert tmp_path.resolve() / "x.truth" in beside(tmp_path / "x")
+
+
+def test_where_files_stay_open_it_is_said(monkeypatch: pytest.MonkeyPatch, dataset: Dataset, tmp_path: Path) -> None:
+    monkeypatch.setattr(landlock, "version", lambda: 0)
+    with pytest.warns(VbbenchWarning, match="this system cannot keep files from an isolated solver"):
+        solve(dataset, "cv", "rollout", tmp_path / "out", isolate=True)
+
+
+OUTS: dict[str, Any] = {"here": {}, "apart": {"isolate": True}, "two": {"isolate": True, "jobs": 2}}
+
+
+@pytest.mark.slow
+def test_answers_do_not_depend_on_isolation_and_jobs(dataset: Dataset, tmp_path: Path) -> None:
+    crowd = Dataset(generate("sim", tmp_path / "sim", Options(limit=70)).folder)
+    for out, options in OUTS.items():
+        solve(crowd, "cv", "one-step", tmp_path / out, **options)
+    tables = [{path.name: path.read_bytes() for path in tmp_path.glob(f"{out}/*.parquet")} for out in OUTS]
+    assert len(tables[0]) == 2
+    assert tables[0] == tables[1] == tables[2]
+
+
+def children_of(process: int) -> dict[int, str]:
+    """Every process below another, and what it runs."""
+    found: dict[int, str] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            name, _, rest = stat.read_text().partition("(")[2].rpartition(")")
+            if int(rest.split()[1]) == process:
+                found |= {int(stat.parent.name): name, **children_of(int(stat.parent.name))}
+    return found
+
+
+def alive(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_until(condition: Callable[[], object], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=lambda how: how.name)
+def test_it_ends_in_one_line_and_leaves_no_process(dataset: Dataset, place: Path, how: signal.Signals) -> None:
+    command = ["solve", "demo", "--solver", "hostile:Endless", "--out", "endless", "--isolate", "--overwrite"]
+    run = subprocess.Popen([*VBBENCH, *command], cwd=place, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    wait_until(lambda: "sleep" in children_of(run.pid).values())  # the solver is at work, and so is what it started
+    left = children_of(run.pid)
+    os.killpg(run.pid, how)  # as a terminal does
+    _, errors = run.communicate(timeout=60)
+    if how == signal.SIGINT:
+        assert (run.returncode, errors.count("\n")) == (130, 1), errors
+    else:  # nobody is left to end what the solver started
+        sleeping = [process for process, name in left.items() if name == "sleep"]
+        left = {process: name for process, name in left.items() if process not in sleeping}
+        wait_until(lambda: not any(map(alive, left)))
+        for process in sleeping:
+            os.kill(process, signal.SIGKILL)
+    wait_until(lambda: not any(map(alive, left)))
+
+
+def test_nothing_is_left_in_the_temporary_folder(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    answer(dataset, "hostile:Honest")
+    with pytest.raises(VbbenchError):
+        answer(dataset, "hostile:Quitter")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_problem_names_no_path(dataset: Dataset) -> None:
+    problem: Problem = dataset.problem(dataset.sequence(0))
+    assert not any(isinstance(value, str | Path) for value in vars(problem).values())
+    assert pq.read_table(dataset.table_path("truth/poses")).num_rows  # there is truth to be had
