@@ -15,7 +15,7 @@ from vbbench.parts import Part
 from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench.tables import SequenceTable
+from vbbench.sequence_table import SequenceTable
 from vbbench.verification import verify
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.planning import plan_reprojection

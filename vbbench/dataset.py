@@ -17,7 +17,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import part_ranges
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
-from vbbench.tables import SequenceTable
+from vbbench.sequence_table import SequenceTable
 from vbbench.withholding import check_truth
 
 OBSERVER = -1

@@ -1,13 +1,21 @@
-"""The errors that users meet. All of them are mistakes that the user can mend: exit status 2, no traceback."""
+"""The errors that users meet. All of them are mistakes that the user can fix: exit status 2, no traceback."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from vbbench.quoting import escaped, one_line, quoted
+
 
 class VbbenchError(Exception):
-    """Something the user can put right; the message says what is wrong and what to do."""
+    """Something the user can put right; the message says what is wrong and what to do.
+
+    Whatever of it a stranger wrote, no character of it steers a terminal (`vbbench.quoting`).
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(escaped(message, lines=True))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Errors come whole out of other processes, whatever their constructors take."""
@@ -33,7 +41,8 @@ class FileError(VbbenchError):
     def __init__(self, path: Path | str, problem: str, line: int | None = None) -> None:
         self.path = Path(path)
         self.line = line
-        super().__init__(f"{path}{'' if line is None else f', line {line}'}: {problem}")
+        self.problem = one_line(problem)
+        super().__init__(f"{escaped(str(path))}{'' if line is None else f', line {line}'}: {self.problem}")
 
 
 class UnknownNameError(VbbenchError):
@@ -43,7 +52,7 @@ class UnknownNameError(VbbenchError):
         names = sorted(known)
         near = get_close_matches(name, names, n=1)
         hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
-        super().__init__(f"no {kind} is called '{name}'; {hint}")
+        super().__init__(f"no {kind} is called {quoted(name)}; {hint}")
 
 
 class SubmissionError(VbbenchError):
@@ -53,7 +62,7 @@ class SubmissionError(VbbenchError):
         self.faults = tuple(faults)
         listing = "".join(f"\n  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        super().__init__(f"{path}: {count}; mend and score again{listing}")
+        super().__init__(f"{escaped(str(path))}: {count}; fix and score again{listing}")
 
 
 class SourceMissingError(VbbenchError):
@@ -61,4 +70,7 @@ class SourceMissingError(VbbenchError):
 
 
 class VbbenchWarning(UserWarning):
-    """Something that works but that the user should know."""
+    """Something that works but that the user should know, on one line."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(escaped(message))

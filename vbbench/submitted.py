@@ -39,7 +39,7 @@ class SubmittedEstimates:
             )
         self._protocol = get_protocol(self.info.protocol)
         faults = Faults()
-        tables = {name: open_table(Path(submission), name, faults, COVARIANCES[name]) for name in COVARIANCES}
+        tables = {name: open_table(Path(submission), name, dataset, faults, COVARIANCES[name]) for name in COVARIANCES}
         self._tables = {name: table for name, table in tables.items() if table is not None}
         if faults:
             raise SubmissionError(submission, faults.listing())

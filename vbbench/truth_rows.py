@@ -10,7 +10,7 @@ from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
 from vbbench.row_grid import RowGrid, rows_by_number
 from vbbench.scored_rows import ScoredRows
-from vbbench.tables import SequenceTable
+from vbbench.sequence_table import SequenceTable
 
 NOBODY = -1
 """The person behind a false alarm."""
