@@ -64,7 +64,9 @@ def read_csv_rows(
 def _header(path: Path) -> list[str]:
     cells = [cell.strip() for cell in next(_lines(path), (0, [""]))[1]]
     if not all(map(is_printable, cells)):
-        raise FileError(path, "its first line is no UTF-8 text, or holds control characters; save it as CSV with commas")
+        raise FileError(
+            path, "its first line is no UTF-8 text, or holds control characters; save it as CSV with commas"
+        )
     return cells
 
 
@@ -159,7 +161,9 @@ def _read_carefully(path: Path, header: list[str], wanted: list[str], faults: Fa
             for name, values in columns.items():
                 values.append(row[name] or 0)
     arrays = {name: np.array(values) for name, values in columns.items()}
-    return {name: values != 0 if name in MARKS else values for name, values in arrays.items()} | {"line": np.array(lines)}
+    return {name: values != 0 if name in MARKS else values for name, values in arrays.items()} | {
+        "line": np.array(lines)
+    }
 
 
 def _row(cells: dict[str, str], wanted: list[str], place: str, faults: Faults) -> dict[str, Any]:

@@ -95,7 +95,11 @@ class SequenceTable:
         try:
             table = self._file.read_row_groups(groups.tolist(), columns=columns, use_threads=False).select(columns)
             marks = [name for name in columns if _is_mark(schema, table.schema, name)]
-            wrong = [name for name in marks if not pc.all(pc.is_in(table.column(name).cast(_F), _ZERO_ONE), min_count=0).as_py()]
+            wrong = [
+                name
+                for name in marks
+                if not pc.all(pc.is_in(table.column(name).cast(_F), _ZERO_ONE), min_count=0).as_py()
+            ]
             table = table.cast(schema)
         except UNREADABLE as error:
             raise FileError(self.path, f"cannot be read ({error}); generate or copy it again") from error
@@ -103,7 +107,9 @@ class SequenceTable:
         if empty:
             raise FileError(self.path, f"column {', '.join(empty)} has empty cells; write a number into each")
         if wrong:
-            raise FileError(self.path, f"column {', '.join(wrong)} holds other numbers than 0 and 1; write True or False")
+            raise FileError(
+                self.path, f"column {', '.join(wrong)} holds other numbers than 0 and 1; write True or False"
+            )
         return table
 
     def _sorted(self) -> pa.Table:

@@ -10,6 +10,8 @@ from pyarrow import csv
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.errors import FileError
+from vbbench.numerals import parse_number
+from vbbench.quoting import quoted
 
 UNLINKED = -1
 """Track of a detection that nobody linked; class and visibility where they are not told."""
@@ -156,12 +158,11 @@ def _row(path: Path, line: int, text: str, least: int, most: int) -> list[float]
 
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise FileError(path, f"{name} is '{cell.strip()}'; write a number", line) from None
+    value = parse_number(cell)
+    if value is None:
+        raise FileError(path, f"{name} is {quoted(cell.strip())}; write a number", line)
     if not np.isfinite(value):
-        raise FileError(path, f"{name} is {cell.strip()}; write a finite number", line)
+        raise FileError(path, f"{name} is {value}; write a finite number", line)
     return value
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.errors import FileError
 from vbbench.geometry import wrap_angle
+from vbbench.numerals import parse_number
+from vbbench.quoting import quoted
 from vbbench.tables import write_text_atomically
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
@@ -89,12 +91,12 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
         raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
     numbers = []
     for name, cell in zip(_COLUMNS, cells, strict=True):
-        try:
-            numbers.append(float(cell))
-        except ValueError:
-            raise FileError(path, f"{name} is '{cell}'; write a number", line) from None
-        if not np.isfinite(numbers[-1]):
-            raise FileError(path, f"{name} is {cell}; leave out frames without a pose", line)
+        number = parse_number(cell)
+        if number is None:
+            raise FileError(path, f"{name} is {quoted(cell)}; write a number", line)
+        if not np.isfinite(number):
+            raise FileError(path, f"{name} is {number}; leave out frames without a pose", line)
+        numbers.append(number)
     return numbers
 
 
