@@ -1,6 +1,6 @@
 """A small dataset folder of random crowds, and the submission that answers it exactly."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import PanoramaCamera
 from vbbench.dataset_info import DatasetInfo
+from vbbench.generation import describe_tables
 from vbbench.geometry import world_to_relative
 from vbbench.schemas import to_arrow
 from vbbench.tables import TableWriter, write_text_atomically
@@ -47,13 +48,20 @@ def write_dataset(folder: Path, crowd: Crowd | None = None) -> DatasetInfo:
     for scene, positions in enumerate(scenes):
         tables.setdefault("truth/scenes", []).append(_scene_rows(scene, positions))
         tables.setdefault("truth/people", []).append(_people_rows(scene, crowd.people))
+    paths = {name: folder / f"{name}.parquet" for name in tables}
     for name, groups in tables.items():
-        with TableWriter(folder / f"{name}.parquet", name) as writer:
+        with TableWriter(paths[name], name) as writer:
             for group in groups:
                 writer.add(to_arrow(name, group))
-    info = _info(crowd)
+    info = replace(_info(crowd), tables=describe_tables(paths), counts=_counts(len(plans), tables["observations"]))
     write_text_atomically(folder / "dataset.json", info.to_json())
     return info
+
+
+def _counts(sequences: int, boxes: list[Columns]) -> dict[str, float]:
+    people = np.concatenate([np.unique(rows["frame"], return_counts=True)[1] for rows in boxes])
+    counts = {"sequences": sequences, "frames": len(people), "observations": int(people.sum())}
+    return {**counts, "people_min": int(people.min()), "people_max": int(people.max())}
 
 
 def _info(crowd: Crowd) -> DatasetInfo:

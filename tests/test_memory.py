@@ -14,8 +14,8 @@ from vbbench.generator import Card, Options
 from vbbench.parts import Part
 from vbbench.scene import Scene
 from vbbench.scoring import score
+from vbbench.sequence_table import SequenceTable
 from vbbench.solving import solve
-from vbbench.tables import SequenceTable
 from vbbench.verification import verify
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.planning import plan_reprojection

@@ -248,8 +248,7 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_command_without_recordings_says_how_to_get_them(
     capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    facts = _with_counts(tiny)
-    status, out, err = run(capsys, "info", facts, "--realism")
+    status, out, err = run(capsys, "info", tiny, "--realism")
     assert (status, err) == (0, "")
     assert "students: source not at hand (vbbench fetch students)" in out
     assert "eth-15fps: source not at hand (vbbench fetch eth-15fps)" in out
@@ -258,7 +257,7 @@ def test_the_command_without_recordings_says_how_to_get_them(
 
 
 def test_json_has_figures_bins_and_picture(capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path) -> None:
-    status, out, _ = run(capsys, "info", _with_counts(tiny), "--realism", "--json", "--plot", "made/p.png")
+    status, out, _ = run(capsys, "info", tiny, "--realism", "--json", "--plot", "made/p.png")
     assert status == 0
     result = json.loads(out)
     assert {"split", "sequences", "id"} <= set(result)
@@ -276,7 +275,6 @@ def test_json_has_figures_bins_and_picture(capsys: pytest.CaptureFixture[str], t
 
 
 def test_withheld_truth_is_named_with_truth(capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path) -> None:
-    _with_counts(tiny)
     (tiny / "truth").rename(tiny.parent / "kept")
     status, out, err = run(capsys, "info", tiny, "--realism")
     assert (status, out) == (2, "")
@@ -319,18 +317,9 @@ def test_the_picture_is_not_blank(tiny: Path, no_data: Path) -> None:
 
 def test_one_person_alone_is_drawn_without_neighbours(tiny: Path) -> None:
     columns = {"this: tiny": walking_statistics([scene(line([0, 0], [1, 0]))])}
-    report = Realism(info=Dataset(_with_counts(tiny)).info, columns=columns)
+    report = Realism(info=Dataset(tiny).info, columns=columns)
     plot_realism_to_file(report, "p.png")
     row = next(row for row in describe_realism(report).splitlines() if row.startswith("nearest distance"))
     assert row.split()[-2:] == ["samples", "0"]
     assert "–" in describe_realism(report)
     assert "nan" not in describe_realism(report)
-
-
-def _with_counts(folder: Path) -> Path:
-    """`info` prints counts, which the hand-made dataset lacks."""
-    path = folder / "dataset.json"
-    facts = json.loads(path.read_text("utf-8"))
-    facts["counts"] = {"sequences": 2, "frames": 9, "observations": 30, "people_min": 1, "people_max": 5}
-    path.write_text(json.dumps(facts), "utf-8")
-    return folder

@@ -149,7 +149,7 @@ def test_twenty_faults_are_all_listed(dataset, tmp_path):
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("{", "mend the JSON"),
+        ("{", "fix the JSON"),
         ("[]", "holds no object"),
         ("{}", "key 'dataset' is missing"),
         ('{"solver": "", "dataset": "d", "protocol": "rollout"}', "key 'solver' is empty"),

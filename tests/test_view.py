@@ -5,7 +5,6 @@ import shutil
 import subprocess
 import sys
 from collections import defaultdict
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,10 +47,8 @@ def read(path: Path) -> Entities:
 
 
 def write(folder: Path, crowd: Crowd) -> Path:
-    """A dataset that has its counts, too, as generated ones do."""
-    counts = dict.fromkeys(("sequences", "frames", "people_min", "people_max", "observations"), 9)
-    info = replace(write_dataset(folder, crowd), counts=counts, tables=Dataset(folder).info.tables)
-    (folder / "dataset.json").write_text(info.to_json(), encoding="utf-8")
+    """A dataset folder."""
+    write_dataset(folder, crowd)
     return folder
 
 

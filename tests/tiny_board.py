@@ -6,10 +6,7 @@ from typing import Any
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.dataset import Dataset
-from vbbench.dataset_info import DatasetInfo
-from vbbench.generation import describe_tables
 from vbbench.solving import solve
-from vbbench.tables import write_text_atomically
 from vbbench_leaderboards.adding import add
 from vbbench_leaderboards.json_file import digest
 
@@ -18,14 +15,8 @@ SOLVERS = ("cv", "vb-cv")
 
 
 def tiny_dataset(folder: Path, crowd: Crowd | None = None) -> Path:
-    """A dataset folder with the checksums and counts that ``generate`` would write."""
-    facts = vars(write_dataset(folder, crowd or Crowd(sequences=6)))
-    tables = {str(path.relative_to(folder).with_suffix("")): path for path in folder.rglob("*.parquet")}
-    rows = Dataset(folder).rows
-    counts = {"sequences": len(rows["frames"]), "frames": int(rows["frames"].sum()), "observations": 100}
-    counts |= {"people_min": 1, "people_max": 5}
-    info = DatasetInfo(**{**facts, "tables": describe_tables(tables), "counts": counts})
-    write_text_atomically(folder / "dataset.json", info.to_json())
+    """A dataset folder of a few sequences."""
+    write_dataset(folder, crowd or Crowd(sequences=6))
     return folder
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.estimate import LARGEST, is_credible
 from vbbench.faults import Faults
 from vbbench.row_grid import rows_by_number
 from vbbench.schemas import FALLBACK
@@ -39,7 +40,7 @@ def match(rows: ScoredRows, poses: tuple[str, Arrays], positions: tuple[str, Arr
     """Answers to the scored rows, from the file name and columns of the two tables.
 
     Rows that exist in the dataset and are not scored are ignored; ids that do not exist, rows given twice and values
-    that are no finite numbers go to ``faults``. Missing rows do not (`require_poses`).
+    that cannot be an answer (`vbbench.estimate.is_credible`) go to ``faults``. Missing rows do not (`require_poses`).
     """
     pose_values, posed = _match_poses(rows, *poses, faults)
     position_values, placed = _match_positions(rows, *positions, faults)
@@ -89,8 +90,8 @@ def _gather(
     values = np.full((len(wanted), len(names)), np.nan)
     for c, name in enumerate(names):
         values[there, c] = columns[name][row[there]]
-    broken = ~np.isfinite(values).all(axis=1) & there
+    broken = ~is_credible(values).all(axis=1) & there
     if broken.any():
-        problem = f"{', '.join(names)} must be finite numbers; mend the row"
+        problem = f"{', '.join(names)} must be finite numbers within ±{LARGEST:.0f} m or rad; fix the row"
         faults.add_rows(file, problem, {name: column[row] for name, column in columns.items()}, broken)
     return values, there

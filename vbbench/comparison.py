@@ -108,7 +108,7 @@ def _differences(a: Score, b: Score) -> dict[str, Difference]:
     values = np.stack([a.per_sequence.figures[name] - b.per_sequence.figures[name] for name in names], axis=-1)
     means = bootstrap_means(values, RESAMPLES)
     low, high = np.quantile(means, [0.025, 0.975], axis=0)
-    there = np.isfinite(values)
+    there = ~np.isnan(values)
     total = np.where(there, values, 0.0).sum(axis=0)
     return {
         name: Difference(

@@ -1,24 +1,40 @@
-"""CSV tables written by hand: every cell that is no number is reported with its line."""
+"""CSV tables written by hand: every cell that is not a number is reported with its line."""
 
 import csv
+import mmap
+from array import array
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 
+from vbbench.errors import FileError
 from vbbench.faults import Faults
+from vbbench.numerals import parse_number
+from vbbench.quoting import is_printable, quoted
+from vbbench.row_bound import RowBound
+from vbbench.schemas import CONVERGED, FALLBACK, column_values
 
 IDS = ("sequence", "frame", "track")
+MARKS = (FALLBACK, CONVERGED)
+"""Columns that are True or False in each row."""
+
 _LARGEST_ID = 2**31 - 1
+_LONGEST_LINE = 1 << 17
+"""Characters of a line, and of a cell, that are read."""
+
+_TRUE, _FALSE = ("True", "true", "TRUE", "1"), ("False", "false", "FALSE", "0")
 
 Arrays = dict[str, NDArray[Any]]
 
 
-def read_csv_rows(path: Path, wanted: list[str], faults: Faults, optional: Collection[str] = ()) -> Arrays | None:
+def read_csv_rows(
+    path: Path, wanted: list[str], faults: Faults, optional: Collection[str], bound: RowBound
+) -> Arrays | None:
     """Columns of a CSV file with a header, and the 1-based ``line`` of each row.
 
     Parameters
@@ -27,87 +43,145 @@ def read_csv_rows(path: Path, wanted: list[str], faults: Faults, optional: Colle
     wanted : names of the columns.
     faults : takes what is wrong.
     optional : names of columns to read where they are there.
+    bound : the rows that the table can have.
 
     Returns
     -------
-    The rows whose ids could be read (0.0 stands for a value that could not), or ``None`` without usable header.
+    The rows whose ids could be read (0 stands for a value that could not), or ``None`` without usable header.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read to its end: it has too many rows, a line is too long, or a quotation mark is left open.
     """
-    try:
-        header = _header(path)
-    except (UnicodeDecodeError, csv.Error) as error:
-        faults.add(f"{path.name}: is no UTF-8 text ({error}); save it as CSV with commas")
-        return None
-    missing = [name for name in wanted if name not in header]
-    for name in missing:
-        faults.add(f"{path.name}, line 1: column '{name}' is missing; the header must read {','.join(wanted)}")
-    if missing:
-        return None
+    header = _header(path)
     wanted = [*wanted, *(name for name in optional if name in header)]
-    return _read_fast(path, header, wanted) or _read_carefully(path, header, wanted, faults)
-
-
-def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        reader = csv.reader(file)
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                yield reader.line_num, cells
+    if not _check_header(path, header, wanted, faults):
+        return None
+    return _read_fast(path, header, wanted, bound) or _read_carefully(path, header, wanted, faults, bound)
 
 
 def _header(path: Path) -> list[str]:
-    return [cell.strip() for cell in next(_lines(path), (0, [""]))[1]]
-
-
-def _read_fast(path: Path, header: list[str], wanted: list[str]) -> Arrays | None:
-    """Read a file without any fault in its cells; ``None`` where it has one, or its rows are not its lines."""
-    kinds = {name: pa.int64() if name in IDS else pa.float64() for name in wanted}
-    try:
-        table = pa_csv.read_csv(
-            path,
-            pa_csv.ReadOptions(column_names=header, skip_rows=1, use_threads=False),
-            pa_csv.ParseOptions(ignore_empty_lines=False),
-            pa_csv.ConvertOptions(column_types=kinds, include_columns=wanted, null_values=[]),
+    cells = [cell.strip() for cell in next(_lines(path), (0, [""]))[1]]
+    if not all(map(is_printable, cells)):
+        raise FileError(
+            path, "its first line is no UTF-8 text, or holds control characters; save it as CSV with commas"
         )
-    except (pa.ArrowException, KeyError):
-        return None
-    columns = {name: table.column(name).to_numpy() for name in wanted}
-    if any(np.any(np.abs(columns[name]) > _LARGEST_ID) for name in wanted if name in IDS):
-        return None
-    return {**columns, "line": np.arange(2, table.num_rows + 2)}
+    return cells
 
 
-def _read_carefully(path: Path, header: list[str], wanted: list[str], faults: Faults) -> Arrays:
-    rows = []
-    for line, cells in list(_lines(path))[1:]:
+def _check_header(path: Path, header: list[str], wanted: list[str], faults: Faults) -> bool:
+    """Whether each wanted column stands in the header once; else what is wrong goes to ``faults``."""
+    missing = [name for name in wanted if name not in header]
+    twice = [name for name in wanted if header.count(name) > 1]
+    for name in missing:
+        faults.add(f"{path.name}, line 1: column '{name}' is missing; the header must read {','.join(wanted)}")
+    for name in twice:
+        faults.add(f"{path.name}, line 1: column '{name}' stands there twice; keep one")
+    return not missing and not twice
+
+
+def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row that is not blank; bytes that are no UTF-8 stay what is no number."""
+    with path.open(encoding="utf-8-sig", errors="surrogateescape", newline="") as file:
+        reader = csv.reader(_short_lines(path, file), strict=True)
+        try:
+            for cells in reader:
+                if any(cell.strip() for cell in cells):
+                    yield reader.line_num, cells
+        except csv.Error as error:
+            raise FileError(path, f"cannot be read further ({error}); fix the line", reader.line_num) from error
+
+
+def _short_lines(path: Path, file: TextIO) -> Iterator[str]:
+    number = 0
+    while line := file.readline(_LONGEST_LINE):
+        number += 1
+        if len(line) == _LONGEST_LINE:
+            raise FileError(path, f"has more than {_LONGEST_LINE} characters; write a row a line", number)
+        yield line
+
+
+def _read_fast(path: Path, header: list[str], wanted: list[str], bound: RowBound) -> Arrays | None:
+    """Read a file without any fault in its cells; ``None`` where it has one, or its rows may not be its lines."""
+    if _has_quotes(path):
+        return None
+    names = [name if name in wanted else f"column {number}" for number, name in enumerate(header)]
+    kinds = {name: pa.bool_() if name in MARKS else pa.float64() for name in wanted}
+    read = pa_csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False)
+    parse = pa_csv.ParseOptions(quote_char=False, ignore_empty_lines=False)
+    convert = pa_csv.ConvertOptions(
+        column_types=kinds, include_columns=wanted, null_values=[], true_values=_TRUE, false_values=_FALSE
+    )
+    batches, rows = [], 0
+    try:
+        with pa_csv.open_csv(path, read, parse, convert) as reader:
+            for batch in reader:
+                rows += len(batch)
+                bound.check(path, rows)
+                batches.append(batch)
+        table = pa.Table.from_batches(batches)
+    except (pa.ArrowException, ValueError):
+        return None
+    columns = {name: column_values(table.column(name)) for name in wanted}
+    for name in IDS:
+        if name in columns:
+            columns[name] = _whole(columns[name])
+    if not all(np.isfinite(values).all() for values in columns.values()):
+        return None
+    columns = {name: values.astype(np.int64) if name in IDS else values for name, values in columns.items()}
+    return {**columns, "line": np.arange(2, rows + 2)}
+
+
+def _has_quotes(path: Path) -> bool:
+    """Whether a quotation mark stands anywhere, so that a cell may hold commas and ends of lines."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return content.find(b'"') >= 0
+
+
+def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values that are ids, NaN for others."""
+    return np.where((values == np.floor(values)) & (np.abs(values) <= _LARGEST_ID), values, np.nan)
+
+
+def _read_carefully(path: Path, header: list[str], wanted: list[str], faults: Faults, bound: RowBound) -> Arrays:
+    columns = {name: array("q" if name in IDS else "b" if name in MARKS else "d") for name in wanted}
+    lines = array("q")
+    rows = _lines(path)
+    next(rows)
+    for number, (line, cells) in enumerate(rows, 1):
+        bound.check(path, number)
         if len(cells) != len(header):
             problem = f"{len(cells)} cells, the header has {len(header)}; write one for each column"
-            faults.add(f"{path.name}, line {line}: {problem}", kind=f"{path.name}: {problem}")
+            faults.add(f"{path.name}, line {line}: {problem}", kind=f"{path.name}: rows with too many or too few cells")
             continue
         row = _row(dict(zip(header, cells, strict=True)), wanted, f"{path.name}, line {line}", faults)
         if all(row[name] is not None for name in wanted if name in IDS):
-            rows.append([*(row[name] or 0 for name in wanted), line])
-    columns = zip(*rows, strict=True) if rows else [()] * (len(wanted) + 1)
-    kinds = [*(np.int64 if name in IDS else np.float64 for name in wanted), np.int64]
-    return {
-        name: np.array(values, dtype=kind) for name, values, kind in zip([*wanted, "line"], columns, kinds, strict=True)
+            lines.append(line)
+            for name, values in columns.items():
+                values.append(row[name] or 0)
+    arrays = {name: np.array(values) for name, values in columns.items()}
+    return {name: values != 0 if name in MARKS else values for name, values in arrays.items()} | {
+        "line": np.array(lines)
     }
 
 
-def _row(cells: dict[str, str], wanted: list[str], place: str, faults: Faults) -> dict[str, float | None]:
-    row = {name: _number(cells[name], whole=name in IDS) for name in wanted}
+def _row(cells: dict[str, str], wanted: list[str], place: str, faults: Faults) -> dict[str, Any]:
+    row = {name: _value(name, cells[name]) for name in wanted}
     for name, value in row.items():
         if value is None:
-            kind = "a whole number" if name in IDS else "a number"
-            problem = f"{name} is '{cells[name].strip()}'; write {kind}"
+            kind = "a whole number" if name in IDS else "True or False" if name in MARKS else "a number"
+            problem = f"{name} is {quoted(cells[name].strip())}; write {kind}"
             faults.add(f"{place}: {problem}", kind=f"{place.split(', ')[0]}: {name} is not {kind}")
     return row
 
 
-def _number(text: str, *, whole: bool) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    if not whole:
+def _value(name: str, text: str) -> float | int | bool | None:
+    """What a cell says in the column called ``name``; ``None`` where it cannot be."""
+    if name in MARKS:
+        mark = text.strip(" \t")
+        return True if mark in _TRUE else False if mark in _FALSE else None
+    value = parse_number(text)
+    if value is None or name not in IDS:
         return value
     return int(value) if value.is_integer() and abs(value) <= _LARGEST_ID else None

@@ -7,23 +7,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import part_ranges
-from vbbench.schemas import column_values
 from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence_table import SequenceTable
 from vbbench.solver import Problem
 from vbbench.swapping import finish_swaps
-from vbbench.tables import SequenceTable
 from vbbench.withholding import check_truth
 
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
+
+LARGEST_ID = 2**31 - 1
+"""The largest id that a table can hold."""
 
 SCENES_AT_HAND = 64
 """True scenes that are kept in memory; where every sequence has its own, their number has no end."""
@@ -78,12 +78,12 @@ class Dataset:
     @cached_property
     def rows(self) -> dict[str, NDArray[Any]]:
         """The columns of ``sequences.parquet``."""
-        path = self.table_path("sequences")
-        try:
-            table = pq.ParquetFile(path).read(use_threads=False)
-        except (pa.ArrowException, OSError) as error:
-            raise FileError(path, f"cannot be read ({error}); generate the dataset again") from error
-        return {name: column_values(table.column(name)) for name in table.column_names}
+        table = self._table("sequences")
+        rows = table.read(0, LARGEST_ID)
+        numbered = np.array_equal(rows["sequence"], np.arange(table.rows))
+        if not numbered or any((rows[name] < 0).any() for name in ("scene", "first_frame", "frames", "people")):
+            raise FileError(table.path, "its sequences are not numbered from 0, or a count is below 0; generate again")
+        return rows
 
     @property
     def cells(self) -> IntArray:

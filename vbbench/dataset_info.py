@@ -8,7 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
+from vbbench.dataset_fields import find_fault
 from vbbench.errors import FileError, VbbenchError
+from vbbench.json_text import canonical_digest, read_json
+from vbbench.quoting import quoted
 from vbbench.swapping import finish_swaps
 from vbbench.tables import refuse_partitioned
 
@@ -93,8 +96,15 @@ class DatasetInfo:
         return truth_sha256({name: facts["sha256"] for name, facts in self.tables.items()})
 
     def to_json(self) -> str:
-        """The text of ``dataset.json``."""
-        return json.dumps({"id": self.id, **self._json()}, indent=2, ensure_ascii=False) + "\n"
+        """The text of ``dataset.json``, with a digest over all that it says.
+
+        Raises
+        ------
+        ValueError
+            If a number in it is not finite.
+        """
+        values = {"id": self.id, **self._json()}
+        return json.dumps({**values, "digest": canonical_digest(values)}, indent=2, ensure_ascii=False) + "\n"
 
     def _json(self) -> dict[str, Any]:
         facts = {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
@@ -110,29 +120,47 @@ class DatasetInfo:
         Raises
         ------
         FileError
-            If it is missing, damaged, of another format version, or edited by hand.
+            If it is missing, damaged, of another format version, or edited by hand; the key is named.
         """
         finish_swaps(folder)
         refuse_partitioned(folder, INFO_FILE)
         path = folder / INFO_FILE
         if not path.is_file():
             raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")
+        values = _checked(path)
+        digest, written_id = values.pop("digest", None), values["id"]
+        fresh = canonical_digest(values)
+        del values["id"]
         try:
-            values = json.loads(path.read_text(encoding="utf-8"))
-            written_id, version = values.pop("id"), values["format_version"]
-            if version != FORMAT_VERSION:
-                raise FileError(
-                    path, f"format version {version}, this vbbench reads {FORMAT_VERSION}; generate it again"
-                )
             camera = camera_from_dict(values["camera"])
-            withheld = written_id if values["seed"] is None else None
-            scenes = tuple(values["scenes"])
-            info = DatasetInfo(**{**values, "camera": camera, "scenes": scenes, "withheld_id": withheld})
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise FileError(path, f"is damaged ({error!r}); generate the dataset again") from error
+        except VbbenchError as error:
+            raise FileError(path, f"key 'camera': {error}; generate the dataset again") from error
+        withheld = written_id if values["seed"] is None else None
+        scenes = tuple(values["scenes"])
+        info = DatasetInfo(**{**values, "camera": camera, "scenes": scenes, "withheld_id": withheld})
         if info.id != written_id:
             raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
+        if digest not in (None, fresh):
+            raise FileError(path, "was changed by hand: its digest is of something else; generate the dataset again")
         return info
+
+
+def _checked(path: Path) -> dict[str, Any]:
+    """What a ``dataset.json`` says; every key of it is as it must be."""
+    try:
+        values = read_json(path)
+    except ValueError as error:
+        raise FileError(path, f"is damaged ({error}); generate the dataset again") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "is damaged (it holds no object); generate the dataset again")
+    version = values.get("format_version")
+    if version != FORMAT_VERSION:
+        problem = f"format version {quoted(version)}, this vbbench reads {FORMAT_VERSION}"
+        raise FileError(path, f"{problem}; generate it again")
+    fault = find_fault(values)
+    if fault is not None:
+        raise FileError(path, f"{fault}; generate the dataset again")
+    return values
 
 
 def truth_sha256(tables: Mapping[str, str]) -> str:

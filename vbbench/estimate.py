@@ -8,6 +8,17 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, frozen_array
 
+LARGEST = 1e6
+"""No coordinate (m) and no angle (rad) of an answer lies farther from 0: 1000 km is farther than anybody walks, float64
+is exact there to 0.2 nm, and the errors of such answers can be squared and summed over any split. Beyond it, means and
+intervals would be made of one number, or overflow."""
+
+
+def is_credible(values: FloatArray) -> BoolArray:
+    """Which values in m or rad can be an answer: finite, and within ± `LARGEST`."""
+    credible: BoolArray = np.abs(values) <= LARGEST
+    return credible
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrameEstimate:

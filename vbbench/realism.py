@@ -16,8 +16,8 @@ from vbbench.histogram import Histogram
 from vbbench.info import describe, summary
 from vbbench.registry import load
 from vbbench.scene import Scene
+from vbbench.sequence_table import SequenceTable
 from vbbench.sources import is_here
-from vbbench.tables import SequenceTable
 from vbbench.walking import COLLISION, SHORTEST_PATH, Walking, walking_statistics
 
 REFERENCES = ("students", "eth-15fps")

@@ -11,6 +11,7 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench.errors import VbbenchError
+from vbbench.estimate import LARGEST, is_credible
 from vbbench.protocol import START_FRAMES, Protocol, scored_frames, scored_positions
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
@@ -141,18 +142,20 @@ def _checked_kind(answer: Answer, kind: type[Answer], sequence: Sequence) -> Ans
 
 
 def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
-    """Whatever is scored must be there and finite."""
+    """Whatever is scored must be there and credible."""
     if estimate.positions.shape != given.positions.shape:
         raise VbbenchError(
             f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
             f"not {list(given.positions.shape)}"
         )
     wanted = {
-        "pose": scored_frames(sequence.observed)[:, None] & ~np.isfinite(estimate.poses),
-        "position": scored_positions(sequence.observed, given)[..., None] & ~np.isfinite(estimate.positions),
+        "pose": scored_frames(sequence.observed)[:, None] & ~is_credible(estimate.poses),
+        "position": scored_positions(sequence.observed, given)[..., None] & ~is_credible(estimate.positions),
     }
     for what, bad in wanted.items():
         if bad.any():
-            t, column = np.argwhere(bad)[0][:2]
-            whose = f" of track {sequence.tracks[column]}" if what == "position" else ""
-            raise VbbenchError(f"sequence {sequence.index}, frame {t}: the solver's {what}{whose} is not finite")
+            place = tuple(np.argwhere(bad)[0])
+            value = {"pose": estimate.poses, "position": estimate.positions}[what][place]
+            fault = f"{value:g}, beyond ±{LARGEST:.0f} m or rad" if np.isfinite(value) else "not finite"
+            whose = f" of track {sequence.tracks[place[1]]}" if what == "position" else ""
+            raise VbbenchError(f"sequence {sequence.index}, frame {place[0]}: the solver's {what}{whose} is {fault}")

@@ -82,7 +82,9 @@ def arrow_array(values: ArrayLike, kind: pa.DataType) -> pa.Array:
 
 def column_values(column: pa.ChunkedArray) -> NDArray[Any]:
     """A column without empty cells as a NumPy array: Arrow's own ``to_numpy`` imports pandas, too."""
-    if not pa.types.is_primitive(column.type) or pa.types.is_boolean(column.type) or column.null_count:
+    if pa.types.is_boolean(column.type) and not column.null_count:
+        return column_values(column.cast(pa.uint8())).astype(np.bool_)
+    if not pa.types.is_primitive(column.type) or column.null_count:
         return np.asarray(column.to_numpy(zero_copy_only=False) if column.null_count else column.to_pylist())
     chunks = [np.from_dlpack(chunk) for chunk in column.chunks]
     return chunks[0] if len(chunks) == 1 else np.concatenate([np.empty(0, column.type.to_pandas_dtype()), *chunks])

@@ -15,7 +15,7 @@ from vbbench.arrays import BoolArray, IntArray
 from vbbench.dataset import OBSERVER, Dataset
 from vbbench.protocol import START_FRAMES, Protocol
 from vbbench.row_grid import RowGrid, rows_by_number
-from vbbench.tables import SequenceTable
+from vbbench.sequence_table import SequenceTable
 
 FRAMES_AT_ONCE = 4096
 """Frames of the sequences that are held in memory together."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from vbbench import metrics
 from vbbench.answers import Answers
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.arrays import BoolArray, FloatArray
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.scorecard import PerSequence, Score, join_figures
@@ -67,10 +67,20 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) ->
         "dr": metrics.rotation_error(answers.poses, true_poses),
         "dt": metrics.translation_error(answers.poses, true_poses),
     }
-    drifts = _drifts(rows, answers.poses, true_poses, dt)
-    frames = {**pose_figures, **{name: mean_of_groups(owner, error, count) for name, error in errors.items()}, **drifts}
+    paired, drifts = _drifts(rows, answers.poses, true_poses, dt)
+    frames = {
+        **pose_figures,
+        **{name: mean_of_groups(owner, error, count) for name, error in errors.items()},
+        **{name: _spread(paired, values) for name, values in drifts.items()},
+    }
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
-    return _Part(_sequence_figures(rows, answers, {**pose_figures, **drifts}, errors), frames, fallbacks)
+    local, size = rows.pose_sequence - rows.grid.first, len(rows.grid.frames)
+    figures = {
+        **{name: mean_of_groups(local, values, size) for name, values in pose_figures.items()},
+        **{name: mean_of_groups(rows.sequence - rows.grid.first, error, size) for name, error in errors.items()},
+        **{name: mean_of_groups(local[paired], values, size) for name, values in drifts.items()},
+    }
+    return _Part(_per_sequence(rows, answers, figures), frames, fallbacks)
 
 
 def _total(counts: list[int | None]) -> int | None:
@@ -92,9 +102,7 @@ def _person_errors(
     }
 
 
-def _sequence_figures(
-    rows: ScoredRows, answers: Answers, by_frame: dict[str, FloatArray], by_person: dict[str, FloatArray]
-) -> PerSequence:
+def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatArray]) -> PerSequence:
     size = len(rows.grid.frames)
     pose_owner, owner = rows.pose_sequence - rows.grid.first, rows.sequence - rows.grid.first
     return PerSequence(
@@ -103,30 +111,24 @@ def _sequence_figures(
         positions=np.bincount(owner, minlength=size),
         posed=np.bincount(pose_owner[answers.posed], minlength=size),
         placed=np.bincount(owner[answers.placed], minlength=size),
-        figures={
-            **{name: _known_mean(pose_owner, values, size) for name, values in by_frame.items()},
-            **{name: mean_of_groups(owner, values, size) for name, values in by_person.items()},
-        },
+        figures=figures,
     ).scored()
 
 
-def _drifts(rows: ScoredRows, poses: FloatArray, true_poses: FloatArray, dt: float) -> dict[str, FloatArray]:
-    """[P] drift from each scored frame to the one a second later; NaN where that is not scored."""
+def _drifts(
+    rows: ScoredRows, poses: FloatArray, true_poses: FloatArray, dt: float
+) -> tuple[BoolArray, dict[str, FloatArray]]:
+    """[P] which scored frames are followed by a scored one a second later, and of these the drift to it."""
     step = max(1, round(1.0 / dt))
     slot = rows.pose_slot
     end = np.searchsorted(slot, slot + step).clip(max=max(len(slot) - 1, 0))
     paired = (slot[end] == slot + step) & (rows.pose_sequence[end] == rows.pose_sequence)
     begin, end = np.flatnonzero(paired), end[paired]
     values = metrics.drift(poses[begin], poses[end], true_poses[begin], true_poses[end], step * dt)
-    return {name: _spread(paired, value) for name, value in zip(("drift_m", "drift_rad"), values, strict=True)}
+    return paired, dict(zip(("drift_m", "drift_rad"), values, strict=True))
 
 
 def _spread(where: BoolArray, values: FloatArray) -> FloatArray:
     spread = np.full(len(where), np.nan)
     spread[where] = values
     return spread
-
-
-def _known_mean(owner: IntArray, values: FloatArray, size: int) -> FloatArray:
-    there = ~np.isnan(values)
-    return mean_of_groups(owner[there], values[there], size)

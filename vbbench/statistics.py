@@ -67,7 +67,7 @@ def bootstrap_means(values: FloatArray, resamples: int = RESAMPLES, seed: int = 
     [R, M] means; the same draws for every metric.
     """
     random = np.random.default_rng(seed)
-    there = np.isfinite(values)
+    there = ~np.isnan(values)
     columns = np.concatenate([np.where(there, values, 0.0), there.astype(float)], axis=1)
     block = max(1, _DRAWS_AT_ONCE // len(values))
     sums = [

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from vbbench.errors import SubmissionError
 from vbbench.faults import Faults
+from vbbench.json_text import read_json
 from vbbench.locks import locked
 from vbbench.protocol import PROTOCOLS
+from vbbench.quoting import is_printable, quoted
 from vbbench.replacing import replacing
 from vbbench.schemas import FALLBACK, to_arrow
 from vbbench.swapping import finish_swaps
@@ -22,6 +24,11 @@ from vbbench.tables import TableWriter, refuse_partitioned
 
 SUBMISSION_FILE = "submission.json"
 FAILURE_POLICIES = ("refuse", "hold")
+LONGEST_TEXT = 1000
+"""Characters of a text in it: names and references are printed with every score."""
+
+LONGEST_FRAME = 1e6
+"""Seconds a frame that are believed: eleven days."""
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -79,7 +86,8 @@ def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     known = {field.name for field in fields(SubmissionInfo)}
     if values is not None:
         for name in sorted(set(values) - known):
-            faults.add(f"{SUBMISSION_FILE}: key '{name}' is unknown; keys are {', '.join(sorted(known))}")
+            problem = f"is unknown; keys are {', '.join(sorted(known))}"
+            faults.add(f"{SUBMISSION_FILE}: key {quoted(name)} {problem}", kind=f"{SUBMISSION_FILE}: a key {problem}")
         for name in ("solver", "dataset", "protocol"):
             if name not in values:
                 faults.add(f"{SUBMISSION_FILE}: key '{name}' is missing; add it")
@@ -171,9 +179,9 @@ def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
         faults.add(f"{SUBMISSION_FILE}: the file is missing; write one with the keys solver, dataset and protocol")
         return None
     try:
-        values = json.loads(path.read_text(encoding="utf-8-sig"))
+        values = read_json(path, finite=False)
     except ValueError as error:
-        faults.add(f"{SUBMISSION_FILE}: cannot be read ({error}); mend the JSON")
+        faults.add(f"{SUBMISSION_FILE}: cannot be read ({error}); fix the JSON")
         return None
     if not isinstance(values, dict):
         faults.add(f'{SUBMISSION_FILE}: holds no object; write {{"solver": ..., "dataset": ..., "protocol": ...}}')
@@ -191,12 +199,16 @@ def _usable(name: str, value: Any, faults: Faults) -> bool:
 def _problem(name: str, value: Any) -> str | None:
     if name == "seconds_per_frame":
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if value is None or (number and np.isfinite(value) and value >= 0):
+        if value is None or (number and 0 <= value <= LONGEST_FRAME):
             return None
-        return f"is {value!r}; give a number of seconds, 0 or more, or leave it out"
+        return f"is {quoted(value)}; give a number of seconds from 0 to {LONGEST_FRAME:.0f}, or leave it out"
     if not isinstance(value, str):
-        return f"is {value!r}; give text"
+        return f"is {quoted(value)}; give text"
+    if len(value) > LONGEST_TEXT:
+        return f"has {len(value)} characters; write {LONGEST_TEXT} or fewer"
+    if not is_printable(value):
+        return f"is {quoted(value)}; leave out ends of lines and control characters"
     choices = {"failure_policy": FAILURE_POLICIES, "protocol": PROTOCOLS}.get(name)
     if choices and value not in choices:
-        return f"is '{value}', which is unknown; choose {', '.join(choices)}"
+        return f"is {quoted(value)}, which is unknown; choose {', '.join(choices)}"
     return "is empty; fill it in" if name == "solver" and not value.strip() else None

@@ -5,15 +5,15 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from vbbench.csv_rows import read_csv_rows
+from vbbench.dataset import Dataset
 from vbbench.errors import FileError
 from vbbench.faults import Faults
-from vbbench.schemas import CONVERGED, FALLBACK, SCHEMAS
-from vbbench.tables import SequenceTable
+from vbbench.row_bound import RowBound
+from vbbench.schemas import FALLBACK, SCHEMAS
+from vbbench.sequence_table import SequenceTable
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -32,9 +32,9 @@ class SubmissionTable(Protocol):
 class ParquetRows:
     """A table of a submission as vbbench, or a stranger, wrote it in Parquet."""
 
-    def __init__(self, path: Path, name: str, optional: Collection[str]) -> None:
+    def __init__(self, path: Path, name: str, optional: Collection[str], bound: RowBound) -> None:
         self.file = path.name
-        self._table = SequenceTable(path, name, optional=optional)
+        self._table = SequenceTable(path, name, optional=optional, bound=bound)
 
     def read(self, first: int, last: int) -> Arrays:
         """See `SubmissionTable.read`."""
@@ -56,50 +56,31 @@ class RowsInMemory:
 
 
 def open_table(
-    folder: Path, name: str, faults: Faults, optional: Collection[str] = (FALLBACK,)
+    folder: Path, name: str, dataset: Dataset, faults: Faults, optional: Collection[str] = (FALLBACK,)
 ) -> SubmissionTable | None:
     """The table called ``name`` (``poses`` or ``positions``); ``None`` and a fault where there is none to read.
 
-    Of the optional columns (`vbbench.schemas.OPTIONAL`) only those named are read.
+    Of the optional columns (`vbbench.schemas.OPTIONAL`) only those named are read. A table with more rows than one
+    that answers ``dataset`` can have is not read at all.
     """
     parquet, csv = folder / f"{name}.parquet", folder / f"{name}.csv"
+    bound = row_bound(name, dataset)
     if parquet.is_file() and csv.is_file():
         faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
-    if parquet.is_file():
-        return _open_parquet(parquet, name, faults, optional)
-    if csv.is_file():
-        columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional=optional)
-        return None if columns is None else RowsInMemory(csv.name, columns)
+    try:
+        if parquet.is_file():
+            return ParquetRows(parquet, name, optional, bound)
+        if csv.is_file():
+            columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional, bound)
+            return None if columns is None else RowsInMemory(csv.name, columns)
+    except FileError as error:
+        faults.add_error(error)
+        return None
     faults.add(f"{parquet.name}: the file is missing, and so is {csv.name}; write one of them")
     return None
 
 
-def file_fault(error: FileError) -> str:
-    """The message of an error about a file of the submission, with the file's name for its path."""
-    return str(error).replace(str(error.path), error.path.name, 1)
-
-
-def _open_parquet(path: Path, name: str, faults: Faults, optional: Collection[str]) -> ParquetRows | None:
-    try:
-        _require_numbers(path, name, optional)
-        return ParquetRows(path, name, optional)
-    except FileError as error:
-        faults.add(file_fault(error))
-        return None
-
-
-def _require_numbers(path: Path, name: str, optional: Collection[str]) -> None:
-    try:
-        schema = pq.read_schema(path)
-    except (pa.ArrowException, OSError) as error:
-        raise FileError(path, f"is damaged or no Parquet file ({error}); write it again") from error
-    wanted = {*SCHEMAS[name].names, *optional}
-    text = [f.name for f in schema if f.name in wanted and not _is_number(f)]
-    if text:
-        raise FileError(path, f"column {', '.join(text)} holds no numbers; write integers and floats")
-
-
-def _is_number(field: pa.Field) -> bool:
-    if field.name in (FALLBACK, CONVERGED) and pa.types.is_boolean(field.type):
-        return True
-    return bool(pa.types.is_integer(field.type) or pa.types.is_floating(field.type))
+def row_bound(name: str, dataset: Dataset) -> RowBound:
+    """The rows that ``poses`` (one a frame) or ``positions`` (one for each track in each frame) can have."""
+    rows = dataset.rows["frames"] if name == "poses" else dataset.cells
+    return RowBound(int(rows.sum(dtype=np.int64)))

@@ -8,6 +8,7 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.dataset import Dataset
 from vbbench.errors import SubmissionError, VbbenchError
+from vbbench.estimate import is_credible
 from vbbench.faults import Faults
 from vbbench.protocol import get_protocol
 from vbbench.schemas import COVARIANCES
@@ -39,7 +40,7 @@ class SubmittedEstimates:
             )
         self._protocol = get_protocol(self.info.protocol)
         faults = Faults()
-        tables = {name: open_table(Path(submission), name, faults, COVARIANCES[name]) for name in COVARIANCES}
+        tables = {name: open_table(Path(submission), name, dataset, faults, COVARIANCES[name]) for name in COVARIANCES}
         self._tables = {name: table for name, table in tables.items() if table is not None}
         if faults:
             raise SubmissionError(submission, faults.listing())
@@ -64,9 +65,11 @@ class SubmittedEstimates:
 
 
 def _rows(table: SubmissionTable, sequence: Sequence) -> Arrays:
-    """Rows of the sequence whose frame and track exist."""
+    """Rows of the sequence whose frame and track exist and whose place can be one."""
     rows = table.read(sequence.index, sequence.index + 1)
     usable = (rows["frame"] >= 0) & (rows["frame"] < sequence.frames)
+    for name in ("x", "y", "yaw"):
+        usable &= is_credible(rows.get(name, np.zeros(1)))
     if "track" in rows:
         usable &= np.isin(rows["track"], sequence.tracks)
     return {column: values[usable] for column, values in rows.items()}

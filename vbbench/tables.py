@@ -1,21 +1,19 @@
-"""Parquet tables of datasets and submissions: writing row group by row group, reading by sequence."""
+"""Parquet tables of datasets and submissions, written row group by row group, and the folders that hold them."""
 
 import hashlib
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import VbbenchError
 from vbbench.locks import locked
 from vbbench.replacing import replacing, write_to_stream
-from vbbench.schemas import SCHEMAS, column_values, table_schema, with_columns
+from vbbench.schemas import table_schema, with_columns
 
 ZSTD_LEVEL = -5
 """A fast level: after byte-stream splitting a slower one saves less than 2 % of the bytes."""
@@ -162,85 +160,3 @@ def file_sha256(path: Path) -> str:
     """SHA-256 of a file's bytes, in hex."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-class SequenceTable:
-    """A table on disk, read a range of sequences at a time.
-
-    Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted in memory.
-
-    Parameters
-    ----------
-    path : the file.
-    name : what the table is called in `SCHEMAS`.
-    key : the column that it is ordered by.
-    optional : optional columns to read where they are there.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, is no Parquet file, or lacks a column.
-    """
-
-    def __init__(self, path: Path, name: str, key: str = "sequence", optional: Collection[str] = ()) -> None:
-        self.path, self._key = path, key
-        self._file = _open_parquet(path)
-        there = self._file.schema_arrow.names
-        missing = [column for column in SCHEMAS[name].names if column not in there]
-        if missing:
-            raise FileError(path, f"column {', '.join(missing)} is missing; wanted {', '.join(SCHEMAS[name].names)}")
-        self._schema = table_schema(name, set(optional).intersection(there))
-        self._columns = self._schema.names
-        self._first, self._last = self._key_ranges()
-        self._whole = None if np.all(self._first[1:] >= self._last[:-1]) else self._sorted()
-
-    @property
-    def rows(self) -> int:
-        """Number of rows."""
-        return int(self._file.metadata.num_rows)
-
-    def read(self, first: int, last: int, columns: list[str] | None = None) -> dict[str, NDArray[Any]]:
-        """Rows with first ≤ sequence < last, in order of sequence, a NumPy array a column."""
-        wanted = list(dict.fromkeys([self._key, *(columns or self._columns)]))
-        table = self._groups(first, last, wanted) if self._whole is None else self._whole
-        arrays = {name: column_values(table.column(name)) for name in wanted}
-        start, stop = np.searchsorted(arrays[self._key], [first, last])
-        return {name: arrays[name][start:stop] for name in columns or self._columns}
-
-    def _groups(self, first: int, last: int, columns: list[str]) -> pa.Table:
-        groups = np.flatnonzero((self._last >= first) & (self._first < last))
-        table = self._read(groups.tolist(), columns)
-        keys = column_values(table.column(self._key))
-        return table if np.all(keys[1:] >= keys[:-1]) else table.sort_by(self._key)
-
-    def _read(self, groups: list[int], columns: list[str]) -> pa.Table:
-        schema = pa.schema([self._schema.field(name) for name in columns])
-        try:
-            table = self._file.read_row_groups(groups, columns=columns, use_threads=False).select(columns).cast(schema)
-        except (pa.ArrowException, OSError, ValueError) as error:
-            raise FileError(self.path, f"cannot be read ({error}); generate or copy it again") from error
-        empty = [name for name in columns if table.column(name).null_count]
-        if empty:
-            raise FileError(self.path, f"column {', '.join(empty)} has empty cells; write a number into each")
-        return table
-
-    def _sorted(self) -> pa.Table:
-        return self._read(list(range(self._file.num_row_groups)), self._columns).sort_by(self._key)
-
-    def _key_ranges(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        column = self._file.schema_arrow.names.index(self._key)
-        metadata = self._file.metadata
-        stats = [metadata.row_group(g).column(column).statistics for g in range(metadata.num_row_groups)]
-        if any(s is None or not s.has_min_max for s in stats):
-            everything = np.zeros(len(stats), np.int64)
-            return everything - 1, everything + np.iinfo(np.int32).max
-        return np.array([s.min for s in stats], np.int64), np.array([s.max for s in stats], np.int64)
-
-
-def _open_parquet(path: Path) -> pq.ParquetFile:
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
-    try:
-        return pq.ParquetFile(path)
-    except (pa.ArrowException, OSError) as error:
-        raise FileError(path, f"is damaged or no Parquet file ({error}); generate or copy it again") from error

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.estimate import LARGEST, is_credible
 from vbbench.row_grid import RowGrid, rows_by_number
 from vbbench.scored_rows import ScoredRows
-from vbbench.tables import SequenceTable
+from vbbench.sequence_table import SequenceTable
 
 NOBODY = -1
 """The person behind a false alarm."""
@@ -63,7 +64,7 @@ class TruthRows:
         truth = self._poses.read(grid.first, grid.first + len(grid.frames))
         row = rows_by_number(grid.slot(truth["sequence"], truth["frame"]), grid.slots)[rows.pose_slot]
         self._require(row, self._poses, "pose")
-        return np.stack([truth[name][row] for name in ("x", "y", "yaw")], axis=-1)
+        return self._credible(np.stack([truth[name][row] for name in ("x", "y", "yaw")], axis=-1), self._poses)
 
     def positions(self, rows: ScoredRows, persons: IntArray) -> FloatArray:
         """[Q, 2] true positions in m of the persons [Q] behind the scored positions."""
@@ -72,7 +73,7 @@ class TruthRows:
         paths = self._paths(first, last)
         row = paths.row_of_cell[paths.grid.cell(scene, frame, persons)]
         self._require(row, self._scenes, "person")
-        return paths.positions.take(row, axis=0)
+        return self._credible(paths.positions.take(row, axis=0), self._scenes)
 
     def _paths(self, first: int, last: int) -> "_Paths":
         """Everybody's way in the scenes first ≤ scene < last; the last ones asked for are at hand."""
@@ -84,6 +85,15 @@ class TruthRows:
             positions = np.stack([truth["x"], truth["y"]], axis=-1)
             self._paths_in_hand = _Paths((first, last), grid, row_of_cell, positions)
         return self._paths_in_hand
+
+    @staticmethod
+    def _credible(values: FloatArray, table: SequenceTable) -> FloatArray:
+        """The values, all of them finite and of an answer's size: an error that is NaN would leave a mean unseen."""
+        if not is_credible(values).all():
+            raise FileError(
+                table.path, f"holds truth beyond ±{LARGEST:.0f} m or rad, or none; generate the dataset again"
+            )
+        return values
 
     @staticmethod
     def _require(row: NDArray[Any], table: SequenceTable, what: str) -> None:

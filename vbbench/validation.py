@@ -15,7 +15,7 @@ from vbbench.holding import hold
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.scored_rows import ScoredRows, scored_rows
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo, read_info
-from vbbench.submission_table import SubmissionTable, file_fault, open_table
+from vbbench.submission_table import SubmissionTable, open_table
 from vbbench.truth_rows import NOBODY, TruthRows
 
 Arrays = dict[str, NDArray[Any]]
@@ -43,7 +43,7 @@ class CheckedSubmission:
         self.info: SubmissionInfo = read_info(folder, self.faults)
         self._check_dataset_id()
         self._tables: dict[str, SubmissionTable | None] = {
-            name: open_table(folder, name, self.faults) for name in ("poses", "positions")
+            name: open_table(folder, name, dataset, self.faults) for name in ("poses", "positions")
         }
 
     @property
@@ -84,7 +84,7 @@ class CheckedSubmission:
         try:
             return (table.file, table.read(first, last)) if table else (name, _NO_ROWS)
         except FileError as error:
-            self.faults.add(file_fault(error))
+            self.faults.add_error(error)
             self._tables[name] = None
             return name, _NO_ROWS
 

@@ -18,6 +18,8 @@ minimum one scan and Newton's method find. With every W_k a multiple of I, A is 
 the weighted rigid (Procrustes) fit. The people are summed over once.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 
 from vbbench.arrays import FloatArray
@@ -26,8 +28,11 @@ from vbbench.kernels import kernel
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
 
-Symmetric, Vector = tuple[float, float, float], tuple[float, float]
-"""A symmetric matrix as (cc, cs, ss), and a vector, both over m = (cos yaw, sin yaw)."""
+Symmetric: TypeAlias = tuple[float, float, float]
+"""A symmetric matrix over m = (cos yaw, sin yaw), as (cc, cs, ss)."""
+
+Vector: TypeAlias = tuple[float, float]
+"""A vector over m."""
 
 SCAN = 32
 """Yaws at which Newton's method looks for a start; a polynomial of degree two has at most two minima on the circle."""

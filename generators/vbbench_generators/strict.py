@@ -13,8 +13,8 @@ from vbbench.errors import FileError
 
 T = TypeVar("T")
 
-MOST_BYTES = 2**20
-"""Size of the largest file of settings."""
+MOST_BYTES, LONGEST_ROW = 2**16, 2000
+"""Bytes of the largest file of settings and of its longest line: the time of parsing grows with the square of both."""
 DEEPEST = 8
 """Arrays and tables in one another."""
 
@@ -78,6 +78,9 @@ def _parse(path: Path) -> dict[str, Any]:
             text = file.read(MOST_BYTES + 1)
         if len(text) > MOST_BYTES:
             raise FileError(path, f"has more than {MOST_BYTES:,} bytes; a file of settings is short")
+        endless = next((n for n, row in enumerate(text.split(b"\n"), 1) if len(row) > LONGEST_ROW), None)
+        if endless is not None:
+            raise FileError(path, f"has more than {LONGEST_ROW:,} bytes; write it in several lines", endless)
         table = tomllib.loads(text.decode("utf-8"))
         _check_values(table)
     except OSError as error:

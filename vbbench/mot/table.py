@@ -1,5 +1,6 @@
 """The numbers of a MOTChallenge text as they stand in it, read fast, and the checks that every reader of them makes."""
 
+import re
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -117,7 +118,7 @@ def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> 
     if values is not None:
         return MotTable(path, values, np.arange(1, len(values) + 1))
     rows, lines = [], []
-    for line, text in enumerate(content.decode("utf-8-sig", errors="replace").split("\n"), 1):
+    for line, text in enumerate(re.split("\r\n|\r|\n", content.decode("utf-8-sig", errors="replace")), 1):
         if text.strip() and not text.lstrip().startswith("#"):
             rows.append(_row(path, line, text, least, most))
             lines.append(line)

@@ -1,0 +1,157 @@
+"""Kinds of files of datasets, submissions, partitions and leaderboards."""
+
+import json
+import shutil
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from tests.answers import submit, submit_csv, true_answers
+from tests.fuzz.kind import Kind
+from tests.fuzz.mutations import JSON, TEXT
+from tests.fuzz.parquet_mutations import PARQUET
+from tests.make_dataset import Crowd, write_dataset
+from tests.tiny_board import FILE, tiny_board, tiny_dataset
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import DatasetInfo
+from vbbench.info import describe
+from vbbench.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
+from vbbench.scoring import score
+from vbbench.verification import verify
+from vbbench_leaderboards.json_file import digest
+from vbbench_leaderboards.results_folder import read_results
+
+SMALL = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3)
+TRACKED = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3, tier="tracked")
+
+
+@cache
+def _made(what: str) -> Path:
+    """A folder made once, of which every kind has a copy."""
+    folder = Path(mkdtemp(prefix="vbbench-fuzz-"))
+    {"board": tiny_board, "partitions": _write_partitions}.get(what, _write)(folder / "made")
+    return folder / "made"
+
+
+def _write(folder: Path) -> None:
+    tiny_dataset(folder / "described", SMALL)
+    write_dataset(folder / "small", SMALL)
+    write_dataset(folder / "tracked", TRACKED)
+    tables = true_answers(folder / "small", 0.1)
+    submit(folder / "parquet", folder / "small", tables)
+    submit_csv(folder / "csv", folder / "small", tables)
+
+
+def _write_partitions(folder: Path) -> None:
+    write_dataset(folder / "whole", SMALL)
+    names = ("sequences", "observations", "given", "truth/poses", "truth/scenes", "truth/people")
+    data = {name: (folder / "whole" / f"{name}.parquet").read_bytes() for name in names}
+    part = PackedPart(name="part-00000000", files=data, columns={name: [] for name in names}, facts={})
+    write_partition(folder, part)
+    layout = Layout(marker="dataset.json", tables=list(names), parts=[part.name])
+    write_layout(folder, layout, (folder / "whole" / "dataset.json").read_text("utf-8"))
+
+
+def _copy(what: str) -> Callable[[Path], object]:
+    return lambda folder: shutil.copytree(_made(what), folder, dirs_exist_ok=True)
+
+
+def _read_dataset(folder: Path) -> None:
+    """Everything that a dataset holds."""
+    dataset = Dataset(folder)
+    for sequence in dataset.sequences():
+        dataset.truth(sequence)
+
+
+def _read_described(folder: Path) -> None:
+    """The facts of a dataset, and whether its tables belong to them."""
+    describe(DatasetInfo.read(folder))
+    verify(folder)
+
+
+def _read_partitions(folder: Path) -> None:
+    layout = read_layout(folder)
+    DatasetInfo.read(folder / "partitioned")
+    for name in layout.tables:
+        table = PartitionedTable(folder, name, layout.parts)
+        for part in layout.parts:
+            list(table.groups(part))
+
+
+def _sealed(content: bytes) -> bytes:
+    """With a digest that fits, wherever there can be one."""
+    try:
+        values = json.loads(content)
+        return json.dumps({**values, "digest": digest(values)}).encode()
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError, MemoryError):
+        return content
+
+
+def _table(crowd: str, name: str, weight: int = 1) -> Kind:
+    return Kind(
+        name=f"{crowd}-{name.replace('/', '-')}",
+        make=_copy("dataset"),
+        target=f"{crowd}/{name}.parquet",
+        mutations=PARQUET,
+        read=lambda folder: _read_dataset(folder / crowd),
+        weight=weight,
+    )
+
+
+def _answer(kind: str, file: str, weight: int = 2) -> Kind:
+    mutations = {".json": JSON, ".csv": TEXT, ".parquet": PARQUET}[Path(file).suffix]
+    return Kind(
+        name=f"submission-{kind}-{Path(file).stem}",
+        make=_copy("dataset"),
+        target=f"{kind}/{file}",
+        mutations=mutations,
+        read=lambda folder: score(folder / kind, folder / "small").table(),
+        lists_faults=True,
+        weight=weight,
+    )
+
+
+def _board(name: str, file: str, **more: object) -> Kind:
+    return Kind(
+        name=name,
+        make=_copy("board"),
+        target=f"results/{file}",
+        mutations=JSON,
+        read=lambda folder: read_results(folder / "results"),
+        weight=1,
+        **more,
+    )
+
+
+def _partition(name: str, file: str) -> Kind:
+    mutations = PARQUET if file.endswith(".parquet") else JSON
+    return Kind(name=name, make=_copy("partitions"), target=file, mutations=mutations, read=_read_partitions)
+
+
+KINDS = (
+    Kind(
+        name="dataset-json",
+        make=_copy("dataset"),
+        target="described/dataset.json",
+        mutations=JSON,
+        read=lambda folder: _read_described(folder / "described"),
+        weight=4,
+    ),
+    *(_table("small", name) for name in ("sequences", "observations", "given")),
+    *(_table("small", f"truth/{name}") for name in ("poses", "scenes", "people")),
+    _table("tracked", "truth/tracks"),
+    _answer("parquet", "submission.json"),
+    _answer("parquet", "poses.parquet"),
+    _answer("parquet", "positions.parquet"),
+    _answer("csv", "poses.csv"),
+    _answer("csv", "positions.csv"),
+    _board("result", str(FILE)),
+    _board("result-sealed", str(FILE), finish=_sealed),
+    _board("record", "tiny/ideal.json"),
+    _board("record-sealed", "tiny/ideal.json", finish=_sealed),
+    _partition("layout", "partitioned/layout.json"),
+    _partition("part-facts", "partitioned/part-00000000.json"),
+    _partition("part-table", "observations/part-00000000.parquet"),
+)
+"""Datasets, submissions, boards and partitions."""

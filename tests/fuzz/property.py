@@ -1,0 +1,126 @@
+"""What must hold of every case: a file is read or refused in one clear line, with little memory, at once."""
+
+import hashlib
+import resource
+import signal
+import time
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+
+from tests.fuzz.kind import Kind, Refused
+from tests.fuzz.mutations import mutate
+from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.quoting import is_printable
+
+LONGEST_MESSAGE = 6000
+MOST_MEMORY = 64 * 2**20
+"""Bytes by which the peak of this process may grow in one case; the arrays of an honest file here have some kB."""
+MOST_TIME = 1.0
+"""Seconds of processor time that a case may take."""
+
+
+class Broken(AssertionError):  # noqa: N818  what pytest calls it
+    """A case that breaks the property, with the command that runs it again."""
+
+
+@dataclass
+class Tally:
+    """How many cases were read, and how many refused."""
+
+    read: int = 0
+    refused: int = 0
+    slowest: float = 0.0
+    kinds: dict[str, int] = field(default_factory=dict)
+
+
+def check(kind: Kind, case: int, folder: Path, tally: Tally) -> None:
+    """Run one case: mutate the kind's file in ``folder``, read it, and put the honest one back.
+
+    Raises
+    ------
+    Broken
+        If anything but reading or refusing happened.
+    """
+    target = folder / kind.target
+    honest = target.read_bytes()
+    random = Random(f"{kind.name}:{case}")
+    content = kind.finish(mutate(honest, random, kind.mutations))
+    target.write_bytes(content)
+    try:
+        fault = _fault(kind, folder, content, tally)
+    finally:
+        target.write_bytes(honest)
+    if fault is not None:
+        raise Broken(f"{fault}\nagain: python -m tests.fuzz {kind.name} --case {case}")
+
+
+def _fault(kind: Kind, folder: Path, content: bytes, tally: Tally) -> str | None:
+    """What is wrong about how the file was taken; ``None`` if nothing is."""
+    before, peak, start = _listing(folder), _peak(), time.process_time()
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        outcome = _read(kind, folder)
+    seconds, growth = time.process_time() - start, _peak() - peak
+    tally.slowest = max(tally.slowest, seconds)
+    if isinstance(outcome, Refused):
+        tally.refused += 1
+    else:
+        tally.read += 1
+    faults = [
+        _message_fault(kind, folder, outcome) if isinstance(outcome, Refused) else None,
+        f"{outcome!r}: another error than ours" if isinstance(outcome, Exception) else None,
+        next((f"warned: {w.message}" for w in warned if not _is_ours(w)), None),
+        f"took {seconds:.2f} s" if seconds > MOST_TIME else None,
+        f"took {growth / 2**20:.0f} MB" if growth > MOST_MEMORY else None,
+        "the folder was changed" if _listing(folder) != before else None,
+        None if isinstance(outcome, Exception) or kind.oracle is None else kind.oracle(content, outcome),
+    ]
+    return next((fault for fault in faults if fault is not None), None)
+
+
+class _Endless(Exception):  # noqa: N818
+    """A case takes so long that it is not waited for."""
+
+
+def _give_up(*_signal: object) -> None:
+    raise _Endless(f"more than {5 * MOST_TIME:g} s")
+
+
+def _read(kind: Kind, folder: Path) -> object:
+    """What the reader returns, its refusal, or another error than ours, which nobody may see."""
+    signal.signal(signal.SIGPROF, _give_up)
+    signal.setitimer(signal.ITIMER_PROF, 5 * MOST_TIME)
+    try:
+        return kind.read(folder)
+    except VbbenchError as error:
+        return Refused(str(error))
+    except Exception as error:
+        return error
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def _message_fault(kind: Kind, folder: Path, refused: Refused) -> str | None:
+    text = refused.message
+    lines = text.split("\n") if kind.lists_faults else [text]
+    if not all(is_printable(line) and 0 < len(line) <= LONGEST_MESSAGE for line in lines):
+        return f"no line for a terminal: {text[:300]!r} ({len(text)} characters)"
+    names = (str(folder), Path(kind.target).name, Path(kind.target).stem)
+    return None if any(name in text for name in names) else f"does not name the file: {text[:300]}"
+
+
+def _is_ours(warned: warnings.WarningMessage) -> bool:
+    return issubclass(warned.category, VbbenchWarning) and is_printable(str(warned.message))
+
+
+def _listing(folder: Path) -> str:
+    """Names, sizes and times of all that is in a folder, as one digest."""
+    facts = sorted((str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in folder.rglob("*"))
+    return hashlib.sha256(repr(facts).encode()).hexdigest()
+
+
+def _peak() -> int:
+    """Most bytes that this process ever held."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -1,0 +1,102 @@
+"""Kinds of settings: recipes, scenarios and detectors in TOML, and recordings with their seqinfo.ini and archives."""
+
+import zipfile
+from importlib.resources import files
+from pathlib import Path
+
+from tests.fuzz.kind import Kind
+from tests.fuzz.mutations import BYTES, TEXT, TOML
+from vbbench.sources import Source
+from vbbench_generators.crohd.finding import find_recording
+from vbbench_generators.crohd.reading import read_heads
+from vbbench_generators.recipe import read_recipe
+from vbbench_generators.scenario import read_scenario
+from vbbench_generators.tracking.settings import read_tracking
+
+NAME = "HT21-03"
+SEQINFO = "[Sequence]\nname=HT21-03\nimDir=img1\nframeRate=25\nseqLength=90\nimWidth=1920\nimHeight=1080\nimExt=.jpg\n"
+HEADS = "".join(f"{f},{t},{100 + 5 * f},{50 + 20 * t},15,18.5,1,1,{t / 5}\n" for f in range(1, 7) for t in range(1, 5))
+ARCHIVE = Source(path="crohd/HT21Labels.zip", url="", sha256="")
+
+
+def _toml(folder: Path, place: str) -> None:
+    (folder / "made.toml").write_bytes((files("vbbench_generators") / place).read_bytes())
+
+
+def _recording(folder: Path) -> None:
+    (folder / "gt").mkdir()
+    (folder / "gt" / "gt.txt").write_text(HEADS)
+    (folder / "seqinfo.ini").write_text(SEQINFO)
+
+
+def _archive(folder: Path) -> None:
+    with zipfile.ZipFile(folder / "labels.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(f"train/{NAME}/seqinfo.ini", SEQINFO)
+        archive.writestr(f"train/{NAME}/gt/gt.txt", HEADS)
+        archive.writestr("readme.txt", "labels")
+
+
+def _heads(place: Path) -> object:
+    return read_heads(find_recording(NAME, ARCHIVE, place, split="shibuya01"))
+
+
+KINDS = (
+    Kind(
+        name="recipe",
+        make=lambda folder: _toml(folder, "recipes/students-resampled.toml"),
+        target="made.toml",
+        mutations=TOML,
+        read=lambda folder: read_recipe(folder / "made.toml"),
+        weight=4,
+    ),
+    Kind(
+        name="recipe-lifting",
+        make=lambda folder: _toml(folder, "recipes/shibuya01.toml"),
+        target="made.toml",
+        mutations=TOML,
+        read=lambda folder: read_recipe(folder / "made.toml"),
+        weight=3,
+    ),
+    Kind(
+        name="scenario",
+        make=lambda folder: _toml(folder, "scenarios/plaza.toml"),
+        target="made.toml",
+        mutations=TOML,
+        read=lambda folder: read_scenario(folder / "made.toml"),
+        weight=4,
+    ),
+    Kind(
+        name="scenario-walls",
+        make=lambda folder: _toml(folder, "scenarios/corridor.toml"),
+        target="made.toml",
+        mutations=TOML,
+        read=lambda folder: read_scenario(folder / "made.toml"),
+        weight=3,
+    ),
+    Kind(
+        name="detector",
+        make=lambda folder: _toml(folder, "detectors/model.toml"),
+        target="made.toml",
+        mutations=TOML,
+        read=lambda folder: read_tracking(folder / "made.toml"),
+        weight=2,
+    ),
+    Kind(
+        name="seqinfo",
+        make=_recording,
+        target="seqinfo.ini",
+        mutations=TEXT,
+        read=_heads,
+        weight=4,
+    ),
+    Kind(name="heads", make=_recording, target="gt/gt.txt", mutations=TEXT, read=_heads, weight=3),
+    Kind(
+        name="archive",
+        make=_archive,
+        target="labels.zip",
+        mutations=BYTES,
+        read=lambda folder: _heads(folder / "labels.zip"),
+        weight=6,
+    ),
+)
+"""Settings and recordings."""
