@@ -103,7 +103,7 @@ class Child:
         if facts["said"] == "refused":
             raise VbbenchError(text)
         if facts["said"] == "failed":
-            raise VbbenchError(f"solver '{self._name}' failed while {self.working_on}:\n{text.rstrip()}")
+            raise VbbenchError(f"solver '{self._name}' failed while {self.working_on}:", *text.splitlines())
         return facts, arrays
 
     def _nonsense(self, what: str) -> VbbenchError:
