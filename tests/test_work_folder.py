@@ -150,6 +150,7 @@ def test_another_command_after_a_kill_keeps_to_the_rules(room: Path, tmp_path: P
         assert contents(out) == contents(room / ("new" if stands else "old"))
 
 
+@pytest.mark.slow
 def test_nothing_stands_in_the_place_of_what_is_being_swapped(room: Path, tmp_path: Path) -> None:
     out = tmp_path / "at" / "out"
     command = partial(generate, "demo", out, OPTIONS, overwrite=True)
@@ -370,6 +371,7 @@ def test_a_submission_stays_when_the_disk_is_full(
     assert names(out) == ["poses.parquet", "positions.parquet", "submission.json"]
 
 
+@pytest.mark.slow
 def test_a_limit_on_the_size_of_files_is_one_line(room: Path, tmp_path: Path) -> None:
     shutil.copytree(room / "old", tmp_path / "out")
     limited = f"ulimit -f 4; exec {sys.executable} -m vbbench generate demo --limit 60 --overwrite --out out"
@@ -402,6 +404,7 @@ def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
     assert made == [0, 1, 2, 0, 1]
 
 
+@pytest.mark.slow
 def test_what_a_kill_leaves_of_partitions_is_not_published(tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = partial(generate_partitioned, "demo", out, OPTIONS, scheduler="tcp://nowhere")
