@@ -48,7 +48,7 @@ class Rehearsal:
         seen: list[Tree] = [self.found]
         own = []
         for point in self.run.points:
-            if point.left not in seen:
+            if not point.begins_file and point.left not in seen:
                 seen.append(point.left)
                 own.append(point)
         return own
@@ -79,8 +79,7 @@ class Rehearsal:
         if whole:
             faults = self._faults_of_the_whole(below(left, *whole))
         else:
-            names = sorted({path.split("/")[0] for path in self.run.left} - set(self._bystanders))
-            faults = self._faults_of_single_files(below(left, *names))
+            faults = self._faults_of_single_files(below(left, *self._changing))
         return [*faults, *differences(below(left, *self._bystanders), below(self.found, *self._bystanders))]
 
     @property
@@ -105,24 +104,25 @@ class Rehearsal:
 
     def _faults_of_single_files(self, left: Tree) -> list[str]:
         """Every file is as before or as afterwards; what has another name is a draft."""
-        faults = []
-        for name in sorted(self.found.keys() | self.run.left.keys()):
-            versions = [tree.get(name) for tree in (self.found, self.run.left)]
-            if name in below(self.run.left, *self._changing) and left.get(name) not in versions:
-                faults.append(f"{name} is neither old nor new")
-        return faults
+        return [
+            f"{name} is neither old nor new"
+            for name, after in below(self.run.left, *self._changing).items()
+            if left.get(name) not in (self.found.get(name), after)
+        ]
 
     @property
     def _changing(self) -> list[str]:
+        """What the command makes or changes."""
         return sorted({path.split("/")[0] for path in self.run.left} - set(self._bystanders))
 
     def _faults_of_another_try(self, left: Tree) -> list[str]:
         again = self.stage.run(self.scenario.command, left)
         faults = differences(again.left, self.run.left)
-        if again.status != 0 and left != self.run.left:
-            faults.append(f"the same command ends with {again.status}: {again.errors}")
-        if again.status not in (0, 2) or "Traceback" in again.errors:
-            faults.append(f"the same command says: {again.errors}")
+        if again.status != 0:
+            done = below(left, *self._changing) == below(self.run.left, *self._changing)
+            faults += (
+                _faults_of_words(again) if done else [f"the same command ends with {again.status}: {again.errors}"]
+            )
         return faults
 
 
