@@ -177,6 +177,26 @@ def test_secret_seeds_are_long_differ_and_are_for_withheld_truth(
     assert DatasetInfo.read(tmp_path / "a").id != DatasetInfo.read(tmp_path / "b").id
 
 
+def test_interrupted_secret_work_goes_on_with_its_seed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vbbench.parts.PATIENCE", -1.0)
+    command = ["generate", "sim", "--limit", "1", "--seed", "secret", "--withhold-truth", "--out", str(tmp_path / "a")]
+    with monkeypatch.context() as patch:
+        patch.setattr("vbbench.generation.describe_tables", stop)
+        assert main(command) == 130
+    seed = json.loads(next(tmp_path.rglob(SEED_FILE)).read_text("utf-8"))["seed"]
+    made: list[int] = []
+    monkeypatch.setattr("vbbench.generation._build_part", lambda *_: made.append(1))
+    assert main(command) == 0
+    assert made == []
+    assert json.loads((tmp_path / "a.truth" / SEED_FILE).read_text("utf-8"))["seed"] == seed
+    monkeypatch.undo()
+    assert main([*command, "--overwrite"]) == 0
+    assert json.loads((tmp_path / "a.truth" / SEED_FILE).read_text("utf-8"))["seed"] != seed
+
+
 def test_a_challenge_has_boards_of_its_own(
     challenge: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,8 +12,7 @@ import pytest
 
 from tests.make_dataset import Crowd
 from tests.make_dataset import write_dataset as write_made
-from tests.stopping import names, stopped_at, stopped_at_every_step
-from tests.test_generation import digests
+from tests.stopping import contents, names, stopped_at, stopped_at_every_step
 from tests.test_merging import last_part_first
 from vbbench import cluster
 from vbbench.cli import main
@@ -80,8 +79,8 @@ def test_dataset_and_truth_change_together_or_not_at_all(room: Path, tmp_path: P
             assert before == "nothing"
         command()
         assert names(out.parent) == ["out", "out.truth"]
-        assert digests(out) == digests(room / "new-apart")
-        assert digests(truth) == digests(room / "new-apart.truth")
+        assert contents(out) == contents(room / "new-apart")
+        assert contents(truth) == contents(room / "new-apart.truth")
 
 
 @pytest.mark.slow
@@ -108,10 +107,10 @@ def test_a_merge_is_stopped_at_every_step(room: Path, tmp_path: Path, place: str
     command, made = partial(merge, folder, out), out or folder
     for _ in stopped_at_every_step(command, lambda: put(room, folder.parent, spread=f"spread{apart}")):
         command()
-        assert digests(made) == digests(room / f"new{apart}")
+        assert contents(made) == contents(room / f"new{apart}")
         assert set(names(folder.parent)) <= {"spread", "out", f"{made.name}.truth"}
         if withheld:
-            assert digests(made.with_name(f"{made.name}.truth")) == digests(room / "new-apart.truth")
+            assert contents(made.with_name(f"{made.name}.truth")) == contents(room / "new-apart.truth")
 
 
 @pytest.mark.slow
@@ -148,9 +147,10 @@ def test_another_command_after_a_kill_keeps_to_the_rules(room: Path, tmp_path: P
         else:
             generate("demo", out, OTHER)
         assert names(out.parent) == ["out"]
-        assert digests(out) == digests(room / ("new" if stands else "old"))
+        assert contents(out) == contents(room / ("new" if stands else "old"))
 
 
+@pytest.mark.slow
 def test_nothing_stands_in_the_place_of_what_is_being_swapped(room: Path, tmp_path: Path) -> None:
     out = tmp_path / "at" / "out"
     command = partial(generate, "demo", out, OPTIONS, overwrite=True)
@@ -162,10 +162,10 @@ def test_nothing_stands_in_the_place_of_what_is_being_swapped(room: Path, tmp_pa
     with pytest.raises(VbbenchError, match="appeared while it was being replaced; move it away"):
         command()
     assert (out / "thesis.tex").read_text() == "years of work"
-    assert digests(out.parent / "out.partial" / "old") == digests(room / "old")
+    assert contents(out.parent / "out.partial" / "old") == contents(room / "old")
     shutil.rmtree(out)
     command()
-    assert digests(out) == digests(room / "new")
+    assert contents(out) == contents(room / "new")
 
 
 def test_a_folder_that_cannot_be_renamed_changes_nothing(
@@ -185,7 +185,7 @@ def test_a_folder_that_cannot_be_renamed_changes_nothing(
         generate("demo", out, OPTIONS, withhold_truth=True, overwrite=True)
     monkeypatch.undo()
     assert "truth is the published one" in verify(out, truth)
-    assert digests(out) == digests(room / "old-apart")
+    assert contents(out) == contents(room / "old-apart")
     generate("demo", out, OPTIONS, withhold_truth=True, overwrite=True)
     assert names(out.parent) == ["out", "out.truth"]
 
@@ -217,10 +217,10 @@ def test_folders_of_somebody_else_are_never_touched(room: Path, tmp_path: Path, 
     there, command = commands(room, out)[number]
     put(room if (room / there).exists() else tmp_path, out.parent, out=there)
     work, old = strangers(out.parent)
-    before = digests(out.parent)
+    before = contents(out.parent)
     with pytest.raises(VbbenchError, match=r"out\.partial exists and was not made by vbbench.*move it away"):
         command()
-    assert digests(out.parent) == before
+    assert contents(out.parent) == before
     shutil.rmtree(work.parent)
     command()
     assert old.read_text() == "years of work"
@@ -244,8 +244,8 @@ def test_a_link_stays_and_what_it_points_to_is_replaced(room: Path, tmp_path: Pa
     generate("demo", link, OPTIONS, overwrite=True, withhold_truth=withheld)
     assert link.is_symlink()
     assert truth.is_symlink()
-    assert digests(tmp_path / "far" / "data") == digests(room / ("new-apart" if withheld else "new"))
-    assert digests(tmp_path / "far" / "truth") == digests(room / f"{'new' if withheld else 'old'}-apart.truth")
+    assert contents(tmp_path / "far" / "data") == contents(room / ("new-apart" if withheld else "new"))
+    assert contents(tmp_path / "far" / "truth") == contents(room / f"{'new' if withheld else 'old'}-apart.truth")
     assert names(tmp_path) == ["far", "out"]
     assert names(tmp_path / "far") == ["data", "data.truth", "truth"]
 
@@ -255,7 +255,7 @@ def test_a_link_to_nothing_is_filled_and_one_to_itself_is_a_mistake(
 ) -> None:
     (tmp_path / "out").symlink_to(tmp_path / "later" / "data")
     generate("demo", tmp_path / "out", OPTIONS)
-    assert digests(tmp_path / "later" / "data") == digests(room / "new")
+    assert contents(tmp_path / "later" / "data") == contents(room / "new")
     (tmp_path / "loop").symlink_to("loop")
     assert main(["generate", "demo", "--out", str(tmp_path / "loop")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
@@ -298,11 +298,11 @@ def test_a_mistake_keeps_the_parts_of_interrupted_work(room: Path, tmp_path: Pat
         work.begin("a key")
         (work.parts / "00000000-00000002.arrows").write_bytes(b"part")
     with pytest.raises(VbbenchError, match="--seed"):
-        generate("demo", out, Options(limit=2, seed=-1))
+        generate("sim", out, Options(limit=2, seed=-1))
     assert [path.name for path in tmp_path.rglob("*.arrows")] == ["00000000-00000002.arrows"]
     generate("demo", out, OPTIONS)
     assert names(tmp_path) == ["out"]
-    assert digests(out) == digests(room / "new")
+    assert contents(out) == contents(room / "new")
 
 
 @pytest.fixture
@@ -342,7 +342,7 @@ def test_a_full_disk_costs_nothing_that_was_there(
     said = capsys.readouterr().err
     assert said.count("\n") == 1, said
     assert "No space left on device" in said
-    assert digests(out) == digests(room / "old")
+    assert contents(out) == contents(room / "old")
     ballast.unlink()
     assert main([*large, str(out)]) == 0
     assert names(small_disk) == ["out"]
@@ -359,25 +359,26 @@ def test_a_submission_stays_when_the_disk_is_full(
     assert main(["export", "tum", str(data), "--out", str(files)]) == 0
     command = ["import", "tum", str(files), "--dataset", str(data), "--solver", "me", "--out", str(out)]
     assert main([*command, "--protocol", "rollout"]) == 0
-    before = digests(out)
+    before = contents(out)
     ballast = fill(small_disk, left)
     capsys.readouterr()
     assert main(command) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1, said
-    assert digests(out) == before
+    assert contents(out) == before
     ballast.unlink()
     assert main(command) == 0
     assert names(out) == ["poses.parquet", "positions.parquet", "submission.json"]
 
 
+@pytest.mark.slow
 def test_a_limit_on_the_size_of_files_is_one_line(room: Path, tmp_path: Path) -> None:
     shutil.copytree(room / "old", tmp_path / "out")
     limited = f"ulimit -f 4; exec {sys.executable} -m vbbench generate demo --limit 60 --overwrite --out out"
     run = subprocess.run(["bash", "-c", limited], cwd=tmp_path, capture_output=True, text=True)
     assert (run.returncode, run.stderr.count("\n")) == (2, 1), run.stderr
     assert "File too large" in run.stderr
-    assert digests(tmp_path / "out") == digests(room / "old")
+    assert contents(tmp_path / "out") == contents(room / "old")
 
 
 def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
@@ -403,6 +404,7 @@ def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
     assert made == [0, 1, 2, 0, 1]
 
 
+@pytest.mark.slow
 def test_what_a_kill_leaves_of_partitions_is_not_published(tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = partial(generate_partitioned, "demo", out, OPTIONS, scheduler="tcp://nowhere")

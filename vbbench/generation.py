@@ -24,7 +24,7 @@ from vbbench.rows import ROWS, SCENE_TABLES, TRACK_TABLE, scene_rows, sequence_r
 from vbbench.scene import Scene
 from vbbench.schemas import SCHEMAS, to_arrow
 from vbbench.tables import PARTITIONED, TableWriter, check_free, file_sha256, write_text_atomically
-from vbbench.withholding import check_truth_free, truth_folder_beside, withhold
+from vbbench.withholding import check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.work_folder import WorkFolder
 
 TABLES = ["sequences", *ROWS, *SCENE_TABLES]
@@ -66,6 +66,8 @@ def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = Fal
 def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> None:
     if not work.begin(_key(plan, withhold_truth)):
         return
+    if withhold_truth:
+        keep_seed(plan.info, work.new_truth)  # of interrupted work: a secret one would otherwise be lost with it
     tables = table_paths(_tables(plan), work, withhold_truth)
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
     build = partial(_build_part, plan)

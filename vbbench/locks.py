@@ -45,15 +45,14 @@ def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
     """
     path, shown = Path(folder) / LOCK, Path(out or folder)
     made = [place for place in (path.parent, *path.parent.parents) if not os.path.lexists(place)]
-    with plain_errors(shown):
-        handle = _acquire(path, shown)
     try:
-        yield
+        with plain_errors(shown):
+            handle = _acquire(path, shown)
+        try:
+            yield
+        finally:
+            _release(handle, path)
     finally:
-        with suppress(OSError):  # who waited for this file sees that it is gone, and takes a new one
-            if is_file_at(handle, path):
-                path.unlink()
-        os.close(handle)
         with suppress(OSError):  # it holds something
             for place in made:
                 place.rmdir()
@@ -94,12 +93,23 @@ def _acquire(path: Path, out: Path) -> int:
             continue  # who held it removed the folder meanwhile
         try:
             _claim(handle, path, out)
-        except BaseException:
+        except BusyError:
             os.close(handle)
+            raise
+        except BaseException:
+            _release(handle, path)
             raise
         if is_file_at(handle, path):
             return handle
         os.close(handle)
+
+
+def _release(handle: int, path: Path) -> None:
+    """Remove the lock's file before it is unlocked: who waited for it sees that it is gone, and takes a new one."""
+    with suppress(OSError):
+        if is_file_at(handle, path):
+            path.unlink()
+    os.close(handle)
 
 
 def _claim(handle: int, path: Path, out: Path) -> None:

@@ -12,7 +12,7 @@ from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.generator import Generator
 from vbbench.registry import load
-from vbbench.swapping import TRUTH, beside, real
+from vbbench.swapping import NEW_TRUTH, TRUTH, WORK, beside, real
 from vbbench.tables import file_sha256, write_text_atomically
 
 SEED_FILE = "seed.json"
@@ -24,6 +24,13 @@ GUESSABLE_BITS = 64
 def draw_seed() -> int:
     """A seed that nobody can guess."""
     return 1 << (SECRET_BITS - 1) | secrets.randbits(SECRET_BITS - 1)
+
+
+def secret_seed(out: Path) -> int:
+    """A seed that nobody can guess: that with which work on ``out`` was interrupted, or a new one."""
+    path = beside(real(out), WORK) / NEW_TRUTH / SEED_FILE
+    seed = _read_seed(path) if path.is_file() else 0
+    return seed if seed.bit_length() > GUESSABLE_BITS else draw_seed()
 
 
 def truth_folder_beside(out: Path) -> Path:
@@ -59,8 +66,13 @@ def _is_of_truth(name: str) -> bool:
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
     """Keep the seed beside the truth tables in the folder ``truth``; return what may be published."""
-    write_text_atomically(truth / SEED_FILE, json.dumps({"dataset": info.id, "seed": info.known_seed}) + "\n")
+    keep_seed(info, truth)
     return info.without_seed()
+
+
+def keep_seed(info: DatasetInfo, truth: Path) -> None:
+    """Write the seed of a dataset into the folder ``truth``."""
+    write_text_atomically(truth / SEED_FILE, json.dumps({"dataset": info.id, "seed": info.known_seed}) + "\n")
 
 
 def check_truth(info: DatasetInfo, truth: Path) -> None:

@@ -31,11 +31,11 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     VbbenchError
         If ``out`` is there and no site, if there are no results, or if one of them is damaged.
     """
-    check_site(out)
-    found = read_results(*results)
-    if not found:
-        raise VbbenchError(f"{', '.join(map(str, results))} holds no results; add one with 'vbbench leaderboard add'")
     with WorkFolder(out, partial(check_site, out)) as work:
+        found = read_results(*results)
+        if not found:
+            listed = ", ".join(map(str, results))
+            raise VbbenchError(f"{listed} holds no results; add one with 'vbbench leaderboard add'")
         work.begin()
         work.new.mkdir()
         (work.new / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")

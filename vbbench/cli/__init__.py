@@ -49,7 +49,10 @@ def all_commands() -> dict[str, Callable[..., Any]]:
     return {**COMMANDS, **plugin_commands(COMMANDS)}
 
 
-UNWRITABLE = {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENOSPC}
+UNWRITABLE = {
+    *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAMETOOLONG),
+    *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG),
+}
 """System errors that say that the user asked for a place where nothing can be written or read."""
 
 DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo --out demo"

@@ -86,7 +86,7 @@ def generate(
     from vbbench.generator import Options
     from vbbench.info import describe
     from vbbench.simulation import as_simulation
-    from vbbench.withholding import draw_seed, who_knows
+    from vbbench.withholding import secret_seed, who_knows
 
     if seed == "secret" and not withhold_truth:
         raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
@@ -95,7 +95,7 @@ def generate(
         tier=tier,
         height_std=sigma_h,
         look=look,
-        seed=draw_seed() if seed == "secret" else seed,
+        seed=secret_seed(out) if seed == "secret" else seed,
         limit=limit,
         source=source,
         dt=dt,

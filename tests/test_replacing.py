@@ -1,0 +1,196 @@
+"""Single files: whole or not there, devices and pipes written through, nobody else's file overwritten."""
+
+import os
+import stat
+import subprocess
+import sys
+import threading
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tests.stopping import contents, names, stopped_at_every_step
+from tests.tiny_board import FILE, tiny_board
+from vbbench import replacing as module
+from vbbench.cli import main
+from vbbench.errors import FileError
+from vbbench.generation import generate
+from vbbench.generator import Options
+from vbbench.replacing import is_temporary, replacing
+from vbbench.solving import solve
+from vbbench.tables import write_bytes_atomically, write_text_atomically
+from vbbench.video import write_png_folder
+from vbbench_leaderboards.adding import add
+from vbbench_leaderboards.checking import check
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("room")
+    solve(generate("demo", folder / "data", Options(limit=2)), "cv", "rollout", folder / "answer")
+    return folder
+
+
+def score(room: Path, path: object) -> list[str]:
+    return ["score", str(room / "answer"), "--dataset", str(room / "data"), "--per-sequence", str(path)]
+
+
+def test_a_full_device_stays_a_device(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = names(Path("/dev"))
+    assert main(score(room, "/dev/full")) == 2
+    assert capsys.readouterr().err == "vbbench: /dev/full: No space left on device; choose another place\n"
+    assert main(score(room, "/dev/null")) == 0
+    assert all(stat.S_ISCHR(os.stat(device).st_mode) for device in ("/dev/full", "/dev/null"))  # noqa: PTH116
+    assert names(Path("/dev")) == before
+
+
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "out.txt"])
+@pytest.mark.parametrize("where", ["pipe", "file"])
+def test_ones_own_output_is_written_in_order(room: Path, tmp_path: Path, name: str, where: str) -> None:
+    if (name, where) == ("out.txt", "pipe"):
+        pytest.skip("a pipe has no name")
+    command = [sys.executable, "-m", "vbbench", *score(room, name)]
+    if where == "pipe":
+        text = subprocess.run(command, cwd=tmp_path, check=True, stdout=subprocess.PIPE, text=True).stdout
+    else:
+        with (tmp_path / "out.txt").open("w") as file:
+            subprocess.run(command, cwd=tmp_path, check=True, stdout=file)
+        text = (tmp_path / "out.txt").read_text("utf-8")
+    assert text.startswith("sequence,frames,")
+    assert text.count("cv 0.1.0 on demo") == 1
+    assert names(tmp_path) == ([] if where == "pipe" else ["out.txt"])
+
+
+def test_a_pipe_with_a_name_is_written_through(room: Path, tmp_path: Path) -> None:
+    pipe, read = tmp_path / "pipe", []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text("utf-8")))
+    reader.start()
+    assert main(score(room, pipe)) == 0
+    reader.join()
+    assert read[0].startswith("sequence,frames,")
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_a_folder_is_no_file(room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(score(room, tmp_path)) == 2
+    assert capsys.readouterr().err == f"vbbench: {tmp_path}: is a folder; give the name of a file\n"
+
+
+@pytest.mark.parametrize(
+    "path", ["x" * 300 + ".csv", "x" * 251 + ".csv", "/proc/x.csv", "/dev/null/x.csv", "a/../b/\udcff"]
+)
+def test_a_name_that_no_file_can_have_is_one_line(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], path: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status = main(score(room, path))
+    said = capsys.readouterr().err
+    longest = os.pathconf(tmp_path, "PC_NAME_MAX")
+    if len(path) <= longest and path[0] != "/":
+        assert status == 0, said
+    else:
+        assert (status, said.count("\n")) == (2, 1), said
+        assert names(tmp_path) == []
+
+
+def test_the_link_stays_and_its_file_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "far").mkdir()
+    (tmp_path / "link.json").symlink_to(tmp_path / "far" / "file.json")
+    for text in ("one", "two"):
+        write_text_atomically(tmp_path / "link.json", text)
+        assert (tmp_path / "far" / "file.json").read_text() == text
+    assert (tmp_path / "link.json").is_symlink()
+    assert (names(tmp_path), names(tmp_path / "far")) == (["far", "link.json"], ["file.json"])
+
+
+def test_files_beside_it_are_somebody_elses(tmp_path: Path) -> None:
+    mine = {f"x.json{ending}": b"years of work" for ending in (".partial", ".old", ".tmp", "~", ".vbbench-1234abcd")}
+    for name, data in mine.items():
+        (tmp_path / name).write_bytes(data)
+    write_text_atomically(tmp_path / "x.json", "new")
+    assert contents(tmp_path) == {**mine, "x.json": b"new"}
+
+
+def test_a_file_is_whole_at_every_step_and_the_next_run_cleans_up(tmp_path: Path) -> None:
+    path = tmp_path / "at" / "x.json"
+    command = partial(write_bytes_atomically, path, b"new")
+
+    def prepare() -> None:
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"old")
+
+    left = 0
+    for _ in stopped_at_every_step(command, prepare):
+        assert path.read_bytes() in (b"old", b"new")
+        left += len(names(path.parent)) - 1
+        module._remove_stale.cache_clear()
+        command()
+        assert contents(path.parent) == {"x.json": b"new"}
+    assert left > 0
+
+
+def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+    with replacing(tmp_path / "one.txt") as temporary:
+        assert is_temporary(temporary)
+        module._remove_stale.cache_clear()
+        write_text_atomically(tmp_path / "two.txt", "two")
+        temporary.write_text("one")
+    assert contents(tmp_path) == {"one.txt": b"one", "two.txt": b"two"}
+
+
+def test_an_error_leaves_what_was_there(tmp_path: Path) -> None:
+    (tmp_path / "x").write_text("old")
+    with pytest.raises(FileNotFoundError), replacing(tmp_path / "x"):
+        (tmp_path / "another").read_text()
+    assert contents(tmp_path) == {"x": b"old"}
+
+
+def test_a_disk_that_fills_up_is_said_with_the_files_name(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"x: No space left on device"), replacing(tmp_path / "x"):
+        raise OSError(28, "No space left on device")
+
+
+@pytest.mark.slow
+def test_frames_and_template_go_on_after_a_kill_at_every_step(tmp_path: Path) -> None:
+    import numpy as np
+
+    from vbbench_leaderboards.templates import copy_template
+
+    picture = np.zeros((2, 2, 3), np.uint8)
+    for number, command in enumerate(
+        (
+            lambda out: write_png_folder(out, lambda wanted: (picture for _ in wanted), 2, "key"),
+            copy_template,
+        )
+    ):
+        out, whole = tmp_path / f"{number}" / "out", tmp_path / f"{number}" / "whole"
+        command(whole)
+        for _ in stopped_at_every_step(lambda: command(out), lambda: None):  # noqa: B023
+            pass
+        assert contents(out) == contents(whole)
+
+
+@pytest.mark.slow
+def test_adding_to_the_board_goes_on_after_a_kill_at_every_step(tmp_path: Path) -> None:
+    tiny_board(tmp_path / "board")
+    submission = tmp_path / "board" / "work/submissions" / FILE.with_suffix("")
+    results = tmp_path / "results"
+    command = partial(add, submission, tmp_path / "board/work/datasets/tiny-ideal", results)
+
+    def prepare() -> None:
+        for path in sorted(results.rglob("*"), reverse=True):
+            path.unlink() if path.is_file() else path.rmdir()
+
+    records = 0
+    for _ in stopped_at_every_step(command, prepare):
+        found = {path.suffix for path in results.rglob("*.json")} if results.is_dir() else set()
+        if found:
+            records += 1
+            assert "checked" in check(results)
+        if not list(results.glob("*/*/*.json")):
+            command()
+        assert "1 result on 1 board checked" in check(results)
+        module._remove_stale.cache_clear()
+    assert records > 0
