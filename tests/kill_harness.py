@@ -43,13 +43,15 @@ class Point:
     what : what the run was about to do, or was in the middle of.
     number : of the system call, from 0.
     takes_space : whether a full disk would refuse the call.
+    begins_file : whether the call writes the first bytes of a file, half of which are a moment of their own.
     left : what a kill leaves on the disk.
     """
 
     what: str
     number: int
-    takes_space: bool
-    left: Tree = field(repr=False)
+    takes_space: bool = False
+    begins_file: bool = False
+    left: Tree = field(repr=False, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -238,12 +240,13 @@ class _Recorder:
             return "do"
         left = self._look()
         self._written = call.paths[0] if call.name in WRITES else ""
-        self.points.append(Point(f"before {call}", number, call.name in TAKE_SPACE, left))
+        begins_file = self._written in left and not left[self._written][1]
+        self.points.append(Point(f"before {call}", number, call.name in TAKE_SPACE, begins_file, left))
         return "do"
 
     def finish(self) -> None:
         """The run has ended."""
-        self.points.append(Point("after the last step", self._calls, takes_space=False, left=self._look()))
+        self.points.append(Point("after the last step", self._calls, left=self._look()))
 
     def _look(self) -> Tree:
         """What is there now; if something was written since the last step, half of that is a point of its own."""
@@ -254,7 +257,7 @@ class _Recorder:
             half = start + max(len(content) - start, 0) // 2
             cut = now | {self._written: (mode, content[:half])}
             number = self.points[-1].number
-            self.points.append(Point(f"half-way in {self._written}", number, takes_space=False, left=cut))
+            self.points.append(Point(f"half-way in {self._written}", number, left=cut))
         self._before = now
         return now
 

@@ -48,10 +48,15 @@ class Rehearsal:
         seen: list[Tree] = [self.found]
         own = []
         for point in self.run.points:
-            if point.left not in seen:
+            if not point.begins_file and point.left not in seen:
                 seen.append(point.left)
                 own.append(point)
         return own
+
+    @property
+    def steps_that_take_space(self) -> list[Point]:
+        """The steps that a full disk refuses."""
+        return [point for point in self.run.points if point.takes_space]
 
     def faults_when_killed(self, points: Sequence[Point]) -> list[str]:
         """What is wrong at these moments, and after the same command."""
@@ -75,13 +80,8 @@ class Rehearsal:
         ]
 
     def _faults_left(self, left: Tree) -> list[str]:
-        whole = self.scenario.whole
-        if whole:
-            faults = self._faults_of_the_whole(below(left, *whole))
-        else:
-            names = sorted({path.split("/")[0] for path in self.run.left} - set(self._bystanders))
-            faults = self._faults_of_single_files(below(left, *names))
-        return [*faults, *differences(below(left, *self._bystanders), below(self.found, *self._bystanders))]
+        found = self._faults_of_the_whole(left) if self.scenario.whole else self._faults_of_single_files(left)
+        return [*found, *differences(below(left, *self._bystanders), below(self.found, *self._bystanders))]
 
     @property
     def _bystanders(self) -> list[str]:
@@ -90,39 +90,51 @@ class Rehearsal:
         return [name for name in sorted(names) if below(self.found, name) == below(self.run.left, name)]
 
     def _faults_of_the_whole(self, left: Tree) -> list[str]:
-        """It is as before, or as afterwards; in between it is refused, or read as what it was or will be."""
-        before, after = (below(tree, *self.scenario.whole) for tree in (self.found, self.run.left))
-        if left in (before, after):
+        """It is as before or as afterwards; in between, who reads it finds either, or is refused and loses none."""
+        if self._is_whole(left):
             return []
         if self.scenario.read is None:
-            return [f"{', '.join(self.scenario.whole)} neither old nor new: {differences(left, after)}"]
-        others = {path: entry for path, entry in self.found.items() if path not in before}
-        said = self.stage.run(self.scenario.read, others | left)
+            return [f"{', '.join(self.scenario.whole)} neither old nor new"]
+        said = self.stage.run(self.scenario.read, left)
         if said.status == 0:
-            complete = any(tree.items() <= left.items() for tree in (before, after))
-            return [] if complete else [f"'{self.scenario.read}' takes a mixture: {differences(left, after)}"]
-        return [] if said.status == 2 and "Traceback" not in said.errors else [f"'{self.scenario.read}': {said.errors}"]
+            return [] if self._is_whole(said.left) else [f"'{self.scenario.read}' takes what is neither old nor new"]
+        if said.status != 2 or "Traceback" in said.errors:
+            return [f"'{self.scenario.read}' ends with {said.status}: {said.errors}"]
+        return [] if self._loses_nothing(left) else ["neither all of the old nor all of the new is on the disk"]
+
+    def _is_whole(self, left: Tree) -> bool:
+        return below(left, *self.scenario.whole) in self._versions
+
+    def _loses_nothing(self, left: Tree) -> bool:
+        """Whether all files of the old or of the new are on the disk, wherever that is."""
+        kept = {content for _, content in left.values()}
+        return any(kept.issuperset(content for _, content in version.values()) for version in self._versions)
+
+    @property
+    def _versions(self) -> tuple[Tree, Tree]:
+        """The old and the new."""
+        return below(self.found, *self.scenario.whole), below(self.run.left, *self.scenario.whole)
 
     def _faults_of_single_files(self, left: Tree) -> list[str]:
         """Every file is as before or as afterwards; what has another name is a draft."""
-        faults = []
-        for name in sorted(self.found.keys() | self.run.left.keys()):
-            versions = [tree.get(name) for tree in (self.found, self.run.left)]
-            if name in below(self.run.left, *self._changing) and left.get(name) not in versions:
-                faults.append(f"{name} is neither old nor new")
-        return faults
+        return [
+            f"{name} is neither old nor new"
+            for name, after in below(self.run.left, *self._changing).items()
+            if left.get(name) not in (self.found.get(name), after)
+        ]
 
     @property
     def _changing(self) -> list[str]:
+        """What the command makes or changes."""
         return sorted({path.split("/")[0] for path in self.run.left} - set(self._bystanders))
 
     def _faults_of_another_try(self, left: Tree) -> list[str]:
         again = self.stage.run(self.scenario.command, left)
         faults = differences(again.left, self.run.left)
-        if again.status != 0 and left != self.run.left:
+        if again.status != 0 and below(left, *self._changing) == below(self.run.left, *self._changing):
+            faults += _faults_of_words(again)
+        elif again.status != 0:
             faults.append(f"the same command ends with {again.status}: {again.errors}")
-        if again.status not in (0, 2) or "Traceback" in again.errors:
-            faults.append(f"the same command says: {again.errors}")
         return faults
 
 

@@ -5,17 +5,25 @@ at which the disk can fill up, are ``slow``.
 """
 
 import os
+import random
+import re
+import signal
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
 
-from tests.kill_harness import Command, Point, Stage
+from tests.kill_harness import Command, Point, Stage, Tree, read_tree
 from tests.rehearsal import Rehearsal, Scenario
 from tests.system_calls import why_not
+from tests.test_cluster import wait_until
 from tests.test_sources import SHA256, Handler
 from vbbench.generator import Card
 from vbbench.sources import Source
@@ -205,10 +213,64 @@ def test_killed_at_every_moment(stage: Stage, name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_the_disk_is_full(stage: Stage, name: str) -> None:
+@pytest.mark.parametrize(
+    "name", ["generate --withhold-truth --overwrite", "merge withheld truth", "solve --overwrite", "export csv"]
+)
+def test_killed_and_killed_again(stage: Stage, name: str) -> None:
+    first = Rehearsal.of(stage, SCENARIOS[name])
+    for point in spread(first.moments, 4):
+        second = replace(first, run=replace(stage.record(first.scenario.command, point.left), left=first.run.left))
+        check([f"{point.what}, then {fault}" for fault in second.faults_when_killed(spread(second.moments, 6))])
+
+
+@pytest.mark.parametrize("name", ["generate --overwrite", "solve --overwrite", "export csv"])
+def test_the_disk_is_full_at_some_moments(stage: Stage, name: str) -> None:
     rehearsal = Rehearsal.of(stage, SCENARIOS[name])
-    check(rehearsal.faults_on_a_full_disk([point for point in rehearsal.run.points if point.takes_space]))
+    check(rehearsal.faults_on_a_full_disk(spread(rehearsal.steps_that_take_space, 3)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_disk_is_full_at_every_moment(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_on_a_full_disk(rehearsal.steps_that_take_space))
+
+
+@pytest.mark.parametrize("name", ["generate --overwrite", "export mot"])
+def test_a_kill_leaves_what_was_recorded(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    for point in spread([point for point in rehearsal.run.points[:-1] if point.what.startswith("before")], 5):
+        killed = stage.kill(rehearsal.scenario.command, rehearsal.found, point.number)
+        assert killed.status == -signal.SIGKILL
+        assert without_chance(killed.left) == without_chance(point.left), point.what
+
+
+def without_chance(tree: Tree) -> Tree:
+    """A tree whose temporary names are all alike, without what locks say of processes and times."""
+    names = {name: re.sub(r"\.vbbench-(done-)?[0-9a-f]+", ".vbbench-", name) for name in tree}
+    return {names[name]: entry for name, entry in tree.items() if not name.endswith(".vbbench-lock")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_workers_and_the_same_command_goes_on(tmp_path: Path, sent: signal.Signals) -> None:
+    whole, place, chance = tmp_path / "whole" / "out", tmp_path / "stopped" / "out", random.Random(sent)
+    command = [sys.executable, "-m", "vbbench", "generate", "tests.slow_split:SLOW", "--jobs"]
+    subprocess.run([*command, "1", "--out", whole], check=True, capture_output=True)
+    for parts in (1, 3):
+        run = subprocess.Popen([*command, "2", "--out", place], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        wait_until(lambda wanted=parts, run=run: count_parts(place) >= wanted or run.poll() is not None, seconds=300)
+        time.sleep(chance.uniform(0.0, 0.1))
+        run.send_signal(sent)
+        run.communicate(timeout=60)
+        assert run.returncode != 0
+        assert not place.exists()
+    subprocess.run([*command, "2", "--out", place], check=True, capture_output=True)
+    assert read_tree(place.parent) == read_tree(whole.parent)
+
+
+def count_parts(out: Path) -> int:
+    return len(list(out.parent.rglob("*.arrows")))
 
 
 def check(faults: list[str]) -> None:
