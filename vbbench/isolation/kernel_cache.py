@@ -6,6 +6,7 @@ cache that it could write to would be loaded by the next process that holds trut
 
 import os
 import shutil
+import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -33,12 +34,22 @@ def keep_files(source: Path, target: Path) -> None:
     draft = Path(tempfile.mkdtemp(prefix=f"{target.name}-", dir=target.parent))
     left = MOST_BYTES
     for path in sorted(source.glob("*/*.nb[ic]")):
-        left -= path.lstat().st_size
-        if left < 0 or path.is_symlink() or path.parent.is_symlink() or not path.is_file():
-            continue
-        copy = draft / path.parent.name / path.name
-        copy.parent.mkdir(exist_ok=True)
-        shutil.copyfile(path, copy, follow_symlinks=False)
+        content = b"" if path.parent.is_symlink() else _read_plain_file(path, left)
+        left -= len(content)
+        if content:
+            (draft / path.parent.name).mkdir(exist_ok=True)
+            (draft / path.parent.name / path.name).write_bytes(content)
     with suppress(OSError):  # another process was faster
         draft.rename(target)
     shutil.rmtree(draft, ignore_errors=True)
+
+
+def _read_plain_file(path: Path, most: int) -> bytes:
+    """The bytes of a file that is neither a link nor a device, nor longer than ``most``; empty where it is not so."""
+    try:
+        file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    except OSError:
+        return b""
+    with open(file, "rb") as opened:  # noqa: PTH123 - what was opened is asked, not what bears its name by now
+        facts = os.fstat(file)
+        return opened.read(most) if stat.S_ISREG(facts.st_mode) and facts.st_size <= most else b""

@@ -8,6 +8,7 @@ import ctypes
 import os
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446
@@ -73,12 +74,15 @@ def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
         os.close(ruleset)
 
 
-def leave_namespaces() -> None:
-    """Leave the network, shared memory and root's rights over other processes behind, where the kernel lets us."""
+def leave_namespaces() -> bool:
+    """Leave network, shared memory and root's rights over other processes behind; False where the kernel forbids it."""
     user, group = os.getuid(), os.getgid()
-    if _libc().unshare(NEW_USER | NEW_IPC | NEW_NET) == 0:
+    if _libc().unshare(NEW_USER | NEW_IPC | NEW_NET):
+        return False
+    with suppress(OSError):  # this process then is nobody, by name
         for name, text in {"setgroups": "deny", "uid_map": f"{user} {user} 1", "gid_map": f"{group} {group} 1"}.items():
             Path("/proc/self", name).write_text(text, encoding="ascii")
+    return True
 
 
 def drop_capabilities() -> None:

@@ -78,7 +78,7 @@ class IsolatedSolver:
 
     def _start(self) -> "subprocess.Popen[bytes]":
         if self._compiled is not None and self._compiled.is_dir():
-            shutil.copytree(self._compiled, self._folder / "numba")
+            shutil.copytree(self._compiled, self._folder / "numba", symlinks=True)
         process = subprocess.Popen(
             [sys.executable, "-P", "-c", BOOT],
             stdin=subprocess.PIPE,
