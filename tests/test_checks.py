@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 TARGETS = ("demo", "test", "test-extras", "check", "wheel-test", "browser", "test-slow")
 A_FRESH_MACHINE = {"PATH", "HOME", "LANG", "VBBENCH_DATA"}
 SHELL_AND_MAKE = {"_", "PWD", "OLDPWD", "SHLVL", "MAKELEVEL", "MAKEFLAGS", "MFLAGS", "MAKE_TERMOUT", "MAKE_TERMERR"}
-GETTING_PACKAGES = ("PIP_", "SSL_CERT_")
+GETTING_PACKAGES = ("PIP_", "SSL_CERT_", "http_proxy", "https_proxy", "no_proxy")
 NOTE = 'echo "$@ $$(env | cut -d= -f1 | tr "\\n" " ")" >> ../../../ran; test ! -e ../../../no-$@'
 """A target's name, and the names in its environment; it fails if it shall."""
 
