@@ -1,0 +1,91 @@
+"""What is said of compiling, to whom, and how often."""
+
+import os
+import pty
+import select
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.make_dataset import Crowd, write_dataset
+from vbbench.kernels import MESSAGE
+
+KERNEL = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from kernels_of_a_test import twice
+assert twice(2.0) == 4.0 and twice(3) == 6
+"""
+
+MODULE = """
+from vbbench.kernels import kernel
+
+@kernel
+def twice(value):
+    return 2 * value
+"""
+
+UNCACHED = """
+from numba import njit
+import vbbench.kernels
+
+assert njit(lambda value: 2 * value)(2) == 4
+"""
+
+
+def on_terminal(command: list[str], cache: Path, patience: float = 300.0) -> str:
+    """What a command writes to a terminal on which are its standard output and error."""
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment) as process:
+        os.close(theirs)
+        written, ends = b"", time.monotonic() + patience
+        while time.monotonic() < ends:
+            if not select.select([ours], [], [], 1.0)[0]:
+                continue
+            try:
+                chunk = os.read(ours, 65536)
+            except OSError:  # closed: nobody writes any more
+                break
+            if not chunk:
+                break
+            written += chunk
+        assert process.wait(timeout=60) == 0, written.decode()
+    os.close(ours)
+    return written.decode()
+
+
+@pytest.fixture
+def kernel_script(tmp_path: Path) -> list[str]:
+    (tmp_path / "kernels_of_a_test.py").write_text(MODULE)
+    return [sys.executable, "-c", KERNEL, str(tmp_path)]
+
+
+@pytest.mark.slow
+def test_compiling_is_said_once_on_a_terminal_and_not_where_the_cache_has_it(
+    kernel_script: list[str], tmp_path: Path
+) -> None:
+    assert on_terminal(kernel_script, tmp_path / "cache").count(MESSAGE) == 1
+    assert MESSAGE not in on_terminal(kernel_script, tmp_path / "cache")
+
+
+def test_nothing_is_said_where_nobody_reads_it(kernel_script: list[str], tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    run = subprocess.run(kernel_script, capture_output=True, text=True, check=True, env=environment)
+    assert (run.stdout, run.stderr) == ("", "")
+
+
+def test_what_others_compile_is_theirs_to_tell(tmp_path: Path) -> None:
+    assert MESSAGE not in on_terminal([sys.executable, "-c", UNCACHED], tmp_path / "cache")
+
+
+@pytest.mark.slow
+def test_workers_say_it_once_in_all(tmp_path: Path) -> None:
+    write_dataset(tmp_path / "data", Crowd(scenes=16, sequences=96))
+    vbbench = [sys.executable, "-m", "vbbench", "solve", str(tmp_path / "data"), "--solver", "sf"]
+    how = ["--protocol", "rollout", "--jobs", "2", "--out", str(tmp_path / "out")]
+    assert on_terminal([*vbbench, *how], tmp_path / "cache").count(MESSAGE) == 1
+    assert MESSAGE not in on_terminal([*vbbench, *how, "--overwrite"], tmp_path / "cache")
