@@ -17,6 +17,7 @@ from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan, SequenceData, SizedPlan
+from vbbench.parallel import check_jobs
 from vbbench.partitions import Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parts import Part, Ranges, part_ranges, prepare_draft, write_in_parts
 from vbbench.registry import load
@@ -56,6 +57,7 @@ def generate(
     VbbenchError
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
+    check_jobs(jobs)
     plan = _plan(split, Path(out), options, overwrite, withhold_truth)
     return write_dataset(plan, Path(out), jobs=jobs, withhold_truth=withhold_truth)
 
@@ -89,18 +91,21 @@ def generate_partitioned(
     options: Options,
     *,
     scheduler: str,
+    tls: Path | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> DatasetInfo:
     """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `merging.merge` makes it whole.
 
-    Otherwise as `generate`.
+    Its address is ``tls://HOST:PORT`` if ``tls`` is the folder of certificates (`cluster.on_cluster`). Otherwise as
+    `generate`.
     """
     out = Path(out)
     plan = _plan(split, out, options, overwrite, withhold_truth)
     draft = out.with_name(out.name + ".partial")
     prepare_draft(draft, PARTITIONED, _key(plan))
-    facts = write_partitions(partial(_build_part, plan), _ranges(plan), draft, scheduler, label=plan.info.split)
+    work = partial(_build_part, plan)
+    facts = write_partitions(work, _ranges(plan), draft, scheduler, tls=tls, label=plan.info.split)
     parts = [part_name(first) for first, _ in _ranges(plan)]
     if plan.scenes:
         write_partition(draft, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), "scenes"))

@@ -18,6 +18,7 @@ from vbbench.answer_rows import answer_rows
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.isolation import IsolatedSolver
+from vbbench.parallel import check_jobs
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, prepare_draft, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
@@ -38,6 +39,7 @@ def solve(
     *,
     jobs: int = 1,
     scheduler: str | None = None,
+    tls: Path | None = None,
     isolate: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
@@ -51,6 +53,7 @@ def solve(
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
         submission is then partitioned, and `merging.merge` makes it whole.
+    tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
     isolate : run the solver in a process of its own, fed over a pipe, that never holds truth.
     covariance : write the covariances of poses and positions, too.
 
@@ -60,6 +63,9 @@ def solve(
         If a name is unknown, truth is needed but withheld, covariances are wanted of a solver that reports none, or
         ``out`` is in the way.
     """
+    check_jobs(jobs)
+    if tls and scheduler is None:
+        raise VbbenchError("certificates are for a cluster; give its scheduler's address, tls://HOST:PORT")
     out, rules = Path(out), get_protocol(protocol)
     check_free(out, SUBMISSION_FILE, "submission", overwrite)
     if rules.needs_truth and not dataset.has_truth:
@@ -79,7 +85,7 @@ def solve(
         _solve_here(job, draft, prepare_draft(draft, "parts", key), jobs)
     else:
         prepare_draft(draft, PARTITIONED, key)
-        _solve_on_cluster(job, draft, scheduler)
+        _solve_on_cluster(job, draft, scheduler, tls)
     replace_folder(draft, out)
     return out
 
@@ -102,8 +108,8 @@ def _solve_here(job: _Job, draft: Path, parts: Path, jobs: int) -> None:
     write_text_atomically(draft / SUBMISSION_FILE, job.declare(facts).to_json())
 
 
-def _solve_on_cluster(job: _Job, draft: Path, scheduler: str) -> None:
-    facts = write_partitions(job.work, job.ranges, draft, scheduler, label=job.label)
+def _solve_on_cluster(job: _Job, draft: Path, scheduler: str, tls: Path | None) -> None:
+    facts = write_partitions(job.work, job.ranges, draft, scheduler, tls=tls, label=job.label)
     parts = [part_name(first) for first, _ in job.ranges]
     layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
     write_layout(draft, layout, job.declare(facts).to_json())

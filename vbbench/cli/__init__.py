@@ -1,7 +1,7 @@
 """The command line: parse, call one library function, print.
 
 Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user's mistake (one line, no traceback),
-1 a failure of the program, 130 stopped by the user.
+1 a failure of the program, 128 + the signal that stopped it (`vbbench.stopping`).
 """
 
 import contextlib
@@ -68,9 +68,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except VbbenchError as error:
         print(f"vbbench: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print("vbbench: stopped; the same command goes on where this one was", file=sys.stderr)
-        return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
