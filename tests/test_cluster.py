@@ -2,20 +2,25 @@
 
 import json
 import os
+import re
+import shlex
+import shutil
 import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from tests.slow_split import SEQUENCES
+from tests.commands import ROOT, ended, start, wait_until
+from tests.slow_split import BEFORE_THE_GATE, GATE, PARTS, SEQUENCES
 from tests.test_generation import digests
 from vbbench import cluster
+from vbbench.cli import main
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
@@ -29,15 +34,7 @@ from vbbench.verification import verify
 pytest.importorskip("distributed", reason="needs the extra dask")
 pytestmark = pytest.mark.extra
 
-ROOT = Path(__file__).parent.parent
 SPLIT, SOLVER = "tests.slow_split:SLOW", "tests.slow_split:SlowSolver"
-
-
-def wait_until(condition: Callable[[], object], seconds: float = 30.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
 
 
 def free_port() -> int:
@@ -46,17 +43,30 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+def reachable(address: str) -> bool:
+    with suppress(OSError), socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])), 1):
+        return True
+    return False
+
+
 class Cluster:
-    """A scheduler that forgives one death a task, and its workers; no nanny brings a killed one back."""
+    """A scheduler that forgives a task two deaths, and its workers; no nanny brings a killed one back.
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self.address = folder, f"tcp://127.0.0.1:{free_port()}"
+    Its workers wait at the gate of the slow split until that is opened.
+    """
+
+    def __init__(self, folder: Path, tls: Path | None = None) -> None:
+        self._folder, self._started, self.tls, self.gate = folder, 0, tls, folder / "gate"
+        self.address = f"{'tls' if tls else 'tcp'}://127.0.0.1:{free_port()}"
         self.workers: list[subprocess.Popen[bytes]] = []
-        self._started = 0
-        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", self.address.rpartition(":")[2])
+        port = self.address.rpartition(":")[2]
+        protocol = self.address.partition(":")[0]
+        options = ["--host", "127.0.0.1", "--port", port, "--protocol", protocol, *certificates(tls)]
+        self.scheduler = self._start("scheduler", *options)
+        wait_until(lambda: reachable(self.address))
 
-    def _start(self, *command: str) -> subprocess.Popen[bytes]:
-        settings = {"ALLOWED_FAILURES": "1", "NO_WORKERS_TIMEOUT": "1s"}
+    def _start(self, *command: str) -> "subprocess.Popen[bytes]":
+        settings = {"ALLOWED_FAILURES": "2", "NO_WORKERS_TIMEOUT": "1s"}
         environment = os.environ | {f"DASK_DISTRIBUTED__SCHEDULER__{key}": value for key, value in settings.items()}
         self._started += 1
         with (self._folder / f"{self._started}.log").open("wb") as log:
@@ -64,21 +74,30 @@ class Cluster:
                 [sys.executable, "-m", "dask", *command, "--no-dashboard"],
                 stdout=log,
                 stderr=log,
-                env=environment,
+                env=environment | {GATE: str(self.gate)},
                 cwd=self._folder,
             )
+
+    def worker(self, address: str, tls: Path | None) -> "subprocess.Popen[bytes]":
+        """One more, which gives up where it may not join."""
+        options = ["--no-nanny", "--nthreads", "1", "--memory-limit", "1GiB", "--local-directory", "scratch"]
+        return self._start("worker", address, *options, "--death-timeout", "20", *certificates(tls))
 
     def of(self, count: int) -> str:
         """The address, when so many workers, or more, are there."""
         self.workers = [worker for worker in self.workers if worker.poll() is None]
         while len(self.workers) < count:
-            options = ["--no-nanny", "--nthreads", "1", "--memory-limit", "1GiB", "--local-directory", "scratch"]
-            self.workers.append(self._start("worker", self.address, *options))
-        from distributed import Client
-
-        with Client(self.address, timeout=20, set_as_default=False) as client:
+            self.workers.append(self.worker(self.address, self.tls))
+        with cluster._client(self.address, self.tls) as client:
             wait_until(lambda: len(client.scheduler_info(n_workers=-1)["workers"]) >= count)
         return self.address
+
+    def close_gate(self) -> None:
+        for path in (self.gate, self.gate.with_name("gate.reached")):
+            path.unlink(missing_ok=True)
+
+    def open_gate(self) -> None:
+        self.gate.touch()
 
     def stop(self) -> None:
         for process in [*self.workers, self.scheduler]:
@@ -86,21 +105,48 @@ class Cluster:
             process.wait()
 
 
+def certificates(folder: Path | None) -> list[str]:
+    """Dask's options for a folder of certificates."""
+    if folder is None:
+        return []
+    files = {"--tls-ca-file": "ca.pem", "--tls-cert": "cert.pem", "--tls-key": "key.pem"}
+    return [word for option, name in files.items() for word in (option, str(folder / name))]
+
+
+@contextmanager
+def started(folder: Path, tls: Path | None = None) -> Iterator[Cluster]:
+    running = Cluster(folder, tls)
+    try:
+        yield running
+    finally:
+        running.stop()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def patience() -> Iterator[None]:
+    """A scheduler may take its time on a machine that is busy."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster, "PATIENCE", 120)
+        yield
+
+
 @pytest.fixture(scope="module")
-def dask(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    started = Cluster(tmp_path_factory.mktemp("cluster"))
-    yield started
-    started.stop()
+def shared_cluster(tmp_path_factory: pytest.TempPathFactory, patience: None) -> Iterator[Cluster]:
+    with started(tmp_path_factory.mktemp("cluster")) as running:
+        yield running
+
+
+@pytest.fixture
+def dask(shared_cluster: Cluster) -> Iterator[Cluster]:
+    """The cluster, its gate closed; whoever still waits there is let through in the end."""
+    shared_cluster.close_gate()
+    yield shared_cluster
+    shared_cluster.open_gate()
 
 
 @pytest.fixture(scope="module")
 def single(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    return generate(SPLIT, tmp_path_factory.mktemp("single") / "slow", Options(), jobs=2)
-
-
-def vbbench(*arguments: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "vbbench", *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    return generate(SPLIT, tmp_path_factory.mktemp("single") / "slow", Options())
 
 
 def finished_parts(out: Path) -> dict[str, int]:
@@ -109,16 +155,20 @@ def finished_parts(out: Path) -> dict[str, int]:
     return {path.name: path.stat().st_mtime_ns for path in found}
 
 
-PARTS = SEQUENCES // 32
+def at_the_gate(out: Path, cluster: Cluster) -> Callable[[], bool]:
+    """Whether all is done that can be while the gate is closed, and the rest has begun."""
+    return lambda: len(finished_parts(out)) == BEFORE_THE_GATE and cluster.gate.with_name("gate.reached").exists()
 
 
+@pytest.mark.slow
 def test_a_worker_killed_while_generating_loses_nothing(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    run = vbbench("generate", SPLIT, "--out", out, "--scheduler", dask.of(2))
-    wait_until(lambda: finished_parts(out))
+    run = start("generate", SPLIT, "--out", out, "--scheduler", dask.of(2))
+    wait_until(at_the_gate(out, dask))
     dask.workers[0].kill()
-    assert len(finished_parts(out)) < PARTS - 2
-    assert run.wait(60) == 0, run.communicate()[1]
+    dask.open_gate()
+    status, errors = ended(run)
+    assert status == 0, errors
     with pytest.raises(VbbenchError, match=f"out is partitioned; run 'vbbench merge {out}'"):
         Dataset(out)
     parts = pd.concat([pd.read_parquet(path) for path in sorted((out / "sequences").iterdir())])
@@ -129,15 +179,18 @@ def test_a_worker_killed_while_generating_loses_nothing(dask: Cluster, single: D
     verify(out)
 
 
+@pytest.mark.slow
 def test_a_worker_killed_while_solving_loses_nothing(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    run = vbbench("solve", single.folder, "--solver", SOLVER, "--out", out, "--scheduler", dask.of(2))
-    wait_until(lambda: finished_parts(out))
+    run = start("solve", single.folder, "--solver", SOLVER, "--out", out, "--scheduler", dask.of(2))
+    wait_until(at_the_gate(out, dask))
     dask.workers[0].kill()
-    assert run.wait(60) == 0, run.communicate()[1]
+    dask.open_gate()
+    status, errors = ended(run)
+    assert status == 0, errors
     with pytest.raises(VbbenchError, match="out is partitioned; run"):
         score(out, single.folder)
-    alone = solve(single, SOLVER, "one-step", tmp_path / "alone", jobs=2)
+    alone = solve(single, SOLVER, "one-step", tmp_path / "alone")
     assert tables(merge(out)) == tables(alone)
     assert score(out, single.folder).coverage == 1.0
     declared, here = (json.loads((folder / "submission.json").read_text()) for folder in (out, alone))
@@ -149,54 +202,70 @@ def tables(folder: Path) -> dict[str, str]:
     return {name: digest for name, digest in digests(folder).items() if name.endswith(".parquet")}
 
 
+@contextmanager
+def busy_machine() -> Iterator[None]:
+    """Three programs a core that do nothing but take time."""
+    count = 3 * (os.cpu_count() or 1)
+    programs = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for program in programs:
+            program.kill()
+            program.wait()
+
+
+@pytest.mark.slow
 def test_interrupted_and_resumed(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = ["generate", SPLIT, "--out", out, "--scheduler", dask.of(2)]
-    run = vbbench(*command)
-    wait_until(lambda: len(finished_parts(out)) > 2)
-    run.send_signal(signal.SIGINT)
-    errors = run.communicate(timeout=30)[1]
-    assert (run.returncode, errors) == (130, "vbbench: stopped; the same command goes on where this one was\n")
+    run = start(*command)
+    wait_until(at_the_gate(out, dask))
+    with busy_machine():
+        for _ in range(3):
+            run.send_signal(signal.SIGINT)
+        assert ended(run) == (130, "vbbench: stopped; the same command goes on where this one was\n")
     kept = finished_parts(out)
-    assert 2 < len(kept) < PARTS
-    assert vbbench(*command).wait(60) == 0
+    assert len(kept) == BEFORE_THE_GATE
+    dask.open_gate()
+    assert ended(start(*command))[0] == 0
     written = {path.name: path.stat().st_mtime_ns for path in (out / "partitioned").glob("part-*.json")}
     assert {name: written[name] for name in kept} == kept
     assert len(written) == PARTS
     assert digests(merge(out)) == digests(single.folder)
 
 
+@pytest.mark.slow
 def test_all_workers_lost_and_new_ones_go_on(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = ["generate", SPLIT, "--out", out, "--scheduler", dask.of(2)]
-    run = vbbench(*command)
-    wait_until(lambda: finished_parts(out))
+    run = start(*command)
+    wait_until(at_the_gate(out, dask))
     for worker in dask.workers:
         worker.kill()
-    errors = run.communicate(timeout=60)[1]
-    assert run.returncode == 2, errors
-    assert errors.count("\n") == 1
+    status, errors = ended(run)
+    assert (status, errors.count("\n")) == (2, 1), errors
     assert "no workers are left; finished parts are kept, and the same command goes on" in errors
+    dask.open_gate()
     dask.of(2)
-    assert vbbench(*command).wait(60) == 0
+    assert ended(start(*command))[0] == 0
     assert digests(merge(out)) == digests(single.folder)
 
 
+@pytest.mark.slow
 def test_a_lost_scheduler_is_one_line_and_another_cluster_goes_on(
     dask: Cluster, single: Dataset, tmp_path: Path
 ) -> None:
-    out, small = tmp_path / "out", Cluster(tmp_path)
-    try:
-        run = vbbench("generate", SPLIT, "--out", out, "--scheduler", small.of(1))
-        wait_until(lambda: finished_parts(out))
+    out = tmp_path / "out"
+    with started(tmp_path) as small:
+        run = start("generate", SPLIT, "--out", out, "--scheduler", small.of(1))
+        wait_until(at_the_gate(out, small))
         small.scheduler.kill()
-        errors = run.communicate(timeout=60)[1]
-    finally:
-        small.stop()
-    assert run.returncode == 2, errors
-    assert errors.count("\n") == 1, errors
+        status, errors = ended(run)
+    assert (status, errors.count("\n")) == (2, 1), errors
     assert "the scheduler was lost; finished parts are kept" in errors
-    assert vbbench("generate", SPLIT, "--out", out, "--scheduler", dask.of(2)).wait(60) == 0
+    dask.open_gate()
+    assert ended(start("generate", SPLIT, "--out", out, "--scheduler", dask.of(2)))[0] == 0
     assert digests(merge(out)) == digests(single.folder)
 
 
@@ -212,8 +281,9 @@ def test_workers_that_may_not_start_processes_isolate_solvers(single: Dataset, t
     )
 
 
+@pytest.mark.slow
 def test_work_that_kills_its_workers_is_given_up(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
-    address = dask.of(3)
+    address = dask.of(4)
     with pytest.raises(VbbenchError, match="died again and again") as caught:
         solve(single, "tests.slow_split:DeadlySolver", "rollout", tmp_path / "out", scheduler=address)
     assert "\n" not in str(caught.value)
@@ -246,23 +316,101 @@ def test_workers_of_other_versions_are_refused(dask: Cluster, monkeypatch: pytes
         list(cluster.on_cluster(one_pose, [(0, 32)], dask.of(1)))
 
 
-def test_no_scheduler_no_workers_no_dask(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
-    for address in ("nonsense", "nonsense://x", "127.0.0.1:eighty", ""):
-        with pytest.raises(VbbenchError, match=f"is an address such as tcp://127.0.0.1:8786, not '{address}'"):
-            list(cluster.on_cluster(one_pose, [(0, 1)], address))
+@pytest.mark.parametrize("address", ["nonsense", "nonsense://x", "127.0.0.1:eighty", ""])
+def test_nonsense_is_no_address(address: str) -> None:
+    with pytest.raises(VbbenchError, match=f"is an address such as tcp://127.0.0.1:8786, not '{address}'"):
+        list(cluster.on_cluster(one_pose, [(0, 1)], address))
+
+
+def test_no_scheduler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "PATIENCE", 0.1)
     for address in (f"tcp://127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"):
         with pytest.raises(VbbenchError, match=f"no Dask scheduler answers at {address}; start one"):
             list(cluster.on_cluster(one_pose, [(0, 32)], address))
-    lonely = Cluster(tmp_path)
-    monkeypatch.setattr(cluster, "PATIENCE", 3.0)
-    try:
-        with pytest.raises(VbbenchError, match=f"has no workers; start some with 'dask worker {lonely.address}'"):
-            list(cluster.on_cluster(one_pose, [(0, 32)], lonely.address))
-    finally:
-        lonely.stop()
+
+
+@pytest.mark.slow
+def test_no_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from distributed import Client
+
+    wait = Client.wait_for_workers
+    monkeypatch.setattr(Client, "wait_for_workers", lambda client, count, timeout: wait(client, count, timeout=0.1))
+    with started(tmp_path) as lonely, pytest.raises(VbbenchError, match="has no workers; start some with") as caught:
+        list(cluster.on_cluster(one_pose, [(0, 32)], lonely.address))
+    assert f"'dask worker {lonely.address}'" in str(caught.value)
+
+
+def test_no_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(VbbenchError, match=r"pip install 'vbbench\[dask\]'"):
-        list(cluster.on_cluster(one_pose, [(0, 32)], lonely.address))
+        list(cluster.on_cluster(one_pose, [(0, 32)], "tcp://127.0.0.1:8786"))
+
+
+def make_certificates(folder: Path) -> Path:
+    """A folder of certificates, made as docs/scale.md says."""
+    page = (ROOT / "docs" / "scale.md").read_text("utf-8")
+    commands = re.findall(r"^    \$ (mkdir|openssl|cp)\b(.*)$", page, flags=re.M)
+    assert [name for name, _ in commands] == ["mkdir", "openssl", "cp"]
+    folder.mkdir()
+    for name, arguments in commands:
+        subprocess.run(shlex.split(name + arguments), cwd=folder, check=True, capture_output=True)
+    return folder / "tls"
+
+
+@pytest.fixture(scope="module")
+def tls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if shutil.which("openssl") is None:
+        pytest.skip("makes certificates with openssl")
+    return make_certificates(tmp_path_factory.mktemp("certificates") / "ours")
+
+
+@pytest.mark.slow
+def test_an_encrypted_cluster_and_who_is_kept_out(tls: Path, single: Dataset, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with started(tmp_path, tls) as secret:
+        secret.open_gate()
+        address = secret.of(1)
+        status, errors = ended(start("generate", SPLIT, "--out", out, "--scheduler", address, "--tls", tls))
+        assert status == 0, errors
+        assert digests(merge(out)) == digests(single.folder)
+        solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address, tls=tls)
+        assert score(merge(solved), single.folder).coverage == 1.0
+
+        plain = address.replace("tls://", "tcp://")
+        with pytest.raises(VbbenchError, match=f"no Dask scheduler answers at {plain}"):
+            list(cluster.on_cluster(one_pose, [(0, 32)], plain))
+        strangers = make_certificates(tmp_path / "strangers")
+        with pytest.raises(VbbenchError, match=f"{strangers}: the scheduler at {address} has other certificates"):
+            list(cluster.on_cluster(one_pose, [(0, 32)], address, strangers))
+        for outsider in (secret.worker(plain, None), secret.worker(address, strangers)):
+            assert outsider.wait(120) != 0
+        with cluster._client(address, tls) as client:
+            assert len(client.scheduler_info(n_workers=-1)["workers"]) == 1
+
+
+def test_certificates_and_addresses_that_do_not_go_together(tmp_path: Path) -> None:
+    def complaint(address: str, folder: Path | None) -> str:
+        with pytest.raises(VbbenchError) as caught:
+            list(cluster.on_cluster(one_pose, [(0, 32)], address, folder))
+        assert "\n" not in str(caught.value)
+        return str(caught.value)
+
+    secret, folder = "tls://127.0.0.1:8786", tmp_path / "tls"
+    assert "needs certificates: name the folder that holds ca.pem, cert.pem and key.pem" in complaint(secret, None)
+    for plain in ("tcp://127.0.0.1:8786", "127.0.0.1:8786"):
+        assert f"for an address tls://HOST:PORT, and {plain} is not encrypted" in complaint(plain, folder)
+    folder.mkdir()
+    for name in ("ca.pem", "cert.pem", "key.pem"):
+        assert f"{folder / name}: the file is missing; a folder of certificates holds" in complaint(secret, folder)
+        (folder / name).write_text("nonsense")
+    assert f"{folder}: the certificates cannot be used" in complaint(secret, folder)
+
+
+@pytest.mark.parametrize("command", [["generate", "demo"], ["solve", ".", "--solver", "cv"]])
+def test_certificates_without_a_cluster(
+    command: list[str], single: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = [str(single.folder) if word == "." else word for word in command]
+    assert main([*command, "--out", str(tmp_path / "out"), "--tls", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -8,6 +8,7 @@ import os
 import pickle
 import platform
 import re
+import ssl
 import sys
 import threading
 import uuid
@@ -16,12 +17,13 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
 from joblib._dask import DaskDistributedBackend
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.partitions import PackedPart, pack, part_name
 from vbbench.parts import Work
 
@@ -34,21 +36,32 @@ PARTS_A_CORE = 16
 PACKAGES = ("vbbench", "numpy", "scipy", "numba")
 """What results may depend on: the same versions are asked of all workers."""
 
+CERTIFICATES = {"tls_ca_file": "ca.pem", "tls_client_cert": "cert.pem", "tls_client_key": "key.pem"}
+"""What a folder of certificates holds, by Dask's name for it."""
+
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+/?")
 """What a scheduler prints; anything else would keep Dask waiting, and end in a traceback of its own."""
 
 _opened = threading.local()
 
 
-def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
+def on_cluster(
+    work: Work, ranges: Sequence[tuple[int, int]], scheduler: str, tls: Path | None = None
+) -> Iterator[PackedPart]:
     """Do the work on ranges of sequences, in any order.
+
+    Parameters
+    ----------
+    scheduler : address; ``tls://`` is encrypted.
+    tls : folder of the certificates that a ``tls://`` address needs (`CERTIFICATES`).
 
     Raises
     ------
     VbbenchError
-        If there is no such cluster, its workers run other versions, or too many of them were lost.
+        If there is no such cluster, its workers run other versions, too many of them were lost, or address and
+        certificates do not go together.
     """
-    with _client(scheduler) as client, _plain_errors(scheduler), _published(client, work) as name:
+    with _client(scheduler, tls) as client, _plain_errors(scheduler), _published(client, work) as name:
         _check_workers(client)
         make, left = delayed(partial(_run_part, name, versions())), list(ranges)
         while left:
@@ -98,17 +111,20 @@ def _report_failure(callback: Any, future: "Future[Any]") -> None:
 
 
 @contextmanager
-def _client(scheduler: str) -> Iterator[Any]:
+def _client(scheduler: str, tls: Path | None) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise VbbenchError("--scheduler needs the package distributed: pip install 'vbbench[dask]'") from error
+        raise VbbenchError("a cluster needs the package distributed: pip install 'vbbench[dask]'") from error
     if not ADDRESS.fullmatch(scheduler):
-        raise VbbenchError(f"--scheduler is an address such as tcp://127.0.0.1:8786, not '{scheduler}'")
+        raise VbbenchError(f"a scheduler is an address such as tcp://127.0.0.1:8786, not '{scheduler}'")
+    security = _security(scheduler, tls)
     with _silence():
         try:
-            client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+            client = Client(scheduler, timeout=PATIENCE, set_as_default=False, security=security)
         except (OSError, ValueError, TypeError) as error:
+            if isinstance(error.__cause__, ssl.SSLError):
+                raise VbbenchError(f"{tls}: the scheduler at {scheduler} has other certificates") from error
             raise VbbenchError(
                 f"no Dask scheduler answers at {scheduler}; "
                 "start one with 'dask scheduler' and give the address it prints"
@@ -121,6 +137,33 @@ def _client(scheduler: str) -> Iterator[Any]:
                     f"the Dask scheduler at {scheduler} has no workers; start some with 'dask worker {scheduler}'"
                 ) from error
             yield client
+
+
+def _security(scheduler: str, tls: Path | None) -> Any:
+    """How Dask is to encrypt, ``None`` for not at all; a connection that is not encrypted is refused otherwise."""
+    from distributed import Security
+
+    encrypted = scheduler.startswith("tls://")
+    if tls is None:
+        if encrypted:
+            raise VbbenchError(f"{scheduler} needs certificates: name the folder that holds {_listed()} (tls)")
+        return None
+    if not encrypted:
+        raise VbbenchError(f"certificates are for an address tls://HOST:PORT, and {scheduler} is not encrypted")
+    files = {role: tls / name for role, name in CERTIFICATES.items()}
+    for path in files.values():
+        if not path.is_file():
+            raise FileError(path, f"the file is missing; a folder of certificates holds {_listed()}")
+    security = Security(require_encryption=True, **{role: str(path) for role, path in files.items()})
+    try:
+        security.get_connection_args("client")
+    except OSError as error:
+        raise VbbenchError(f"{tls}: the certificates cannot be used ({error}); make them again") from error
+    return security
+
+
+def _listed() -> str:
+    return "{}, {} and {}".format(*CERTIFICATES.values())
 
 
 @contextmanager

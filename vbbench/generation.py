@@ -17,6 +17,7 @@ from vbbench.dataset import Dataset
 from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
 from vbbench.generator import Generator, Options, Plan, SequenceData, SizedPlan
+from vbbench.parallel import check_jobs
 from vbbench.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parts import Part, Ranges, part_ranges, write_in_parts
 from vbbench.registry import load
@@ -50,6 +51,7 @@ def generate(
     VbbenchError
         If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
     """
+    check_jobs(jobs)
     out, generator = Path(out), _generator(split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
         _write(_plan(generator, split, options), work, jobs, withhold_truth)
@@ -88,23 +90,26 @@ def generate_partitioned(
     options: Options,
     *,
     scheduler: str,
+    tls: Path | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> DatasetInfo:
     """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `merging.merge` makes it whole.
 
-    Otherwise as `generate`.
+    Its address is ``tls://HOST:PORT`` if ``tls`` is the folder of certificates (`cluster.on_cluster`). Otherwise as
+    `generate`.
     """
     out, generator = Path(out), _generator(split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
         plan = _plan(generator, split, options)
         if work.begin(_key(plan, withhold_truth), partitioned=True):
-            _write_partitions(plan, work, scheduler, withhold_truth)
+            _write_partitions(plan, work, scheduler, tls, withhold_truth)
     return DatasetInfo.read(out / PARTITIONED)
 
 
-def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, withhold_truth: bool) -> None:
-    facts = write_partitions(partial(_build_part, plan), _ranges(plan), work.new, scheduler, label=plan.info.split)
+def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, tls: Path | None, withhold_truth: bool) -> None:
+    build = partial(_build_part, plan)
+    facts = write_partitions(build, _ranges(plan), work.new, scheduler, tls=tls, label=plan.info.split)
     parts = [part_name(first) for first, _ in _ranges(plan)]
     if plan.scenes:
         write_partition(work.new, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), SCENES))

@@ -81,8 +81,10 @@ def pack(part: Part, name: str) -> PackedPart:
     )
 
 
-def write_partitions(work: Work, ranges: Ranges, folder: Path, scheduler: str, *, label: str) -> list[dict[str, Any]]:
-    """Have the work, cut into ``ranges``, done by a cluster; return every part's facts in order.
+def write_partitions(
+    work: Work, ranges: Ranges, folder: Path, scheduler: str, *, tls: Path | None, label: str
+) -> list[dict[str, Any]]:
+    """Have the work, cut into ``ranges``, done by a cluster (`cluster.on_cluster`); return every part's facts in order.
 
     Parts that are whole in ``folder`` are not made again.
     """
@@ -92,7 +94,7 @@ def write_partitions(work: Work, ranges: Ranges, folder: Path, scheduler: str, *
     sizes = {part_name(first): last - first for first, last in ranges}
     count = sum(sizes.values())
     with progress_bar(count, label, done=count - sum(last - first for first, last in left)) as bar:
-        for part in on_cluster(work, left, scheduler) if left else ():
+        for part in on_cluster(work, left, scheduler, tls) if left else ():
             write_partition(folder, part)
             bar.update(sizes[part.name])
     return [_read_json(_facts_path(folder, name))["facts"] for name in sizes]

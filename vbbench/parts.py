@@ -9,7 +9,6 @@ one a part; it follows from the work alone.
 
 import json
 import os
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -22,7 +21,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from vbbench.errors import VbbenchError, plain_errors
+from vbbench.errors import plain_errors
+from vbbench.parallel import in_parallel
 from vbbench.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.tables import TableWriter
 
@@ -106,8 +106,6 @@ def write_in_parts(
 
     Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
-    if jobs == 0:
-        raise VbbenchError("--jobs is a number of processes, 1 or more (-1: one a core), not 0")
     make = partial(_make_part, work, parts)
     made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
     parts_made = list(_with_progress(made, ranges, label))
@@ -145,13 +143,7 @@ def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Par
 
 
 def _make_elsewhere(make: Callable[..., Part | Path], ranges: Ranges, jobs: int) -> Iterator[Part | Path]:
-    from joblib import Parallel, delayed
-
-    run = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="4*n_jobs")
-    with warnings.catch_warnings():
-        # Workers that grow while they compile are replaced, which is said and loses nothing.
-        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
-        yield from run(delayed(make)(first, last, keep=True) for first, last in ranges)
+    return in_parallel(partial(make, keep=True), ranges, jobs)
 
 
 def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:

@@ -20,6 +20,7 @@ from vbbench.errors import VbbenchError
 from vbbench.isolation.grants import beside
 from vbbench.isolation.process import IsolatedSolver, warn_of_open_files
 from vbbench.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.parallel import check_jobs
 from vbbench.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parts import Part, Ranges, Work, part_ranges, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
@@ -44,6 +45,7 @@ def solve(
     *,
     jobs: int = 1,
     scheduler: str | None = None,
+    tls: Path | None = None,
     isolate: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
@@ -57,6 +59,7 @@ def solve(
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
         submission is then partitioned, and `merging.merge` makes it whole.
+    tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
     isolate : run the solver in a process of its own, fed over a pipe, that truth does not reach; where the kernel has
         Landlock it cannot read the dataset's files, either.
     covariance : write the covariances of poses and positions, too.
@@ -67,6 +70,9 @@ def solve(
         If a name is unknown, truth is needed but withheld, covariances are wanted of a solver that reports none, or
         ``out`` is in the way.
     """
+    check_jobs(jobs)
+    if tls and scheduler is None:
+        raise VbbenchError("certificates are for a cluster; give its scheduler's address, tls://HOST:PORT")
     out, rules = Path(out), get_protocol(protocol)
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
@@ -87,7 +93,7 @@ def solve(
             if scheduler is None:
                 _solve_here(job, work, jobs)
             else:
-                _solve_on_cluster(job, work, scheduler)
+                _solve_on_cluster(job, work, scheduler, tls)
             work.publish()
     return out
 
@@ -133,8 +139,8 @@ def _solve_here(job: _Job, work: WorkFolder, jobs: int) -> None:
     write_text_atomically(work.new / SUBMISSION_FILE, job.declare(facts).to_json())
 
 
-def _solve_on_cluster(job: _Job, work: WorkFolder, scheduler: str) -> None:
-    facts = write_partitions(job.work, job.ranges, work.new, scheduler, label=job.label)
+def _solve_on_cluster(job: _Job, work: WorkFolder, scheduler: str, tls: Path | None) -> None:
+    facts = write_partitions(job.work, job.ranges, work.new, scheduler, tls=tls, label=job.label)
     parts = [part_name(first) for first, _ in job.ranges]
     layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
     write_layout(work.new, layout, job.declare(facts).to_json())

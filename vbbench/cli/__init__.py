@@ -1,7 +1,7 @@
 """The command line: parse, call one library function, print.
 
 Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user's mistake (one line, no traceback),
-1 a failure of the program, 130 stopped by the user.
+1 a failure of the program, 128 + the signal that stopped it (`vbbench.stopping`).
 """
 
 import contextlib
@@ -78,9 +78,6 @@ def _guarded(arguments: list[str]) -> int:
     except VbbenchError as error:
         say(str(error))
         return 2
-    except KeyboardInterrupt:
-        say("stopped; the same command goes on where this one was")
-        return 130
     except OutputLost as lost:
         if lost.reason is None:
             return 0

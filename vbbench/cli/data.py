@@ -51,6 +51,7 @@ def generate(
     engine: EngineName | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
+    tls: Path | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> None:
@@ -77,6 +78,7 @@ def generate(
         engine: Who walks the crowd: numba, or pysocialforce, the library (splits sim, street).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
+        tls: Folder with the certificates of the cluster (ca.pem, cert.pem, key.pem), whose address is tls://... then.
         withhold_truth: Put the truth tables and the seed into OUT.truth beside the dataset, which keeps their hashes.
         overwrite: Replace the dataset that is there.
     """
@@ -91,6 +93,8 @@ def generate(
 
     if seed == "secret" and not withhold_truth:
         raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
+    if tls and scheduler is None:
+        raise VbbenchError("--tls is for a cluster; add --scheduler tls://HOST:PORT")
     options = Options(
         camera=None if camera is None else CAMERAS[camera](),
         tier=tier,
@@ -107,7 +111,7 @@ def generate(
         facts = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
     else:
         kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
-        facts = generate_partitioned(split, out, options, scheduler=scheduler, **kept)
+        facts = generate_partitioned(split, out, options, scheduler=scheduler, tls=tls, **kept)
     doubt = who_knows(split, options.seed) if withhold_truth else None
     if doubt is not None:
         say_warning(doubt)

@@ -17,6 +17,7 @@ def solve(
     truth: Path | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
+    tls: Path | None = None,
     isolate: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
@@ -31,6 +32,7 @@ def solve(
         truth: Folder with the truth tables, where they are kept elsewhere (one-step needs them).
         jobs: Processes; the answers do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
+        tls: Folder with the certificates of the cluster (ca.pem, cert.pem, key.pem), whose address is tls://... then.
         isolate: Run the solver in a process of its own that never holds truth.
         covariance: Write the covariances of poses and positions, too, where the solver reports them.
         overwrite: Replace the submission that is there.
@@ -46,6 +48,7 @@ def solve(
             out,
             jobs=jobs,
             scheduler=scheduler,
+            tls=tls,
             isolate=isolate,
             covariance=covariance,
             overwrite=overwrite,

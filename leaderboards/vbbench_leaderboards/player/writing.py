@@ -3,11 +3,11 @@
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from joblib import Parallel, delayed
-
+from vbbench.parallel import check_jobs, in_parallel
 from vbbench.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench.submitted import SubmittedEstimates
@@ -59,6 +59,9 @@ class Films:
     pictures: Backend | None = None
     jobs: int = 1
 
+    def __post_init__(self) -> None:
+        check_jobs(self.jobs)
+
 
 def write_player(site: Path, results: Boards, films: Films | None) -> dict[Board, tuple[str, ...]]:
     """Write the player and, for all that lies in the work folder, its data into a site.
@@ -83,7 +86,8 @@ def write_player(site: Path, results: Boards, films: Films | None) -> dict[Board
     if films is None or films.sequences < 1:
         return {}
     playable = list(find_playable(films.work, results))
-    Parallel(n_jobs=films.jobs)(delayed(_write_split)(site, one, films) for one in playable)
+    for _ in in_parallel(partial(_write_split, site, films), [(one,) for one in playable], films.jobs):
+        pass
     return {board: tuple(row.solver for row in rows) for one in playable for board, rows in one.boards.items()}
 
 
@@ -93,7 +97,7 @@ def player_assets() -> dict[str, str]:
     return {"player.js": script, "player.css": (_HERE / "assets" / "player.css").read_text(encoding="utf-8")}
 
 
-def _write_split(site: Path, playable: Playable, films: Films) -> None:
+def _write_split(site: Path, films: Films, playable: Playable) -> None:
     work = films.work
     available = min(len(dataset) for dataset in playable.datasets.values())
     chosen = choose_sequences(playable.boards, films.sequences, available)

@@ -1,0 +1,143 @@
+"""Stops a command when a signal asks for it: one line, none of its processes left, exit status 128 + the signal.
+
+A signal wakes a thread, which says the line, silences stderr and ends all processes below this one, whatever the main
+thread is doing. The main thread is interrupted by `KeyboardInterrupt`, so that it leaves files and locks in order.
+Where it has not ended after `GRACE` seconds (a compiler, a library that waits), the whole process ends all the same:
+what is left then is what is left after a power cut, and the next run goes on from there.
+"""
+
+import os
+import signal
+import sys
+import threading
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from time import sleep
+from types import FrameType
+
+GRACE = 1.0
+"""Seconds that the main thread has after a signal."""
+
+ORPHAN_CHECK = 0.5
+"""Seconds between two looks of a worker at whether its parent is still there."""
+
+REASONS = {signal.SIGINT: "stopped", signal.SIGTERM: "stopped by SIGTERM", signal.SIGHUP: "stopped by SIGHUP"}
+"""The signals that stop a command, and how it says so."""
+
+_PR_SET_PDEATHSIG = 1
+
+
+def stoppable(run: Callable[[], int]) -> int:
+    """Run a command, in the main thread, and return its exit status; a signal ends the process with its own.
+
+    A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
+    """
+    stop = _Stop()
+    try:
+        stop.listen()
+        return run()
+    finally:
+        if stop.status is not None:
+            os._exit(stop.status)
+
+
+class _Stop:
+    """The first signal counts; those after it change nothing.
+
+    Parameters
+    ----------
+    status : exit status, once a signal has come.
+    """
+
+    def __init__(self) -> None:
+        self.status: int | None = None
+        self._told = threading.Event()
+        self._interrupted = False
+
+    def listen(self) -> None:
+        """From now on signals stop this process."""
+        reader, writer = os.pipe()
+        os.set_blocking(writer, False)
+        signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+        threading.Thread(target=self._watch, args=(reader,), daemon=True).start()
+        for number in REASONS:
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self._interrupt)
+
+    def _watch(self, reader: int) -> None:
+        """The thread: it waits for a signal, and needs nothing of the main thread to answer it."""
+        number = os.read(reader, 1)[0]
+        while number not in REASONS:
+            number = os.read(reader, 1)[0]
+        self.status = 128 + number
+        _say_last(f"vbbench: {REASONS[signal.Signals(number)]}; the same command goes on where this one was\n")
+        end_descendants()
+        self._told.set()
+        sleep(GRACE)
+        end_descendants()
+        os._exit(self.status)
+
+    def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
+        """What the main thread does as soon as it is back in Python."""
+        if self._interrupted:
+            return
+        self._interrupted = True
+        self._told.wait(GRACE)
+        raise KeyboardInterrupt
+
+
+def _say_last(line: str) -> None:
+    """Say a line on stderr, and nothing after it: what libraries complain of while they are torn down helps nobody."""
+    if sys.__stderr__ is None:
+        return
+    with suppress(OSError):  # the terminal may be gone
+        os.write(2, ("\n" if os.isatty(2) else "").encode() + line.encode())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+
+
+def end_descendants() -> None:
+    """Ask every process below this one to end, where the system lists them (Linux).
+
+    Those that left the session, such as an image viewer, stay. The trackers that clean up after worker processes take
+    no heed of SIGTERM: they end when nobody is left.
+    """
+    for process in _descendants(os.getpid()):
+        with suppress(OSError):
+            os.kill(process, signal.SIGTERM)
+
+
+def _descendants(ancestor: int) -> Iterator[int]:
+    children, session = defaultdict(list), os.getsid(0)
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended
+            facts = file.read_bytes().rpartition(b")")[2].split()  # state, parent, process group, session, ...
+            if int(facts[3]) == session:
+                children[int(facts[1])].append(int(file.parent.name))
+    generation = children[ancestor]
+    while generation:
+        yield from generation
+        generation = [child for parent in generation for child in children[parent]]
+
+
+def end_with_parent(parent: int) -> None:
+    """From now on this process ends when its parent does, however that comes to its end.
+
+    Linux sees to that at once; elsewhere a thread looks every `ORPHAN_CHECK` seconds.
+
+    Parameters
+    ----------
+    parent : process id of the parent, as the parent knows it: it may have ended already.
+    """
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    threading.Thread(target=_end_when_orphaned, args=(parent,), daemon=True).start()
+
+
+def _end_when_orphaned(parent: int) -> None:
+    while os.getppid() == parent:
+        sleep(ORPHAN_CHECK)
+    os.kill(os.getpid(), signal.SIGKILL)
