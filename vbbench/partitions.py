@@ -5,6 +5,7 @@ the facts of the whole (``dataset.json`` or ``submission.json``), and last of al
 """
 
 import json
+import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from hashlib import sha256
@@ -14,11 +15,24 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from vbbench.dataset_info import INFO_FILE
 from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import Part, Ranges, Work, progress_bar
+from vbbench.rows import ROWS, SCENE_TABLES, TRACK_TABLE
+from vbbench.schemas import OPTIONAL, table_schema
+from vbbench.submission import SUBMISSION_FILE
 from vbbench.tables import PARTITIONED, table_bytes, write_bytes_atomically, write_text_atomically
 
 LAYOUT_FILE = "layout.json"
+SCENES = "scenes"
+"""Name of the part with the scenes that sequences share; the others are called by `part_name`."""
+
+_PART = re.compile(rf"part-\d{{8}}|{SCENES}")
+_KNOWN: dict[str, tuple[list[str], list[str]]] = {
+    INFO_FILE: (["sequences", *ROWS, *SCENE_TABLES], [TRACK_TABLE]),
+    SUBMISSION_FILE: (["poses", "positions"], ["heights"]),
+}
+"""By marker the tables that there must be, and those that there may be."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,9 +126,30 @@ def read_layout(folder: Path) -> Layout:
             f"{folder} is not partitioned; 'vbbench merge' takes what 'generate' and 'solve' make with --scheduler"
         )
     try:
-        return Layout(**_read_json(path))
+        layout = Layout(**_read_json(path))
+        problem = _problem(layout)
     except TypeError as error:
-        raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
+        problem = str(error)
+    if problem:
+        raise FileError(path, f"is damaged ({problem}); copy the partitions again")
+    return layout
+
+
+def _problem(layout: Layout) -> str | None:
+    """What of a layout no command of ours would have written: names are parts of paths."""
+    if not isinstance(layout.marker, str) or layout.marker not in _KNOWN:
+        return f"marker is {layout.marker!r}"
+    needed, extra = _KNOWN[layout.marker]
+    if not _are_names(layout.tables) or not set(needed) <= set(layout.tables) <= {*needed, *extra}:
+        return f"tables are {layout.tables!r}"
+    if not _are_names(layout.parts) or not all(map(_PART.fullmatch, layout.parts)):
+        return f"parts are {layout.parts!r}"
+    return None if isinstance(layout.withheld, bool) else f"withheld is {layout.withheld!r}"
+
+
+def _are_names(values: object) -> bool:
+    """Whether this is a list of texts, each of them there once."""
+    return isinstance(values, list) and all(isinstance(v, str) for v in values) and len(set(values)) == len(values)
 
 
 class PartitionedTable:
@@ -122,9 +157,8 @@ class PartitionedTable:
 
     def __init__(self, folder: Path, name: str, parts: Iterable[str]) -> None:
         self._folder, self._name = folder, name
-        facts = {part: _read_json(_facts_path(folder, part)) for part in parts}
-        self._digests = {part: known["sha256"][name] for part, known in facts.items() if name in known["sha256"]}
-        self.columns = {column for known in facts.values() for column in known["columns"].get(name, ())}
+        self._facts = {part: _read_facts(folder, part, name) for part in parts}
+        self.columns = {column for columns, _ in self._facts.values() for column in columns}
 
     def groups(self, part: str) -> Iterable[pa.Table]:
         """The row groups of one part.
@@ -134,17 +168,37 @@ class PartitionedTable:
         FileError
             If its file is missing or damaged.
         """
-        if part not in self._digests:
+        columns, digest = self._facts[part]
+        if digest is None:
             return
         path = _table_path(self._folder, self._name, part)
         if not path.is_file():
             raise FileError(path, "the file is missing; copy the partitions again")
         data = path.read_bytes()
-        if sha256(data).hexdigest() != self._digests[part]:
+        if sha256(data).hexdigest() != digest:
             raise FileError(path, "SHA-256 differs from what was written; copy the partitions again")
-        file = pq.ParquetFile(pa.BufferReader(data))
-        for number in range(file.num_row_groups):
-            yield file.read_row_group(number, use_threads=False).combine_chunks()
+        try:
+            file = pq.ParquetFile(pa.BufferReader(data))
+            if file.schema_arrow != table_schema(self._name, columns):
+                raise FileError(path, f"has the columns {file.schema_arrow.names}; copy the partitions again")
+            for number in range(file.num_row_groups):
+                yield file.read_row_group(number, use_threads=False).combine_chunks()
+        except (pa.ArrowException, OSError) as error:
+            raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
+
+
+def _read_facts(folder: Path, part: str, table: str) -> tuple[list[str], str | None]:
+    """Columns and SHA-256 of a table's file in one part, ``None`` where that has none."""
+    path = _facts_path(folder, part)
+    known = _read_json(path)
+    columns, digests = known.get("columns"), known.get("sha256")
+    if not isinstance(columns, dict) or not isinstance(digests, dict):
+        raise FileError(path, "is damaged (columns or sha256 are missing); copy the partitions again")
+    own, digest = columns.get(table, []), digests.get(table)
+    allowed = set(table_schema(table, OPTIONAL.get(table, pa.schema([])).names).names)
+    if not _are_names(own) or not set(own) <= allowed or not isinstance(digest, str | None):
+        raise FileError(path, f"is damaged (no columns or SHA-256 of {table}); copy the partitions again")
+    return own, digest
 
 
 def _table_path(folder: Path, table: str, part: str) -> Path:
@@ -159,7 +213,9 @@ def _read_json(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise FileError(path, "the file is missing; copy the partitions again")
     try:
-        values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
         raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "is damaged (no JSON object); copy the partitions again")
     return values
