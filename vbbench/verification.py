@@ -90,7 +90,8 @@ def _check_sequence(dataset: Dataset, sequence: Sequence) -> IntArray:
         raise FileError(dataset.table_path("given"), f"{where}: a position is given of somebody not observed")
     if dataset.has_truth:
         _check_truth(dataset, sequence, where)
-    return seen.sum(axis=1)
+    people: IntArray = seen.sum(axis=1)
+    return people
 
 
 def _check_truth(dataset: Dataset, sequence: Sequence, where: str) -> None:

@@ -7,12 +7,14 @@ import base64
 import binascii
 import hashlib
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.errors import FileError
 
 ENCODING = (
     "base64 of zlib of little-endian float32, column after column, NaN = none; "
@@ -22,6 +24,9 @@ ENCODING = (
 _WIDTH = 4
 _LARGEST = 1 << 28
 """Bytes that a block may unfold to: no board is larger, and a small file must not fill the memory."""
+
+_LARGEST_COUNT = 10**9
+"""The largest number of anything that the schemas know."""
 
 Block = dict[str, Any]
 
@@ -45,6 +50,23 @@ def decode(block: Block) -> dict[str, FloatArray]:
     table = np.frombuffer(_planes(block), np.uint8).reshape(_WIDTH, -1).T.copy().view("<f4")
     columns = table.reshape(len(block["columns"]), block["rows"]).astype(np.float64)
     return dict(zip(block["columns"], columns, strict=True))
+
+
+def whole_columns(
+    columns: Mapping[str, FloatArray], names: Iterable[str], path: Path, place: str
+) -> dict[str, IntArray]:
+    """The columns of those names as whole numbers.
+
+    Raises
+    ------
+    FileError
+        If one holds anything but whole numbers from 0 on; ``place`` says where in the file ``path`` they stand.
+    """
+    for name in names:
+        values = columns[name]
+        if not ((values >= 0) & (values == np.floor(values)) & (values <= _LARGEST_COUNT)).all():
+            raise FileError(path, f"{place}: {name} must be whole numbers, from 0 to {_LARGEST_COUNT}")
+    return {name: columns[name].astype(np.int64) for name in names}
 
 
 def fingerprint(block: Block) -> Block:

@@ -1,18 +1,19 @@
 """Builds the site from a folder of results: whole, or not at all."""
 
 import shutil
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
 from vbbench import __version__
-from vbbench.errors import VbbenchError
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.tables import replace_folder
 from vbbench_leaderboards.page.files import site_files
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.player.writing import Films, write_player
 from vbbench_leaderboards.ranking import rank
 from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.results_folder import read_datasets, read_results
+from vbbench_leaderboards.results_folder import Records, read_datasets, read_results
 
 MARKER = ".vbbench-site"
 """File that tells a site that was built here from a folder that must not be touched."""
@@ -20,6 +21,8 @@ MARKER = ".vbbench-site"
 
 def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
+
+    A file that cannot be used is left out, with a warning that names it and says why.
 
     Parameters
     ----------
@@ -29,19 +32,24 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     Raises
     ------
     VbbenchError
-        If ``out`` is there and no site, if there are no results, or if one of them is damaged.
+        If ``out`` is there and no site, or if there are no results that can be used.
     """
     check_site(out)
-    found = read_results(*results)
+    unusable: list[FileError] = []
+    records = read_datasets(*results, unusable=unusable)
+    found = read_results(*results, records=records, unusable=unusable)
+    for error in unusable:
+        warnings.warn(VbbenchWarning(f"LEFT OUT of the site: {error}"), stacklevel=2)
     if not found:
-        raise VbbenchError(f"{', '.join(map(str, results))} holds no results; add one with 'vbbench leaderboard add'")
+        places = ", ".join(map(str, results))
+        raise VbbenchError(f"{places} holds no results that can be used; add one with 'vbbench leaderboard add'")
     draft = out.with_name(out.name + ".partial")
     check_site(draft)
     shutil.rmtree(draft, ignore_errors=True)
     draft.mkdir(parents=True)
     (draft / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
     try:
-        site = _write(draft, found, results, films)
+        site = _write(draft, found, records, films)
         replace_folder(draft, out)
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)
@@ -55,12 +63,10 @@ def check_site(folder: Path) -> None:
         raise VbbenchError(f"{folder} exists and is no site of 'vbbench leaderboard build'; choose another --out")
 
 
-def _write(
-    draft: Path, found: Mapping[Board, tuple[Result, ...]], results: tuple[Path, ...], films: Films | None
-) -> Site:
+def _write(draft: Path, found: Mapping[Board, tuple[Result, ...]], records: Records, films: Films | None) -> Site:
     site = Site(
         results=found,
-        datasets=read_datasets(*results),
+        datasets=records,
         rankings={board: rank(rows) for board, rows in found.items()},
         playable=write_player(draft, found, films),
     )

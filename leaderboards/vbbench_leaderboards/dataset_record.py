@@ -18,7 +18,7 @@ from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scored_rows import scored_rows
 from vbbench.truth_rows import NOBODY, TruthRows
-from vbbench_leaderboards.block import decode, encode
+from vbbench_leaderboards.block import decode, encode, whole_columns
 from vbbench_leaderboards.json_file import read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION
 
@@ -114,7 +114,7 @@ def read_dataset(path: Path) -> BoardDataset:
     """
     values = read_object(path, SCHEMA)
     scored = {
-        name: ScoredSequences(**{column: numbers.astype(np.int64) for column, numbers in decode(block).items()})
+        name: ScoredSequences(**whole_columns(decode(block), block["columns"], path, f"$.scored.{name}"))
         for name, block in values["scored"].items()
     }
     facts = {name: value for name, value in values.items() if name not in ("format_version", "digest")}

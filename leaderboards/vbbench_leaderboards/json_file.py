@@ -1,6 +1,5 @@
 """JSON files of the leaderboard: read strictly, checked against a published schema, sealed by a digest."""
 
-import hashlib
 import json
 from functools import cache
 from importlib.resources import files
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vbbench.errors import FileError
+from vbbench.json_text import canonical_digest, read_json
 from vbbench.tables import write_text_atomically
 from vbbench_leaderboards.block import fingerprint
 
@@ -62,8 +62,7 @@ def write_object(values: Values, path: Path, schema: str) -> Path:
 def digest(values: Values) -> str:
     """SHA-256 over the canonical text: no digest, keys sorted, no spaces, each block by what it unfolds to."""
     facts = {name: _plain(value) for name, value in values.items() if name != "digest"}
-    text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return canonical_digest(facts)
 
 
 def _check(values: Values, schema: str, path: Path) -> None:
@@ -88,26 +87,14 @@ def _plain(value: Any) -> Any:
 
 def _parse(path: Path) -> Values:
     try:
-        values = json.loads(path.read_text("utf-8"), object_pairs_hook=_unique, parse_constant=_no_number)
+        values = read_json(path)
     except FileNotFoundError as error:
         raise FileError(path, "the file is missing") from error
-    except (OSError, ValueError, RecursionError) as error:
+    except (OSError, ValueError) as error:
         raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
     if not isinstance(values, dict):
         raise FileError(path, "holds no JSON object; write it again with 'vbbench leaderboard add'")
     return values
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> Values:
-    values = dict(pairs)
-    if len(values) != len(pairs):
-        names = [name for name, _ in pairs]
-        raise ValueError(f"key '{next(name for name in names if names.count(name) > 1)}' stands twice")
-    return values
-
-
-def _no_number(text: str) -> Any:
-    raise ValueError(f"{text} is no JSON number")
 
 
 @cache

@@ -5,15 +5,18 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
+from vbbench.estimate import LARGEST
 from vbbench.protocol import get_protocol
 from vbbench.scorecard import DRIFTS, METRICS, PerSequence
-from vbbench_leaderboards.block import Block, decode, encode
+from vbbench_leaderboards.block import Block, decode, encode, whole_columns
 from vbbench_leaderboards.json_file import Values, read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION, Board, Result
 
 SCHEMA = "result"
 COUNTS = ("sequence", "frames", "positions", "posed", "placed")
 FIGURES = (*METRICS, *DRIFTS)
+LARGEST_FIGURE = 10 * LARGEST
+"""No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
 
 
 def read_result(path: Path) -> Result:
@@ -92,13 +95,7 @@ def _result(values: Values, protocol: str, per_sequence: PerSequence) -> Result:
 
 def _per_sequence(block: Block, path: Path) -> PerSequence:
     columns = decode(block)
-    whole = np.stack([columns[name] for name in COUNTS])
-    figures = np.stack([columns[name] for name in FIGURES])
-    if not (np.isfinite(whole) & (whole >= 0) & (whole == np.floor(whole))).all():
-        raise FileError(path, f"$.per_sequence: {', '.join(COUNTS)} must be whole numbers, 0 or more")
-    if np.isinf(figures).any() or (figures < 0).any():
-        raise FileError(path, "$.per_sequence: a figure is infinite or below 0")
-    return PerSequence(
-        **{name: columns[name].astype(np.int64) for name in COUNTS},
-        figures={name: columns[name] for name in FIGURES},
-    )
+    figures = {name: columns[name] for name in FIGURES}
+    if not all(((values >= 0) & (values <= LARGEST_FIGURE) | np.isnan(values)).all() for values in figures.values()):
+        raise FileError(path, f"$.per_sequence: a figure is below 0 or above {LARGEST_FIGURE:.0f}, where none can be")
+    return PerSequence(**whole_columns(columns, COUNTS, path, "$.per_sequence"), figures=figures)

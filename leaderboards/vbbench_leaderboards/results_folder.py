@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from vbbench.errors import FileError
@@ -28,45 +29,72 @@ def record_paths(results: Path) -> Iterator[Path]:
     yield from sorted(path.relative_to(results) for path in results.glob("*/*.json"))
 
 
-def read_results(*folders: Path) -> dict[Board, tuple[Result, ...]]:
+def read_results(
+    *folders: Path, records: Records | None = None, unusable: list[FileError] | None = None
+) -> dict[Board, tuple[Result, ...]]:
     """Results by board, of each board by solver; of a result in several folders the first counts.
+
+    Parameters
+    ----------
+    records : the datasets of the boards, where they have been read already.
+    unusable : takes what is wrong with each file that is left out.
 
     Raises
     ------
     FileError
-        If a file cannot be used, lies where it does not belong, or is made on another dataset than its board's.
+        Without ``unusable``: if a file cannot be used, lies where it does not belong, or is made on another dataset
+        than its board's.
     """
-    records = read_datasets(*folders)
+    if records is None:
+        records = read_datasets(*folders, unusable=unusable)
     boards: dict[Board, dict[str, Result]] = defaultdict(dict)
     for folder in folders:
         for path in result_paths(folder):
-            result = read_result(folder / path)
-            check_place(result, records, folder, path)
-            boards[result.board].setdefault(result.solver, result)
+            with _leaving_out(unusable):
+                result = read_result(folder / path)
+                check_place(result, records, folder, path)
+                boards[result.board].setdefault(result.solver, result)
     return {board: tuple(found[name] for name in sorted(found)) for board, found in sorted(boards.items())}
 
 
-def read_datasets(*folders: Path) -> Records:
+def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Records:
     """Dataset records by split and tier; of a record in several folders the first counts.
+
+    Parameters
+    ----------
+    unusable : takes what is wrong with each file that is left out.
 
     Raises
     ------
     FileError
-        If a file cannot be used, lies where it does not belong, or two folders hold different datasets.
+        Without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold different
+        datasets.
     """
     records: Records = {}
     for folder in folders:
         for path in record_paths(folder):
-            record = read_dataset(folder / path)
-            check_record_place(record, folder, path)
-            first = records.setdefault((record.split, record.tier), record)
-            if record.id != first.id:
-                raise FileError(
-                    folder / path,
-                    f"is of dataset {record.id}, results of {first.id} stand beside it; they cannot be on one page, "
-                    "name one folder with --results",
-                )
+            with _leaving_out(unusable):
+                record = read_dataset(folder / path)
+                check_record_place(record, folder, path)
+                first = records.setdefault((record.split, record.tier), record)
+                if record.id != first.id:
+                    raise FileError(
+                        folder / path,
+                        f"is of dataset {record.id}, results of {first.id} stand beside it; they cannot be on one "
+                        "page, name one folder with --results",
+                    )
     return dict(sorted(records.items()))
+
+
+@contextmanager
+def _leaving_out(unusable: list[FileError] | None) -> Iterator[None]:
+    """Leave a file with a fault out, where there is somewhere to say so."""
+    try:
+        yield
+    except FileError as error:
+        if unusable is None:
+            raise
+        unusable.append(error)
 
 
 def check_place(result: Result, records: Records, folder: Path, path: Path) -> None:

@@ -1,0 +1,206 @@
+"""``dataset.json``: no key of it can be changed unseen, and whatever stands in it, one line names the key."""
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.make_dataset import Crowd, write_dataset
+from vbbench.cli import main
+from vbbench.dataset import Dataset
+from vbbench.dataset_info import DatasetInfo
+from vbbench.errors import FileError
+from vbbench.verification import verify
+
+Change = Callable[[dict[str, Any]], object]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("json") / "tiny"
+    write_dataset(folder, Crowd(sequences=4, caution="made up"))
+    return folder
+
+
+@pytest.fixture
+def dataset(made: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "tiny"))
+
+
+def change(dataset: Path, what: Change, *, sealed: bool = False) -> None:
+    """Change the facts; ``sealed``: with a digest that fits."""
+    path = dataset / "dataset.json"
+    values = json.loads(path.read_text("utf-8"))
+    digest = values.pop("digest")
+    what(values)
+    path.write_text(json.dumps({**values, "digest": _digest(values) if sealed else digest}), encoding="utf-8")
+
+
+def _digest(values: dict[str, Any]) -> str:
+    """As docs/files.md says it."""
+    text = json.dumps(values, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_the_digest_is_the_documented_one(dataset: Path) -> None:
+    values = json.loads((dataset / "dataset.json").read_text("utf-8"))
+    assert values.pop("digest") == _digest(values)
+    assert "4 sequences are as written" in verify(dataset)
+    assert "has no digest" not in verify(dataset)
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        lambda v: v.update(title="Tinier"),
+        lambda v: v.update(caution=None),
+        lambda v: v["counts"].update(observations=1),
+        lambda v: v["tables"]["given"].update(rows=1),
+        lambda v: v["tables"]["truth/poses"].update(sha256="0" * 64),
+        lambda v: v.update(package_version="9.9"),
+        lambda v: v.update(calibration={"summary": "exact"}),
+    ],
+)
+def test_what_is_changed_by_hand_is_seen(dataset: Path, what: Change, capsys: pytest.CaptureFixture[str]) -> None:
+    change(dataset, what)
+    assert main(["verify", str(dataset)]) == 2
+    said = capsys.readouterr()
+    assert (said.out, said.err.count("\n")) == ("", 1)
+    assert "dataset.json: was changed by hand" in said.err
+    with pytest.raises(FileError, match="changed by hand"):
+        Dataset(dataset)
+
+
+@pytest.mark.parametrize("name", ["sequences", "frames", "observations", "people_min", "people_max"])
+def test_counts_and_rows_are_counted_again(dataset: Path, name: str) -> None:
+    change(dataset, lambda v: v["counts"].update({name: v["counts"][name] + 1}), sealed=True)
+    with pytest.raises(FileError, match=rf"key 'counts' has \d+ {name}, the tables \d+"):
+        verify(dataset)
+
+
+def test_a_count_of_rows_that_is_wrong_is_seen(dataset: Path) -> None:
+    change(dataset, lambda v: v["tables"]["given"].update(rows=1), sealed=True)
+    with pytest.raises(FileError, match=r"given\.parquet: has other rows than the 1 in dataset\.json"):
+        verify(dataset)
+
+
+def test_a_dataset_from_before_there_was_a_digest_is_read_and_said(dataset: Path) -> None:
+    path = dataset / "dataset.json"
+    values = json.loads(path.read_text("utf-8"))
+    del values["digest"]
+    path.write_text(json.dumps(values), encoding="utf-8")
+    assert Dataset(dataset).info == DatasetInfo.read(dataset)
+    assert "dataset.json has no digest" in verify(dataset)
+
+
+def drop(*names: str) -> Change:
+    def without(values: dict[str, Any]) -> None:
+        for name in names[:-1]:
+            values = values[name]
+        del values[names[-1]]
+
+    return without
+
+
+TABLE = {"bytes": 1, "rows": 1, "sha256": "0" * 64}
+
+
+@pytest.mark.parametrize(
+    ("what", "fault"),
+    [
+        (drop("title"), "key 'title' is missing"),
+        (lambda v: v.update(colour="red"), "key 'colour' is unknown"),
+        (lambda v: v.update({"a\x1b[2J" + 999 * "b": 1}), r"key 'a\\x1b\[2Jb+… \(\d+ characters\) is unknown"),
+        (lambda v: v.update(title="a\x1b[2J"), r"key 'title' is 'a\\x1b\[2J', no text"),
+        (lambda v: v.update(title="t" * 2000), "key 'title' is 't+…"),
+        (lambda v: v.update(caution=""), "key 'caution'"),
+        (lambda v: v.update(split="../x"), "key 'split' is '../x', no name of a split"),
+        (lambda v: v.update(tier=7), "key 'tier' is 7"),
+        (lambda v: v.update(seed=-1), "key 'seed' is -1"),
+        (lambda v: v.update(seed=True), "key 'seed' is True"),
+        (lambda v: v.update(dt=0), "key 'dt' is 0, no number above 0 to 1000"),
+        (lambda v: v.update(dt=10**30), "key 'dt' is 1000"),
+        (lambda v: v.update(dt="0.4"), "key 'dt' is '0.4'"),
+        (lambda v: v.update(height_mean=None), "key 'height_mean' is None"),
+        (lambda v: v.update(scenes="scene0"), "key 'scenes' is 'scene0', no list"),
+        (lambda v: v.update(scenes=[1]), "key 'scenes' has a name that is 1"),
+        (lambda v: v.update(definition=[]), "key 'definition'"),
+        (lambda v: v.update(camera=[]), "key 'camera'"),
+        (lambda v: v["camera"].update(kind="fisheye"), "key 'camera': no camera is called 'fisheye'"),
+        (lambda v: v["camera"].update(focal=-1), "key 'camera': .*focal must be a positive number"),
+        (lambda v: v["camera"].update(focal="wide"), "key 'camera' has 'focal', which is 'wide'"),
+        (lambda v: v["camera"].update(cy=10**30), "key 'camera' has 'cy'"),
+        (lambda v: v["camera"].update(zoom=1), "key 'camera': .*zoom"),
+        (drop("counts", "frames"), "key 'counts' .* no object with the keys"),
+        (lambda v: v["counts"].update(frames=-1), "key 'counts' has 'frames', which is -1"),
+        (lambda v: v["counts"].update(frames=1.5), "key 'counts' has 'frames', which is 1.5"),
+        (lambda v: v.update(tables=[]), "key 'tables' is"),
+        (lambda v: v["tables"].update({"../x": TABLE}), r"key 'tables' has '\.\./x', which is the name of no table"),
+        (lambda v: v["tables"].update({"/etc/passwd": TABLE}), "key 'tables' has '/etc/passwd'"),
+        (lambda v: v["tables"].update(given=7), "key 'tables' has 'given', which is 7"),
+        (drop("tables", "given", "bytes"), "key 'tables' has 'given', which is .* no object with the keys"),
+        (drop("tables", "given", "sha256"), "key 'tables' has 'given'"),
+        (lambda v: v["tables"]["given"].update(rows="9"), "key 'tables' has 'given', which has 'rows'"),
+        (lambda v: v["tables"]["given"].update(sha256="x"), "no SHA-256 in hex"),
+        (drop("tables", "truth/poses"), "key 'tables' lacks truth/poses"),
+        (lambda v: v.update(calibration={"summary": 7}), "key 'calibration' has 'summary', which is 7"),
+        (lambda v: v.update(id="0"), "key 'id' is '0'"),
+        (lambda v: v.update(format_version=1.5), "format version 1.5"),
+        (lambda v: v.update(format_version=2), "format version 2"),
+    ],
+)
+def test_every_key_is_checked_and_named(
+    dataset: Path, what: Change, fault: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change(dataset, what, sealed=True)
+    with pytest.raises(FileError, match=fault):
+        DatasetInfo.read(dataset)
+    assert main(["verify", str(dataset)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert len(said) < 1000
+    assert said.replace("\n", "").isprintable()
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, "[]", "{", '{"id": NaN}', '{"a": 1, "a": 2}', '{"dt": 1e999}', "\udcff"]
+)
+def test_what_is_no_json_object_is_damaged(dataset: Path, text: str) -> None:
+    (dataset / "dataset.json").write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(FileError, match=r"is damaged|format version"):
+        Dataset(dataset)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers(-(10**40), 10**40) | st.floats() | st.text(max_size=9),
+    lambda part: st.lists(part, max_size=3) | st.dictionaries(st.text(max_size=5), part, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_value_anywhere_is_read_or_refused_on_one_line(made: Path, tmp_path: Path, data: st.DataObject) -> None:
+    values = json.loads((made / "dataset.json").read_text("utf-8"))
+    place: Any = values
+    while True:
+        key = data.draw(
+            st.sampled_from(sorted(place)) if isinstance(place, dict) else st.sampled_from(range(len(place)))
+        )
+        if not isinstance(place[key], (dict, list)) or not place[key] or data.draw(st.booleans()):
+            break
+        place = place[key]
+    place[key] = data.draw(json_values)
+    values.pop("digest", None)
+    (tmp_path / "dataset.json").write_text(json.dumps(values), encoding="utf-8")
+    try:
+        assert DatasetInfo.read(tmp_path).to_json()
+    except FileError as error:
+        assert str(error).isprintable()  # noqa: PT017  either outcome is fine, another error is none
+        assert len(error.problem) < 700  # noqa: PT017
