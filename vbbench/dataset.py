@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.consistency import check_scene, check_sequence, check_tracks, check_truth_rows
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.parts import part_ranges
@@ -128,10 +129,11 @@ class Dataset:
         self._require_truth()
         poses = self._poses.read(sequence.index, sequence.index + 1)
         people, positions, heights = self.scene(sequence.scene)
+        frames = range(sequence.first_frame, sequence.first_frame + sequence.frames)
+        check_truth_rows(self.table_path, sequence.index, frames, poses, len(positions), people)
         persons = self.track_persons(sequence)
         column = np.searchsorted(people, persons).clip(max=len(people) - 1)
-        frames = np.arange(sequence.first_frame, sequence.first_frame + sequence.frames)
-        path = positions[frames[:, None], column]
+        path = positions[np.array(frames)[:, None], column]
         known = (people[column] == persons) & (persons >= 0)
         return Truth(
             poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1),
@@ -153,6 +155,7 @@ class Dataset:
         if not self.table_path("truth/tracks").is_file():
             return np.broadcast_to(sequence.tracks, shape)
         rows = self._track_map.read(sequence.index, sequence.index + 1)
+        check_tracks(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
         persons = np.full(shape, -1, dtype=np.int64)
         persons[rows["frame"], np.searchsorted(sequence.tracks, rows["track"])] = rows["person"]
         return persons
@@ -188,6 +191,7 @@ class Dataset:
         row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}
         tracks, column = np.unique(boxes["track"], return_inverse=True)
         shape = (int(row["frames"]), len(tracks))
+        check_sequence(self.table_path, index, shape[0], boxes, given, tracks)
         observations = np.full((*shape, 3), np.nan)
         observations[boxes["frame"], column] = np.stack([boxes["u"], boxes["v"], boxes["l"]], axis=-1)
         visible = np.full(shape, np.nan)
@@ -208,7 +212,7 @@ class Dataset:
         persons = self._table("truth/people").read(scene, scene + 1)
         rows = self._table("truth/scenes").read(scene, scene + 1)
         people = persons["person"].astype(np.int64)
-        positions = np.full((int(rows["frame"].max()) + 1, len(people), 2), np.nan)
+        positions = np.full((check_scene(self.table_path, scene, people, rows), len(people), 2), np.nan)
         positions[rows["frame"], np.searchsorted(people, rows["person"])] = np.stack([rows["x"], rows["y"]], axis=-1)
         return people, positions, persons["height"]
 

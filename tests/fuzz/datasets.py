@@ -1,11 +1,18 @@
 """Kinds of files of datasets, submissions, partitions and leaderboards."""
 
+import hashlib
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from tests.answers import submit, submit_csv, true_answers
 from tests.fuzz.kind import Kind
@@ -16,6 +23,7 @@ from tests.tiny_board import FILE, tiny_board, tiny_dataset
 from vbbench.dataset import Dataset
 from vbbench.dataset_info import DatasetInfo
 from vbbench.info import describe
+from vbbench.json_text import canonical_digest
 from vbbench.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
 from vbbench.scoring import score
 from vbbench.verification import verify
@@ -79,13 +87,34 @@ def _read_partitions(folder: Path) -> None:
             list(table.groups(part))
 
 
-def _sealed(content: bytes) -> bytes:
+def _sealed(file: str, seal: Callable[[dict[str, Any]], str]) -> dict[str, Any]:
     """With a digest that fits, wherever there can be one."""
-    try:
-        values = json.loads(content)
-        return json.dumps({**values, "digest": digest(values)}).encode()
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError, MemoryError):
-        return content
+
+    def finish(folder: Path) -> None:
+        try:
+            values = json.loads((folder / file).read_bytes())
+            text = json.dumps({**values, "digest": seal({k: v for k, v in values.items() if k != "digest"})})
+            (folder / file).write_text(text, encoding="utf-8")
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
+            pass
+
+    return {"finish": finish}
+
+
+def _told(crowd: str, name: str) -> Callable[[Path], None]:
+    """``dataset.json`` tells size, rows and SHA-256 of the table as it is now."""
+
+    def finish(folder: Path) -> None:
+        info, content = DatasetInfo.read(folder / crowd), (folder / crowd / f"{name}.parquet").read_bytes()
+        try:
+            rows = pq.ParquetFile(BytesIO(content)).metadata.num_rows
+        except (pa.ArrowException, OSError, ValueError):
+            rows = 0
+        facts = {"rows": rows, "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+        told = replace(info, tables={**info.tables, name: facts})
+        (folder / crowd / "dataset.json").write_text(told.to_json(), encoding="utf-8")
+
+    return finish
 
 
 def _table(crowd: str, name: str, weight: int = 1) -> Kind:
@@ -95,6 +124,8 @@ def _table(crowd: str, name: str, weight: int = 1) -> Kind:
         target=f"{crowd}/{name}.parquet",
         mutations=PARQUET,
         read=lambda folder: _read_dataset(folder / crowd),
+        finish=_told(crowd, name),
+        also=(f"{crowd}/dataset.json",),
         weight=weight,
     )
 
@@ -138,6 +169,15 @@ KINDS = (
         read=lambda folder: _read_described(folder / "described"),
         weight=4,
     ),
+    Kind(
+        name="dataset-json-sealed",
+        make=_copy("dataset"),
+        target="described/dataset.json",
+        mutations=JSON,
+        read=lambda folder: _read_described(folder / "described"),
+        weight=4,
+        **_sealed("described/dataset.json", canonical_digest),
+    ),
     *(_table("small", name) for name in ("sequences", "observations", "given")),
     *(_table("small", f"truth/{name}") for name in ("poses", "scenes", "people")),
     _table("tracked", "truth/tracks"),
@@ -147,9 +187,9 @@ KINDS = (
     _answer("csv", "poses.csv"),
     _answer("csv", "positions.csv"),
     _board("result", str(FILE)),
-    _board("result-sealed", str(FILE), finish=_sealed),
+    _board("result-sealed", str(FILE), **_sealed(f"results/{FILE}", digest)),
     _board("record", "tiny/ideal.json"),
-    _board("record-sealed", "tiny/ideal.json", finish=_sealed),
+    _board("record-sealed", "tiny/ideal.json", **_sealed("results/tiny/ideal.json", digest)),
     _partition("layout", "partitioned/layout.json"),
     _partition("part-facts", "partitioned/part-00000000.json"),
     _partition("part-table", "observations/part-00000000.parquet"),

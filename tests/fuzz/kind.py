@@ -14,8 +14,8 @@ class Refused:
     message: str
 
 
-def _as_it_is(content: bytes) -> bytes:
-    return content
+def _as_it_is(_folder: Path) -> None:
+    pass
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +30,8 @@ class Kind:
     mutations : what is done to it.
     read : reads it, in the folder.
     oracle : from the mutated bytes and what `read` returned (or `Refused`): what is wrong, or ``None``.
-    finish : applied after mutating, such as a digest made to fit.
+    finish : makes digests fit again, as somebody who means harm would; it may change the files `also`.
+    also : other files that `finish` changes.
     lists_faults : whether a refusal has a line for each fault.
     weight : how many cases it gets, beside others.
     """
@@ -41,6 +42,7 @@ class Kind:
     mutations: tuple[Mutation, ...]
     read: Callable[[Path], object]
     oracle: Callable[[bytes, object], str | None] | None = None
-    finish: Callable[[bytes], bytes] = _as_it_is
+    finish: Callable[[Path], object] = _as_it_is
+    also: tuple[str, ...] = ()
     lists_faults: bool = False
     weight: int = 1

@@ -43,15 +43,16 @@ def check(kind: Kind, case: int, folder: Path, tally: Tally) -> None:
     Broken
         If anything but reading or refusing happened.
     """
-    target = folder / kind.target
-    honest = target.read_bytes()
+    honest = {name: (folder / name).read_bytes() for name in (kind.target, *kind.also)}
     random = Random(f"{kind.name}:{case}")
-    content = kind.finish(mutate(honest, random, kind.mutations))
-    target.write_bytes(content)
+    content = mutate(honest[kind.target], random, kind.mutations)
+    (folder / kind.target).write_bytes(content)
+    kind.finish(folder)
     try:
         fault = _fault(kind, folder, content, tally)
     finally:
-        target.write_bytes(honest)
+        for name, before in honest.items():
+            (folder / name).write_bytes(before)
     if fault is not None:
         raise Broken(f"{fault}\nagain: python -m tests.fuzz {kind.name} --case {case}")
 
@@ -107,7 +108,7 @@ def _message_fault(kind: Kind, folder: Path, refused: Refused) -> str | None:
     lines = text.split("\n") if kind.lists_faults else [text]
     if not all(is_printable(line) and 0 < len(line) <= LONGEST_MESSAGE for line in lines):
         return f"no line for a terminal: {text[:300]!r} ({len(text)} characters)"
-    names = (str(folder), Path(kind.target).name, Path(kind.target).stem)
+    names = (str(folder), Path(kind.target).stem)
     return None if any(name in text for name in names) else f"does not name the file: {text[:300]}"
 
 
