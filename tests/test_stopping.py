@@ -218,9 +218,7 @@ def test_a_senseless_number_of_jobs_is_one_line(
         assert main([*command, "--out", str(tmp_path / "out"), "--jobs", str(jobs)]) == 2
         error = capsys.readouterr().err
         assert error.count("\n") == 1
-        assert (
-            f"jobs is a number of processes: 1 to {most} on this machine, or -1 for one per core, not {jobs}" in error
-        )
+        assert f"jobs is a number of processes: 1 to {most} here, or -1 for one per core, not {jobs}" in error
     assert not list(tmp_path.iterdir())
 
 

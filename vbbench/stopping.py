@@ -72,19 +72,23 @@ class _Stop:
         while number not in REASONS:
             number = os.read(reader, 1)[0]
         self.status = 128 + number
-        _say_last(f"vbbench: {REASONS[signal.Signals(number)]}; the same command goes on where this one was\n")
+        threading.Timer(GRACE, self._end).start()
+        try:
+            _say_last(f"vbbench: {REASONS[signal.Signals(number)]}; the same command goes on where this one was\n")
+            end_descendants()
+        finally:
+            self._told.set()
+
+    def _end(self) -> None:
         end_descendants()
-        self._told.set()
-        sleep(GRACE)
-        end_descendants()
-        os._exit(self.status)
+        os._exit(self.status or 1)
 
     def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
         """What the main thread does as soon as it is back in Python."""
         if self._interrupted:
             return
         self._interrupted = True
-        self._told.wait(GRACE)
+        self._told.wait()
         raise KeyboardInterrupt
 
 
@@ -94,7 +98,8 @@ def _say_last(line: str) -> None:
         return
     with suppress(OSError):  # the terminal may be gone
         os.write(2, ("\n" if os.isatty(2) else "").encode() + line.encode())
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 def end_descendants() -> None:
