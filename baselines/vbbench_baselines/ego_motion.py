@@ -26,8 +26,11 @@ from vbbench.kernels import kernel
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
 
-Symmetric, Vector = tuple[float, float, float], tuple[float, float]
-"""A symmetric matrix as (cc, cs, ss), and a vector, both over m = (cos yaw, sin yaw)."""
+Symmetric = tuple[float, float, float]
+"""A symmetric matrix as (cc, cs, ss) over m = (cos yaw, sin yaw)."""
+
+Vector = tuple[float, float]
+"""A vector over m."""
 
 SCAN = 32
 """Yaws at which Newton's method looks for a start; a polynomial of degree two has at most two minima on the circle."""
