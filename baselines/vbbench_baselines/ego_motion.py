@@ -18,8 +18,6 @@ minimum one scan and Newton's method find. With every W_k a multiple of I, A is 
 the weighted rigid (Procrustes) fit. The people are summed over once.
 """
 
-from typing import TypeAlias
-
 import numpy as np
 
 from vbbench.arrays import FloatArray
@@ -28,10 +26,10 @@ from vbbench.kernels import kernel
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
 
-Symmetric: TypeAlias = tuple[float, float, float]
-"""A symmetric matrix over m = (cos yaw, sin yaw), as (cc, cs, ss)."""
+Symmetric = tuple[float, float, float]
+"""A symmetric matrix as (cc, cs, ss) over m = (cos yaw, sin yaw)."""
 
-Vector: TypeAlias = tuple[float, float]
+Vector = tuple[float, float]
 """A vector over m."""
 
 SCAN = 32
