@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.make_dataset import Crowd
@@ -24,8 +25,9 @@ from vbbench.merging import merge
 from vbbench.parts import Part
 from vbbench.solving import solve
 from vbbench.submission import SubmissionInfo
-from vbbench.swapping import DONE, JOURNAL, finish_swaps
+from vbbench.swapping import DONE, JOURNAL, MARK, finish_swaps
 from vbbench.verification import verify
+from vbbench.video import write_mp4
 from vbbench.work_folder import WorkFolder
 
 OPTIONS = Options(limit=2)
@@ -168,12 +170,13 @@ def test_nothing_stands_in_the_place_of_what_is_being_swapped(room: Path, tmp_pa
     assert contents(out) == contents(room / "new")
 
 
+@pytest.mark.parametrize("before", ["nothing", "another"])
 def test_a_folder_that_cannot_be_renamed_changes_nothing(
-    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, before: str
 ) -> None:
     out, truth = tmp_path / "at" / "out", tmp_path / "at" / "out.truth"
-    put(room, out.parent, out="old-apart", out_truth="old-apart.truth")
-    rename = Path.replace
+    put(room, out.parent, **({"out": "old-apart", "out_truth": "old-apart.truth"} if before == "another" else {}))
+    rename, there = Path.replace, contents(out.parent)
 
     def refused(path: Path, target: Path) -> Path:
         if target == out and path.name == "new":
@@ -184,10 +187,24 @@ def test_a_folder_that_cannot_be_renamed_changes_nothing(
     with pytest.raises(FileError, match=r"out: cannot be replaced \(Invalid cross-device link\)"):
         generate("demo", out, OPTIONS, withhold_truth=True, overwrite=True)
     monkeypatch.undo()
-    assert "truth is the published one" in verify(out, truth)
-    assert contents(out) == contents(room / "old-apart")
+    assert {name: data for name, data in contents(out.parent).items() if "out.partial" not in name} == there
     generate("demo", out, OPTIONS, withhold_truth=True, overwrite=True)
     assert names(out.parent) == ["out", "out.truth"]
+    assert "truth is the published one" in verify(out, truth)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"carried": 3}'])
+def test_a_damaged_journal_is_one_line_and_a_strangers_is_no_journal(room: Path, tmp_path: Path, text: str) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(room / "old", out)
+    (tmp_path / "out.partial" / "new").mkdir(parents=True)
+    (tmp_path / "out.partial" / JOURNAL).write_text(text)
+    assert Dataset(out).info.seed == 1
+    assert names(tmp_path / "out.partial") == ["new", JOURNAL]
+    (tmp_path / "out.partial" / "new").rmdir()
+    (tmp_path / "out.partial" / MARK).write_text("{}")
+    with pytest.raises(FileError, match=r"swap\.json: is damaged"):
+        Dataset(out)
 
 
 def strangers(folder: Path) -> Iterator[Path]:
@@ -415,3 +432,20 @@ def test_what_a_kill_leaves_of_partitions_is_not_published(tmp_path: Path) -> No
         seen += bool(list(tmp_path.rglob(".part-*")))
     assert seen > 0
     assert not [path for path in out.rglob("*") if path.name.startswith(".")]
+
+
+def test_a_film_on_a_full_disk_is_a_mistake_and_the_old_one_stays(small_disk: Path) -> None:
+    rng, path = np.random.default_rng(0), small_disk / "film.mp4"
+    pictures = rng.integers(0, 255, (40, 240, 320, 3), np.uint8)
+
+    def write(count: int) -> None:
+        write_mp4(path, lambda wanted: (pictures[frame] for frame in wanted), count, 5.0, "mpeg4")
+
+    write(2)
+    before = path.read_bytes()
+    ballast = fill(small_disk, 50_000)
+    with pytest.raises(FileError, match=r"film\.mp4: could not be written to its end"):
+        write(40)
+    assert path.read_bytes() == before
+    ballast.unlink()
+    assert names(small_disk) == ["film.mp4"]

@@ -15,6 +15,8 @@ from vbbench.errors import FileError, VbbenchError, plain_errors
 from vbbench.locks import BusyError, locked
 from vbbench.tables import write_text_atomically
 
+MARK = "vbbench-work.json"
+"""File that tells a work folder from anybody else's."""
 JOURNAL, DONE = "swap.json", "swap-done.json"
 NEW, OLD = "new", "old"
 NEW_TRUTH, OLD_TRUTH = "new-truth", "old-truth"
@@ -51,10 +53,11 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
     """
     write_text_atomically(work / JOURNAL, json.dumps({"carried": sorted(carried)}) + "\n")
     _flush(work)
+    staged = [step for step in _steps(work, out) if step[0].exists()]
     try:
         _rename(work, out)
     except OSError as error:
-        _undo(work, out)
+        _undo(work, staged)
         raise FileError(out, f"cannot be replaced ({os.strerror(error.errno or 0)}); choose another place") from error
     _complete(work, out)
     _flush(out.parent)
@@ -63,7 +66,7 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
 def is_decided(work: Path) -> bool:
     """Whether a swap was begun and may have been stopped."""
     with suppress(PermissionError):  # a work folder of somebody else
-        return (work / JOURNAL).is_file()
+        return (work / MARK).is_file() and (work / JOURNAL).is_file()
     return False
 
 
@@ -122,9 +125,9 @@ def _rename(work: Path, out: Path) -> None:
         new.replace(name)
 
 
-def _undo(work: Path, out: Path) -> None:
-    for new, old, name in reversed(_steps(work, out)):
-        if old.exists() and not new.exists():
+def _undo(work: Path, staged: list[tuple[Path, Path, Path]]) -> None:
+    for new, old, name in reversed(staged):
+        if not new.exists():
             name.replace(new)
         if old.exists():
             old.replace(name)
@@ -133,11 +136,20 @@ def _undo(work: Path, out: Path) -> None:
 
 def _complete(work: Path, out: Path) -> None:
     """Carry over what is to be, and close the journal."""
-    for name in json.loads((work / JOURNAL).read_text("utf-8"))["carried"]:
+    for name in _carried(work):
         old, new = work / OLD / Path(name).name, out / Path(name).name
         if os.path.lexists(old) and not os.path.lexists(new):
             old.replace(new)
     (work / JOURNAL).replace(work / DONE)
+
+
+def _carried(work: Path) -> list[str]:
+    path = work / JOURNAL
+    try:
+        names: list[str] = list(map(str, json.loads(path.read_text("utf-8"))["carried"]))
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise FileError(path, f"is damaged ({error!r}); look at what is in {work}, and remove that") from error
+    return names
 
 
 def _flush(folder: Path) -> None:

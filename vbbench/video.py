@@ -61,6 +61,8 @@ def write_mp4(
                 writer.release()
         if writer is None:
             raise VbbenchError("a film of no frames cannot be written")
+        if _count_frames(temporary) != count:
+            raise FileError(path, "could not be written to its end; is the disk full?")
 
 
 def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: Callable[[], object] = int) -> None:
@@ -110,6 +112,15 @@ def _prepare(folder: Path, key: str) -> None:
         for old in folder.glob("frame-*.png"):
             old.unlink()
         write_text_atomically(mark, key)
+
+
+def _count_frames(path: Path) -> int:
+    """Frames of a film; 0 if it has no end: OpenCV does not say when it cannot write."""
+    film = cv2.VideoCapture(str(path))
+    try:
+        return int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
+    finally:
+        film.release()
 
 
 def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | None) -> cv2.VideoWriter:

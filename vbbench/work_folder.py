@@ -26,10 +26,9 @@ from vbbench import __version__
 from vbbench.errors import VbbenchError, plain_errors
 from vbbench.locks import LOCK, locked
 from vbbench.replacing import is_temporary, is_unused
-from vbbench.swapping import NEW, NEW_TRUTH, WORK, beside, go_on, is_decided, is_done, real, swap
+from vbbench.swapping import MARK, NEW, NEW_TRUTH, WORK, beside, go_on, is_decided, is_done, real, swap
 from vbbench.tables import PARTITIONED, write_text_atomically
 
-MARK = "vbbench-work.json"
 PARTS = "parts"
 NO_KEY = "0" * 16
 _KEY = re.compile("[0-9a-f]{16}")
