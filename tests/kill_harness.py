@@ -151,6 +151,7 @@ def _steady_clock() -> None:
     import itertools
     import time
 
+    assert "vbbench" not in sys.modules
     ticks = itertools.count()
     time.perf_counter = lambda: next(ticks) / 1024
 

@@ -91,19 +91,19 @@ class Rehearsal:
 
     def _faults_of_the_whole(self, left: Tree) -> list[str]:
         """It is as before or as afterwards; in between, who reads it finds either, or is refused and loses none."""
-        if self._is_whole(left):
+        if below(left, *self.scenario.whole) in self._versions:
             return []
-        if self.scenario.read is None:
-            return [f"{', '.join(self.scenario.whole)} neither old nor new"]
-        said = self.stage.run(self.scenario.read, left)
-        if said.status == 0:
-            return [] if self._is_whole(said.left) else [f"'{self.scenario.read}' takes what is neither old nor new"]
-        if said.status != 2 or "Traceback" in said.errors:
-            return [f"'{self.scenario.read}' ends with {said.status}: {said.errors}"]
+        if self.scenario.read is not None:
+            said = self.stage.run(self.scenario.read, left)
+            if said.status == 0:
+                return [] if self._holds_either(said.left) else [f"'{self.scenario.read}' takes a mixture"]
+            if said.status != 2 or "Traceback" in said.errors:
+                return [f"'{self.scenario.read}' ends with {said.status}: {said.errors}"]
         return [] if self._loses_nothing(left) else ["neither all of the old nor all of the new is on the disk"]
 
-    def _is_whole(self, left: Tree) -> bool:
-        return below(left, *self.scenario.whole) in self._versions
+    def _holds_either(self, left: Tree) -> bool:
+        """Whether all of the old or all of the new is in its place."""
+        return any(version and version.items() <= left.items() for version in self._versions)
 
     def _loses_nothing(self, left: Tree) -> bool:
         """Whether all files of the old or of the new are on the disk, wherever that is."""

@@ -1,7 +1,11 @@
 """A download that goes on where an interrupted one stopped."""
 
+import os
 from pathlib import Path
 from typing import Any
+
+from vbbench.locks import BusyError, is_file_at, lock_file
+from vbbench.tables import file_sha256
 
 PARTIAL = ".partial"
 """What is added to the name of a file that is not whole yet."""
@@ -9,43 +13,52 @@ _CHUNK = 2**12
 """Bytes taken at a time; of a chunk that is cut short nothing is kept."""
 
 
-class ResumingDownloader:
-    """Does the downloading for pooch, which then compares the checksum and gives the file its name.
+class ResumingDownload:
+    """A file of the network that becomes ``target`` when it is whole and its checksum is right.
 
-    What came before an interruption is kept under a name of its own, and the server is asked for the rest. If that
-    turns out to be of another file, the checksum is wrong, everything is thrown away, and the next try starts anew.
+    What comes is kept under a name of its own, whatever stops this process, and the server is asked for the rest.
+    If that turns out to be of another file, the checksum is wrong, all is thrown away, and the next try starts anew.
 
     Parameters
     ----------
     target : name that the whole file will have.
+    sha256 : 64 hex digits of its bytes.
     most : no more bytes than this are taken; ``None`` for any number.
     timeout : seconds without an answer after which the download is given up.
     progress : whether to draw a bar on stderr.
     """
 
-    def __init__(self, target: Path, *, most: int | None, timeout: float, progress: bool) -> None:
+    def __init__(self, target: Path, sha256: str, *, most: int | None, timeout: float, progress: bool) -> None:
+        self.target, self.sha256 = target, sha256
         self.most, self.timeout, self.progress = most, timeout, progress
         self.partial = target.with_name(target.name + PARTIAL)
 
-    def __call__(self, url: str, output_file: str, _: Any) -> None:
-        """Download ``url`` to ``output_file``, a name of this download alone.
+    def fetch(self, url: str) -> None:
+        """Download ``url``.
 
         Raises
         ------
+        BusyError
+            If another command is downloading the file.
         OSError
-            If the server cannot be had, or stops; what came is kept.
+            If the server cannot be reached, or stops; what came is kept.
         ValueError
-            If more comes than `most`.
+            If more comes than `most`, or other bytes.
         """
-        part = Path(output_file)
-        if self.partial.is_file():
-            self.partial.replace(part)  # whoever gets it has it alone, should two fetch at once
-        try:
-            self._go_on(url, part)
-        except BaseException as error:
-            if not isinstance(error, ValueError) and part.stat().st_size:
-                part.replace(self.partial)
-            raise
+        self.target.parent.mkdir(parents=True, exist_ok=True)
+        with self.partial.open("ab") as file:
+            if not lock_file(file.fileno()) or not is_file_at(file.fileno(), self.partial):
+                raise BusyError(f"{self.target} is being downloaded by another command; wait until it is done")
+            try:
+                self._go_on(url, self.partial)
+                if file_sha256(self.partial) != self.sha256:
+                    raise ValueError(f"its SHA-256 is not {self.sha256}")
+            except BaseException as error:
+                if isinstance(error, ValueError) or not self.partial.stat().st_size:
+                    self.partial.unlink()
+                raise
+            os.fsync(file.fileno())
+            self.partial.replace(self.target)
 
     def _go_on(self, url: str, part: Path) -> None:
         import requests

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from vbbench.download import ResumingDownload
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.tables import file_sha256
 
@@ -18,7 +19,7 @@ DATA_VARIABLE = "VBBENCH_DATA"
 TIMEOUT = 30
 """Seconds without an answer after which a download is given up."""
 
-# By name, because requests is pooch's dependency and not ours; a ValueError is pooch's word for a wrong checksum.
+# By name, because requests is pooch's dependency and not ours, and slow to import.
 _REASONS = {
     "ValueError": "what came is damaged or another file (wrong SHA-256)",
     "ChunkedEncodingError": "the download was cut short; what came is kept, and fetching again goes on from there",
@@ -163,28 +164,12 @@ def _fetch_one(source: Source, folder: Path | None, show: bool) -> Path:
         if file_sha256(target) == source.sha256:
             return target
         warnings.warn(f"{target} has the wrong checksum and is downloaded again", VbbenchWarning, stacklevel=3)
+    download = ResumingDownload(target, source.sha256, most=source.size, timeout=TIMEOUT, progress=show)
     try:
-        _download(source, target, show)
+        download.fetch(source.url)
     except (OSError, ValueError) as error:
         raise _failed(source, target, error) from error
     return target
-
-
-def _download(source: Source, target: Path, show: bool) -> None:
-    """Pooch has it downloaded to a temporary name beside ``target`` and renames after the checksum."""
-    import pooch
-
-    from vbbench.download import ResumingDownloader
-
-    pooch.get_logger().setLevel("WARNING")
-    pooch.retrieve(
-        source.url,
-        known_hash=f"sha256:{source.sha256}",
-        fname=target.name,
-        path=target.parent,
-        downloader=ResumingDownloader(target, most=source.size, timeout=TIMEOUT, progress=show),
-    )
-    target.chmod(0o644)  # temporary files are private; a data folder may be shared
 
 
 def _failed(source: Source, target: Path, error: Exception) -> VbbenchError:

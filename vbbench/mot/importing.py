@@ -23,7 +23,7 @@ from vbbench.protocol import arrivals_given
 from vbbench.rendering import scene_of, silent
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence, Truth
-from vbbench.tables import check_free, file_sha256
+from vbbench.tables import file_sha256
 
 REVISION = 1
 """Raised whenever the same files give another dataset, so that ids differ too."""
@@ -64,7 +64,6 @@ def import_mot(
         way.
     """
     out = Path(out)
-    check_free(out, INFO_FILE, "dataset", overwrite)
     if pixel_std is None:
         pixel_std = PIXEL_STD[dataset.info.camera.kind]
     if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
