@@ -283,11 +283,14 @@ def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Mo
     for name in ("mine.py", "weights/a.npz", "lib/b.py", "lib/data/truth/poses.parquet", "lib/data/c.txt", "d/e.txt"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
-    (tmp_path / "loop").symlink_to(tmp_path)
+    for name in (".git/x", "truth/heights", "lib/data/dataset.json", "notes/.hidden", "notes/f.txt", "env/pyvenv.cfg"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "root").symlink_to("/")
     monkeypatch.setattr(sys, "path", [str(tmp_path)])
     granted = [Path(path) for path in readable_paths([tmp_path / "d"])]
     mine = sorted(str(path.relative_to(tmp_path)) for path in granted if path.is_relative_to(tmp_path))
-    assert mine == ["lib/b.py", "mine.py", "weights"]
+    assert mine == ["lib/b.py", "mine.py", "notes/f.txt", "weights"]
     assert not any(tmp_path.is_relative_to(path) for path in granted)
     stdlib = Path(os.__file__).parent.resolve()
     spared = [Path(path) for path in readable_paths([stdlib / "json"])]
