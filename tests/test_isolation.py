@@ -374,6 +374,17 @@ def test_nothing_is_left_in_the_temporary_folder(
     assert not list(tmp_path.iterdir())
 
 
+def test_modules_where_the_user_stands_do_not_pass_for_installed_ones(dataset: Dataset, tmp_path: Path) -> None:
+    for name in ("tyro", "tqdm", "pyarrow", "joblib"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('imported where truth is')\n")
+    shutil.copy(Path(__file__).with_name("hostile_solvers.py"), tmp_path / "hostile.py")
+    command = [sys.executable, "-P", "-m", "vbbench", "solve", str(dataset.folder), "--solver", "hostile:Honest"]
+    done = subprocess.run(
+        [*command, "--out", "out", "--isolate"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_problem_names_no_path(dataset: Dataset) -> None:
     problem: Problem = dataset.problem(dataset.sequence(0))
     assert not any(isinstance(value, str | Path) for value in vars(problem).values())

@@ -62,7 +62,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"vbbench {__version__}")
         return 0
     warnings.showwarning = _one_line_warning
-    sys.path.insert(0, os.getcwd())  # noqa: PTH109  a solver named module:attribute lies where the user stands
+    # A solver named module:attribute lies where the user stands; what is there must not pass for an installed module.
+    sys.path.append(os.getcwd())  # noqa: PTH109
     try:
         return _run(arguments)
     except VbbenchError as error:
