@@ -283,11 +283,14 @@ def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Mo
     for name in ("mine.py", "weights/a.npz", "lib/b.py", "lib/data/truth/poses.parquet", "lib/data/c.txt", "d/e.txt"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
-    (tmp_path / "loop").symlink_to(tmp_path)
+    for name in (".git/x", "truth/heights", "lib/data/dataset.json", "notes/.hidden", "notes/f.txt", "env/pyvenv.cfg"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "root").symlink_to("/")
     monkeypatch.setattr(sys, "path", [str(tmp_path)])
     granted = [Path(path) for path in readable_paths([tmp_path / "d"])]
     mine = sorted(str(path.relative_to(tmp_path)) for path in granted if path.is_relative_to(tmp_path))
-    assert mine == ["lib/b.py", "mine.py", "weights"]
+    assert mine == ["lib/b.py", "mine.py", "notes/f.txt", "weights"]
     assert not any(tmp_path.is_relative_to(path) for path in granted)
     stdlib = Path(os.__file__).parent.resolve()
     spared = [Path(path) for path in readable_paths([stdlib / "json"])]
@@ -369,6 +372,17 @@ def test_nothing_is_left_in_the_temporary_folder(
     with pytest.raises(VbbenchError):
         answer(dataset, "hostile:Quitter")
     assert not list(tmp_path.iterdir())
+
+
+def test_modules_where_the_user_stands_do_not_pass_for_installed_ones(dataset: Dataset, tmp_path: Path) -> None:
+    for name in ("tyro", "tqdm", "pyarrow", "joblib"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('imported where truth is')\n")
+    shutil.copy(Path(__file__).with_name("hostile_solvers.py"), tmp_path / "hostile.py")
+    command = [sys.executable, "-P", "-m", "vbbench", "solve", str(dataset.folder), "--solver", "hostile:Honest"]
+    done = subprocess.run(
+        [*command, "--out", "out", "--isolate"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_a_problem_names_no_path(dataset: Dataset) -> None:

@@ -30,8 +30,7 @@ def source_digest(solver: str) -> str:
     ----------
     solver : a registered name, or ``module:attribute``.
     """
-    point = registered("solver").get(solver)
-    package = (point.value if point else solver).partition(":")[0].partition(".")[0]
+    package = _package(solver)
     digest, seen, left = hashlib.sha256(), {package}, [package]
     while left:
         name = left.pop(0)
@@ -43,17 +42,30 @@ def source_digest(solver: str) -> str:
     return digest.hexdigest()[:16]
 
 
+def source_places(solver: str) -> list[Path]:
+    """The file of a solver's top-level module, or the folders of its package; none if it cannot be found."""
+    return [path.resolve() for path in _places(_spec(_package(solver)))]
+
+
+def _package(solver: str) -> str:
+    point = registered("solver").get(solver)
+    return (point.value if point else solver).partition(":")[0].partition(".")[0]
+
+
+def _places(spec: ModuleSpec | None) -> list[Path]:
+    if spec is None:
+        return []
+    folders = spec.submodule_search_locations
+    return [Path(folder) for folder in folders] if folders else [Path(spec.origin)] if spec.origin else []
+
+
 def _files(name: str) -> Iterator[tuple[str, Path]]:
     """The files of a top-level module or package, each with a name that does not depend on where they lie."""
-    spec = _spec(name)
-    if spec is None:
-        return
-    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
-    if not folders and spec.origin:
-        yield Path(spec.origin).name, Path(spec.origin)
-    for folder in folders:
-        for path in folder.rglob("*"):
-            relative = path.relative_to(folder)
+    for place in _places(_spec(name)):
+        if not place.is_dir():
+            yield place.name, place
+        for path in place.rglob("*"):
+            relative = path.relative_to(place)
             if path.is_file() and not any(part.startswith((".", "__pycache__")) for part in relative.parts):
                 yield relative.as_posix(), path
 
@@ -82,12 +94,9 @@ def _is_own(name: str) -> bool:
     """Whether a module is neither Python's nor an installed package's."""
     if name in sys.stdlib_module_names:
         return False
-    spec = _spec(name)
-    if spec is None:
-        return False
     installed = [Path(sysconfig.get_path(kind)).resolve() for kind in ("stdlib", "platstdlib", "purelib", "platlib")]
-    places = [spec.origin] if spec.origin else list(spec.submodule_search_locations or ())
-    return not any(Path(place).resolve().is_relative_to(folder) for place in places for folder in installed)
+    places = [place.resolve() for place in _places(_spec(name))]
+    return bool(places) and not any(place.is_relative_to(folder) for place in places for folder in installed)
 
 
 def _spec(name: str) -> ModuleSpec | None:

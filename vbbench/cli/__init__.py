@@ -64,7 +64,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     warnings.showwarning = lambda message, *_where, **_more: say_warning(message)
-    sys.path.insert(0, os.getcwd())  # noqa: PTH109  a solver named module:attribute lies where the user stands
+    # A solver named module:attribute lies where the user stands; what is there must not pass for an installed module.
+    sys.path.append(os.getcwd())  # noqa: PTH109
     with guarded_streams():
         return _guarded(arguments)
 

@@ -26,21 +26,27 @@ DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/dri", "/dev/kfd")
 
 OF_DATASETS = frozenset(
     [
-        *("dataset.json", "submission.json", "seed.json", "partitioned", "truth"),
+        *("dataset.json", "submission.json", "seed.json", "partitioned", "pyvenv.cfg"),
         *(f"{table}.{kind}" for table in ("poses", "positions", "given", "scenes") for kind in ("parquet", "csv")),
     ]
 )
-"""Names by which a folder is known as a dataset, its truth, or answers to it, whatever it is called."""
+"""Names by which a folder is known as a dataset, its truth, or answers to it, whatever it is called; or as a Python
+environment, which is open where it is in use."""
 
 MOST_ENTRIES = 50_000
 """Entries that are looked at in search of datasets below a folder of the user's; what comes after stays closed."""
 
 
-def readable_paths(hidden: Sequence[Path]) -> list[str]:
-    """What may be read: a rule for each, in which none of ``hidden`` is, resolved."""
-    installed = [Path(place) for place in _installed()]
-    roots = [Path(entry or os.curdir).resolve() for entry in sys.path]
-    own = [root for root in roots if not any(root.is_relative_to(place.resolve()) for place in installed)]
+def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[str]:
+    """What may be read: a rule for each, in which none of ``hidden``, all resolved, is.
+
+    Parameters
+    ----------
+    needed : files and folders that are opened besides Python's, installed packages' and those of `sys.path`.
+    """
+    installed = [Path(place).resolve() for place in _installed()]
+    roots = [*needed, *(Path(entry or os.curdir).resolve() for entry in sys.path)]
+    own = [root for root in roots if not any(root.is_relative_to(place) for place in installed)]
     granted = [path for place in (*map(Path, SYSTEM), *installed) for path in _around(place, hidden)]
     search = _Search(hidden)
     return [str(path) for path in (*granted, *(path for root in own for path in search.open_parts(root)[1]))]
@@ -99,22 +105,18 @@ class _Search:
             return False, []
         whole, parts = True, list[Path]()
         for entry in sorted(entries, key=lambda entry: (not entry.is_file(), entry.name)):
-            if entry.name.startswith("."):
-                whole = False
-                continue
             clean, found = self._open_entry(entry)
             whole, parts = whole and clean, [*parts, *found]
         return (True, [folder]) if whole else (False, parts)
 
     def _open_entry(self, entry: "os.DirEntry[str]") -> tuple[bool, list[Path]]:
-        """The same of a folder's entry; links are followed, so that they open nothing that is hidden."""
-        if entry.is_symlink():
-            clean, found = self.open_parts(Path(entry.path).resolve())
-            return False, found if clean else []
-        if entry.is_dir():
-            return self.open_parts(Path(entry.path))
+        """The same of a folder's entry; links are passed over, for the kernel looks at what they lead to."""
         path = Path(entry.path)
-        return (False, []) if path in self._hidden else (True, [path])
+        if entry.is_symlink():
+            return True, []
+        if entry.name.startswith(".") or entry.name == "truth" or path in self._hidden:
+            return False, []
+        return self.open_parts(path) if entry.is_dir() else (True, [path])
 
 
 def _entries(folder: Path) -> list["os.DirEntry[str]"]:

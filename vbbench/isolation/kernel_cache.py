@@ -50,6 +50,8 @@ def _read_plain_file(path: Path, most: int) -> bytes:
         file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
     except OSError:
         return b""
-    with open(file, "rb") as opened:  # noqa: PTH123 - what was opened is asked, not what bears its name by now
-        facts = os.fstat(file)
-        return opened.read(most) if stat.S_ISREG(facts.st_mode) and facts.st_size <= most else b""
+    try:
+        facts = os.fstat(file)  # of what was opened, whatever bears its name by now
+        return os.read(file, most) if stat.S_ISREG(facts.st_mode) and facts.st_size <= most else b""
+    finally:
+        os.close(file)

@@ -17,6 +17,7 @@ from vbbench.isolation import landlock
 from vbbench.isolation.grants import device_paths, readable_paths
 from vbbench.isolation.kernel_cache import CACHES_VARIABLE, LOCATOR, keep_files, user_caches
 from vbbench.isolation.remote import Child, RemoteFrameSolver, RemoteSequenceSolver, pipe_of
+from vbbench.solver_source import source_places
 
 BOOT = (
     "import json, os, sys\n"
@@ -79,6 +80,14 @@ class IsolatedSolver:
     def _start(self) -> "subprocess.Popen[bytes]":
         if self._compiled is not None and self._compiled.is_dir():
             shutil.copytree(self._compiled, self._folder / "numba", symlinks=True)
+        needed = [*source_places(self._name), *map(Path, user_caches())]
+        facts = {
+            "name": self._name,
+            "parent": os.getpid(),
+            "path": [str(Path(entry or os.curdir).absolute()) for entry in sys.path],
+            "readable": readable_paths(self._hidden, needed),
+            "writable": [*device_paths(), str(self._folder)],
+        }
         process = subprocess.Popen(
             [sys.executable, "-P", "-c", BOOT],
             stdin=subprocess.PIPE,
@@ -88,13 +97,6 @@ class IsolatedSolver:
             env=self._environment(),
             start_new_session=True,  # what a terminal sends on Ctrl-C is for this process alone
         )
-        facts = {
-            "name": self._name,
-            "parent": os.getpid(),
-            "path": [str(Path(entry or os.curdir).absolute()) for entry in sys.path],
-            "readable": [*readable_paths(self._hidden), *user_caches()],
-            "writable": [*device_paths(), str(self._folder)],
-        }
         with suppress(BrokenPipeError):  # it is said why when the answer is read
             pipe_of(process.stdin).write(json.dumps(facts).encode() + b"\n")
             pipe_of(process.stdin).flush()

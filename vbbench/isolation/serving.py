@@ -18,6 +18,9 @@ from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem,
 
 Arrays = dict[str, NDArray[Any]]
 
+HINT = "; isolated, it reads what is installed and what lies beside it, but nothing in the folder of a dataset"
+"""What a solver that runs elsewhere may miss here."""
+
 
 def serve(name: str, requests: IO[bytes], answers: IO[bytes]) -> None:
     """Make the solver, say what it is, and do what is asked until the pipe closes."""
@@ -25,7 +28,8 @@ def serve(name: str, requests: IO[bytes], answers: IO[bytes]) -> None:
         solver = make_solver(name)
         held_out = dict(getattr(load("solver", name), "held_out", {}))
     except VbbenchError as error:
-        write_message(answers, {"said": "refused", "text": str(error)[:TEXT_LIMIT]})
+        hint = HINT if "cannot be imported" in str(error) else ""
+        write_message(answers, {"said": "refused", "text": f"{error}"[:TEXT_LIMIT] + hint})
         return
     write_message(answers, {"said": "ready", "solver": _kind(solver), "held_out": held_out})
     while True:
