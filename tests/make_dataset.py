@@ -61,7 +61,7 @@ def write_dataset(folder: Path, crowd: Crowd | None = None) -> DatasetInfo:
 def _counts(sequences: int, boxes: list[Columns]) -> dict[str, float]:
     people = np.concatenate([np.unique(rows["frame"], return_counts=True)[1] for rows in boxes])
     counts = {"sequences": sequences, "frames": len(people), "observations": int(people.sum())}
-    return {**counts, "people_min": int(people.min()), "people_max": int(people.max())}
+    return {**counts, "people_min": int(people.min(initial=1 << 30)), "people_max": int(people.max(initial=0))}
 
 
 def _info(crowd: Crowd) -> DatasetInfo:
