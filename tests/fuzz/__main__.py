@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from functools import partial
 
 from tests.fuzz.running import KINDS, run
 
@@ -16,9 +17,7 @@ if __name__ == "__main__":
         parser.error(f"no kind is called {unknown[0]}; known: {', '.join(KINDS)}")
     chosen = [KINDS[name] for name in asked.kinds or KINDS]
     cases, first = (1, asked.case) if asked.case is not None else (asked.cases, asked.first)
-    tally, broken = run(chosen, cases, first=first)
-    for fault in broken:
-        print(fault)  # noqa: T201
+    tally, broken = run(chosen, cases, first=first, on_fault=partial(print, flush=True))
     summary = (
         f"{tally.read} read, {tally.refused} refused, {len(broken)} broken; "
         f"{len(tally.kinds)} kinds, slowest case {tally.slowest:.2f} s of processor time"

@@ -1,6 +1,6 @@
 """Runs many cases over all kinds; which ones follows from their number alone."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,8 +20,13 @@ def share(kinds: Iterable[Kind], cases: int) -> Iterator[tuple[Kind, int]]:
         yield kind, max(1, round(cases * kind.weight / total))
 
 
-def run(kinds: Iterable[Kind], cases: int, *, first: int = 0) -> tuple[Tally, list[Broken]]:
-    """Run so many cases, cases ``first`` on of every kind; what was counted, and what broke."""
+def run(
+    kinds: Iterable[Kind], cases: int, *, first: int = 0, on_fault: Callable[[Broken], object] = repr
+) -> tuple[Tally, list[Broken]]:
+    """Run so many cases, cases ``first`` on of every kind; what was counted, and what broke.
+
+    ``on_fault`` is told of each fault at once.
+    """
     tally, broken = Tally(), []
     with ExitStack() as rooms:
         for kind, count in share(kinds, cases):
@@ -34,4 +39,5 @@ def run(kinds: Iterable[Kind], cases: int, *, first: int = 0) -> tuple[Tally, li
                     check(kind, case, folder, tally)
                 except Broken as fault:
                     broken.append(fault)
+                    on_fault(fault)
     return tally, broken
