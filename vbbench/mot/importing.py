@@ -12,7 +12,7 @@ import numpy as np
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.boxes import observations_of
 from vbbench.dataset import Dataset
-from vbbench.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.generation import write_dataset
 from vbbench.generator import SequenceData
