@@ -160,7 +160,7 @@ def _make_scenery(scenery: dict[str, str]) -> dict[str, Tree]:
     """Run here, in the process that is forked later: what is imported and compiled now is so in every fork."""
     _keep_every_part()
     _be_the_cluster()
-    with _folder({}) as root:
+    with _folder({}, "scenery") as root:
         os.chdir(root)
         for command in scenery.values():
             status = _perform(command)
@@ -293,11 +293,12 @@ def _perform(command: Command) -> int:
 
 
 class _folder:  # noqa: N801  used like a function
-    """A folder for a block, with that in it."""
+    """A folder for a block, with that in it; always of the same path, because a command that is made again is."""
 
-    def __init__(self, tree: Tree) -> None:
-        place = SHARED_MEMORY if os.access(SHARED_MEMORY, os.W_OK) else None
-        self.root = Path(tempfile.mkdtemp(prefix="vbbench-kills-", dir=place)).resolve()
+    def __init__(self, tree: Tree, name: str = "stage") -> None:
+        place = SHARED_MEMORY if os.access(SHARED_MEMORY, os.W_OK) else Path(tempfile.gettempdir())
+        self.root = place.resolve() / f"vbbench-kills-{os.getpid()}-{name}"
+        self.root.mkdir()
         write_tree(tree, self.root)
 
     def __enter__(self) -> Path:
