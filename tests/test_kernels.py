@@ -6,7 +6,9 @@ import select
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -89,3 +91,38 @@ def test_workers_say_it_once_in_all(tmp_path: Path) -> None:
     how = ["--protocol", "rollout", "--jobs", "2", "--out", str(tmp_path / "out")]
     assert on_terminal([*vbbench, *how], tmp_path / "cache").count(MESSAGE) == 1
     assert MESSAGE not in on_terminal([*vbbench, *how, "--overwrite"], tmp_path / "cache")
+
+
+COUNTED = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from kernels_of_a_test import twice
+print("ready", flush=True)
+sys.stdin.readline()
+assert twice(2.0) == 4.0 and twice(3) == 6
+print(sum(twice.stats.cache_misses.values()))
+"""
+
+
+def test_of_several_processes_one_compiles(kernel_script: list[str], tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    command = [sys.executable, "-c", COUNTED, str(tmp_path)]
+    pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    processes = [subprocess.Popen(command, env=environment, **pipes) for _ in range(3)]
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+    compiled = [int(process.communicate("now\n", timeout=300)[0]) for process in processes]
+    assert sum(compiled) == 2  # the float and the whole number
+
+
+def test_an_index_never_names_code_of_an_older_source(tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    run = partial(subprocess.run, capture_output=True, text=True, env=environment)
+    (tmp_path / "kernels_of_a_test.py").write_text(MODULE.replace("2 * value", "3 * value"))
+    call = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from kernels_of_a_test import twice; print(twice(2.0))"
+    assert run([sys.executable, "-c", call]).stdout == "6.0\n"
+    (tmp_path / "kernels_of_a_test.py").write_text(MODULE + "\n# another source\n")
+    killed = "from vbbench import kernels; import os; kernels._CacheFile._save_data = lambda *_: os._exit(9)\n"
+    assert run([sys.executable, "-c", killed + call]).returncode == 9
+    assert run([sys.executable, "-c", call]).stdout == "4.0\n"

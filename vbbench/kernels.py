@@ -10,12 +10,18 @@ Of the core only this module imports numba; who has no kernels does not import i
 
 import errno
 import multiprocessing
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import wraps
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
+from numba.core.caching import IndexDataCacheFile
+from numba.core.compiler_lock import global_compiler_lock
 
 try:
     import fcntl
@@ -42,7 +48,62 @@ def parallel_kernel(function: F) -> F:
 
 def _compiled(function: F, *, parallel: bool) -> F:
     _functions.add(function)
-    return cast(F, njit(cache=True, error_model="numpy", parallel=parallel)(function))
+    dispatcher = njit(cache=True, error_model="numpy", parallel=parallel)(function)
+    dispatcher._cache._cache_file.__class__ = _CacheFile
+    dispatcher.compile = _one_process_at_a_time(dispatcher)
+    return cast(F, dispatcher)
+
+
+class _CacheFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Numba's cache of a function, in which the index never names code that is not there yet.
+
+    Numba writes the index first. A process that is killed then leaves an index that names what an older version of the
+    source left under that name, and the next process would run it.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save the code of one signature; one process at a time does so."""
+        index = self._load_index()
+        name = index.get(key) or self._data_name(1 + len(index))
+        self._save_data(name, data)
+        self._save_index({**index, key: name})
+
+
+def _one_process_at_a_time(dispatcher: Any) -> Callable[[Any], Any]:
+    """A dispatcher's ``compile``: of several processes one compiles a function, and the others load what it saved."""
+    compile_here = dispatcher.compile
+
+    @wraps(compile_here)
+    def compile_or_load(signature: Any) -> Any:
+        with global_compiler_lock, _alone(Path(dispatcher.stats.cache_path), dispatcher.py_func):
+            return compile_here(signature)
+
+    return compile_or_load
+
+
+_held: set[Path] = set()
+"""Locks that this process holds: a function that calls itself compiles itself while it is compiled."""
+
+
+@contextmanager
+def _alone(folder: Path, function: Callable[..., Any]) -> Iterator[None]:
+    """Keep other processes from compiling a function meanwhile, where there are locks and the folder can be written."""
+    path = folder / f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}.lock"
+    handle = None
+    if fcntl is not None and path not in _held:
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            fcntl.flock(handle, fcntl.LOCK_EX)
+    if handle is None:
+        yield
+        return
+    _held.add(path)
+    try:
+        yield
+    finally:
+        _held.discard(path)
+        os.close(handle)
 
 
 class _Announcer(event.Listener):  # type: ignore[misc]
