@@ -186,7 +186,7 @@ def _be_the_cluster() -> None:
     from vbbench.partitions import PackedPart, pack, part_name
     from vbbench.parts import Work
 
-    def one_by_one(work: Work, ranges: Sequence[tuple[int, int]], _: str) -> Iterator[PackedPart]:
+    def one_by_one(work: Work, ranges: Sequence[tuple[int, int]], *_: object) -> Iterator[PackedPart]:
         return (pack(work(first, last), part_name(first)) for first, last in ranges)
 
     cluster.on_cluster = one_by_one

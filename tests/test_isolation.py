@@ -77,7 +77,7 @@ def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
         "truth of a copy": "copies/another/truth/scenes.parquet",
         "truth by a link": "link/truth/people.parquet",
         "answers of others": "submission/poses.csv",
-        "drafts": "answer.partial/parts/0.arrows",
+        "drafts": "demo.partial/parts/0.arrows",
         "source files": "data/biwi_hotel.txt",
         "keys": ".netrc",
         "dataset through root": f"/proc/self/root{place}/demo/dataset.json",

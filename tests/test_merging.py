@@ -24,7 +24,9 @@ from vbbench.verification import verify
 LIMIT = 70
 
 
-def last_part_first(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
+def last_part_first(
+    work: Work, ranges: Sequence[tuple[int, int]], scheduler: str, tls: Path | None
+) -> Iterator[PackedPart]:
     """Stands for a cluster: parts come back in any order."""
     for first, last in reversed(ranges):
         yield pack(work(first, last), part_name(first))

@@ -86,7 +86,11 @@ def is_file_at(handle: int, path: Path) -> bool:
 def _acquire(path: Path, out: Path) -> int:
     """Lock the file ``path``, which is made with its folder; return its handle."""
     while True:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:
+            if not path.parent.is_dir() and os.path.lexists(path.parent):
+                raise
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         except FileNotFoundError:

@@ -11,6 +11,9 @@ import sysconfig
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from vbbench.swapping import TRUTH, WORK
+from vbbench.swapping import beside as named_beside
+
 SYSTEM = (
     *("/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64", "/usr/libexec", "/usr/share"),
     *("/usr/local/lib", "/usr/local/lib64", "/usr/local/share", "/usr/local/cuda", "/opt/rocm", "/nix/store"),
@@ -53,9 +56,9 @@ def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[
 
 
 def beside(folder: Path) -> list[Path]:
-    """The folder, and those that writing it leaves beside it: drafts, what it replaces, withheld truth."""
+    """The folder, and those that writing it leaves beside it: its work folder and withheld truth."""
     place = folder.resolve()
-    return [place, *(place.with_name(f"{place.name}{ending}") for ending in (".partial", ".old", ".truth"))]
+    return [place, *(named_beside(place, ending) for ending in (WORK, TRUTH))]
 
 
 def device_paths() -> list[str]:
