@@ -87,7 +87,7 @@ def test_recipes_without_the_table_are_exact(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("table", "problem"),
     [
-        ("u_bits = 10\nv_bits = 10\nl_bits = -1", "from 0 to 32"),
+        ("u_bits = 10\nv_bits = 10\nl_bits = -1", "must be 0 to 32"),
         ("u_bits = 10\nv_bits = 10", "'l_bits' is missing"),
         ("u_bits = 10\nv_bits = 10\nl_bit = 12", "did you mean 'l_bits'"),
     ],

@@ -8,6 +8,7 @@ import pytest
 
 from vbbench import tables
 from vbbench.schemas import to_arrow
+from vbbench.sequence_table import SequenceTable
 
 
 def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,6 +21,6 @@ def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.Monkey
     read = pq.ParquetFile(path)
     sizes = [read.metadata.row_group(group).num_rows // 2 for group in range(read.num_row_groups)]
     assert sizes == [1, 1, 1, 2, 2, 2, 4, 4, 3]
-    table = tables.SequenceTable(path, "truth/poses")
+    table = SequenceTable(path, "truth/poses")
     for sequence in (0, 4, 5, 19):
         assert table.read(sequence, sequence + 1)["sequence"].tolist() == [sequence] * 2

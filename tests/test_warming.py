@@ -142,7 +142,7 @@ def test_a_start_that_cannot_be_called_fails_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("camera", "tier"), zip(CAMERAS, ("ideal", "noisy"), strict=True))
+@pytest.mark.parametrize(("camera", "tier"), list(zip(CAMERAS, ("ideal", "noisy"), strict=True)))
 def test_nothing_is_compiled_or_loaded_while_the_clock_runs(camera: Any, tier: Any, tmp_path: Path) -> None:
     generate("demo", tmp_path / "data", Options(camera=camera, tier=tier, limit=6))
     cases = [word for solver, covs in SOLVERS.items() for name in PROTOCOLS for word in (solver, name, covs)]

@@ -314,7 +314,7 @@ def test_a_mistake_keeps_the_parts_of_interrupted_work(room: Path, tmp_path: Pat
     with WorkFolder(out) as work:
         work.begin("a key")
         (work.parts / "00000000-00000002.arrows").write_bytes(b"part")
-    with pytest.raises(VbbenchError, match="--seed"):
+    with pytest.raises(VbbenchError, match="seed must be"):
         generate("sim", out, Options(limit=2, seed=-1))
     assert [path.name for path in tmp_path.rglob("*.arrows")] == ["00000000-00000002.arrows"]
     generate("demo", out, OPTIONS)
