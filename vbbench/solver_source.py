@@ -10,6 +10,7 @@ import re
 import sys
 import sysconfig
 from collections.abc import Iterator
+from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,9 +37,9 @@ def source_digest(solver: str) -> str:
         name = left.pop(0)
         for label, path in sorted(_files(name)):
             digest.update(f"{name} {label} ".encode() + _content(path))
-            fresh = {found for found in _imports(path) if found not in seen and _is_own(found)}
+            fresh = _imports(path) - seen
             seen |= fresh
-            left += sorted(fresh)
+            left += sorted(filter(_is_own, fresh))
     return digest.hexdigest()[:16]
 
 

@@ -80,7 +80,7 @@ def solve(
         )
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
     run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
-    source = "+".join(source_digest(name) for name in (solver, run_as))
+    source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
     job = _Job(
         work=partial(_solve_part, dataset, run_as, opened, rules, covariance),
