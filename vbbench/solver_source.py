@@ -10,7 +10,6 @@ import re
 import sys
 import sysconfig
 from collections.abc import Iterator
-from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from pathlib import Path
