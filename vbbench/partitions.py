@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 
 from vbbench.dataset_info import INFO_FILE
 from vbbench.errors import FileError, VbbenchError
+from vbbench.json_text import read_json
 from vbbench.parts import Part, Ranges, Work, progress_bar
 from vbbench.rows import ROWS, SCENE_TABLES, TRACK_TABLE
 from vbbench.schemas import OPTIONAL, table_schema
@@ -217,8 +218,8 @@ def _read_json(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise FileError(path, "the file is missing; copy the partitions again")
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
+        values = read_json(path)
+    except ValueError as error:
         raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
     if not isinstance(values, dict):
         raise FileError(path, "is damaged (no JSON object); copy the partitions again")

@@ -11,6 +11,7 @@ from pathlib import Path
 from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
 from vbbench.generator import Generator
+from vbbench.json_text import read_json
 from vbbench.registry import load
 from vbbench.swapping import NEW_TRUTH, TRUTH, WORK, beside, real
 from vbbench.tables import file_sha256, write_text_atomically
@@ -95,6 +96,6 @@ def check_truth(info: DatasetInfo, truth: Path) -> None:
 
 def _read_seed(path: Path) -> int:
     try:
-        return int(json.loads(path.read_text(encoding="utf-8"))["seed"])
-    except (ValueError, KeyError, TypeError) as error:
+        return int(read_json(path)["seed"])
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise FileError(path, f'is damaged ({error!r}); wanted {{"dataset": ID, "seed": NUMBER}}') from error
