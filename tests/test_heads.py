@@ -263,6 +263,10 @@ def test_the_command_says_where_the_folder_is(crowd, tmp_path, capsys):
         (["--heads", "--key-every", "0"], "--key-every is a number of frames, 1 or more, not 0"),
         (["--heads", "--seed", "-1"], "--seed must be 0 or more, not -1"),
         (["--heads", "--at", "0", "900"], "the camera sees nobody"),
+        (["--heads", "--at", "nan", "0"], "at must be -1e+06 to 1e+06 m, not nan"),
+        (["--heads", "--facing", "inf"], "facing must be -360 to 360 degrees, not inf"),
+        (["--heads", "--camera-height", "inf"], "camera_height must be 0 to 1,000 m, not inf"),
+        (["--heads", "--size", "9" * 5000 + "x10"], "--size is width x height in px such as 1920x1080, not '999"),
         (["--heads", "--sequence", "4"], "has sequences 0 to 0, not 4"),
     ],
 )

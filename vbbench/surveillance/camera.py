@@ -7,6 +7,8 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
+from vbbench.quoting import quoted
+from vbbench.ranges import check_ranges
 from vbbench.surveillance.settings import HeadOptions
 
 HEAD_HEIGHT = 1.58
@@ -96,9 +98,13 @@ def camera_of(options: HeadOptions) -> SurveillanceCamera:
     VbbenchError
         If it cannot be, or would see no heads from above.
     """
-    size = re.fullmatch(r"(\d+)x(\d+)", options.size)
+    try:
+        check_ranges(options)
+    except ValueError as error:
+        raise VbbenchError(str(error)) from error
+    size = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", options.size)
     if size is None or min(int(size[1]), int(size[2])) < 1:
-        raise VbbenchError(f"--size is width x height in px such as 1920x1080, not '{options.size}'")
+        raise VbbenchError(f"--size is width x height in px such as 1920x1080, not {quoted(options.size)}")
     if not options.camera_height > HEAD_HEIGHT + 1.0:
         raise VbbenchError(
             f"--camera-height must be more than a metre above people's heads, not {options.camera_height:g}"
