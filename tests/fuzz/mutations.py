@@ -53,10 +53,14 @@ RUNS = (
 NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
+LARGEST = 2**21
+"""Bytes of the largest file that mutations make: what a large honest file takes is no fault."""
+
+
 def mutate(content: bytes, random: Random, mutations: tuple[Mutation, ...]) -> bytes:
     """One to four of the ``mutations``, one after the other."""
     for _ in range(random.choice((1, 1, 1, 2, 3, 4))):
-        content = random.choice(mutations)(content, random)
+        content = random.choice(mutations)(content, random)[:LARGEST]
     return content
 
 

@@ -47,10 +47,10 @@ def lines(content: bytes, *, errors: str = "strict") -> list[str] | None:
     return [line for line in re.split("\r\n|\r|\n", text) if line.strip() and not line.strip().startswith("#")]
 
 
-def rows_of(content: bytes, width: int, *, commas: bool) -> list[Row] | None:
+def rows_of(content: bytes, width: int, *, commas: bool, errors: str = "strict") -> list[Row] | None:
     """Rows of ``width`` numbers with white space between, or commas as well; ``None`` where a line is none."""
     rows = []
-    for line in lines(content) or ():
+    for line in lines(content, errors=errors) or ():
         cells = (line.replace(",", " ") if commas else line).split()
         numbers = [finite(cell) for cell in cells]
         if len(cells) != width or None in numbers:

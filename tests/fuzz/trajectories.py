@@ -219,7 +219,7 @@ KINDS = (
         target="sequence-000000.txt",
         mutations=TEXT,
         read=lambda folder: import_tum(folder / "sequence-000000.txt", DT),
-        oracle=_Oracle(partial(rows_of, width=8, commas=False), _same_poses),
+        oracle=_Oracle(partial(rows_of, width=8, commas=False, errors="replace"), _same_poses),
         weight=5,
     ),
 )

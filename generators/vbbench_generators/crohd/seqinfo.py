@@ -11,7 +11,7 @@ from vbbench.quoting import quoted
 
 _SECTION = "Sequence"
 _MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5
-_LONGEST_NAME, _MOST_BYTES = 200, 2**16
+_LONGEST_NAME, _LONGEST_ROW, _MOST_BYTES = 200, 2000, 2**16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +68,9 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
 def _section(path: Path, content: bytes) -> configparser.SectionProxy:
     if len(content) > _MOST_BYTES:
         raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
+    endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)
+    if endless is not None:  # the time of parsing a line grows with the square of its length
+        raise FileError(path, f"has more than {_LONGEST_ROW:,} bytes; a line of this file has a few dozen", endless)
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_string(content.decode("utf-8-sig"))
