@@ -139,7 +139,8 @@ class Rehearsal:
 
 
 def _faults_of_words(run: Run) -> list[str]:
-    """A refusal is one line and status 2."""
-    if run.status == 2 and run.errors.startswith("vbbench: ") and run.errors.count("\n") == 1:
+    """A refusal is one line and status 2; what draws, `render` says before."""
+    said = [line for line in run.errors.splitlines() if not line.startswith("vbbench: rendering with ")]
+    if run.status == 2 and len(said) == 1 and said[0].startswith("vbbench: "):
         return []
     return [f"ends with {run.status}: {run.errors}"]

@@ -171,7 +171,7 @@ def passes(solver, problem, sequence, protocol, truth):
 
 spent, solving.run_sequence = [0.0] * 4, passes
 data = Dataset(Path(sys.argv[1]))
-solving._solve_part(data, "vb-sf", get_protocol("sequential"), False, False, 0, len(data))
+solving._solve_part(data, "vb-sf", solving._opened_here, get_protocol("sequential"), False, 0, len(data))
 print(*spent)
 """
 

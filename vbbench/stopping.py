@@ -26,7 +26,7 @@ ORPHAN_CHECK = 0.5
 REASONS = {signal.SIGINT: "stopped", signal.SIGTERM: "stopped by SIGTERM", signal.SIGHUP: "stopped by SIGHUP"}
 """The signals that stop a command, and how it says so."""
 
-_PR_SET_PDEATHSIG = 1
+_PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
 
 def stoppable(run: Callable[[], int]) -> int:
@@ -40,6 +40,7 @@ def stoppable(run: Callable[[], int]) -> int:
         return run()
     finally:
         if stop.status is not None:
+            end_descendants()
             os._exit(stop.status)
 
 
@@ -113,6 +114,18 @@ def end_descendants() -> None:
             os.kill(process, signal.SIGTERM)
 
 
+def _adopt_orphans() -> None:
+    """Be the parent of what a worker starts while it is ended, so that it can still be found (Linux)."""
+    if sys.platform == "linux":
+        _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def _prctl(option: int, value: int) -> None:
+    import ctypes
+
+    ctypes.CDLL(None).prctl(option, value)
+
+
 def _descendants(ancestor: int) -> Iterator[int]:
     children, session = defaultdict(list), os.getsid(0)
     for file in Path("/proc").glob("[0-9]*/stat"):
@@ -136,9 +149,7 @@ def end_with_parent(parent: int) -> None:
     parent : process id of the parent, as the parent knows it: it may have ended already.
     """
     if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     threading.Thread(target=_end_when_orphaned, args=(parent,), daemon=True).start()
 
 
