@@ -234,7 +234,7 @@ def test_nobody_walks_on_another_planet(write: Write, x: str) -> None:
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("seqLength", "9" * 5000),
+        ("seqLength", "9" * 1900),
         ("seqLength", "٣"),
         ("imWidth", "0"),
         ("frameRate", "nan"),
@@ -250,6 +250,12 @@ def test_seqinfo_is_not_believed(key: str, value: str) -> None:
         parse_seqinfo(Path("seqinfo.ini"), text.encode())
     assert len(str(caught.value)) < 300
     assert "\x1b" not in str(caught.value)
+
+
+@pytest.mark.parametrize("row", ["seqLength=" + "9" * 5000, "frameRa" + " " * 50_000])
+def test_a_line_of_seqinfo_has_an_end(row: str) -> None:
+    with pytest.raises(FileError, match="line 3: has more than 2,000 bytes"):
+        parse_seqinfo(Path("seqinfo.ini"), f"[Sequence]\nname=HT21-03\n{row}\n".encode())
 
 
 def test_a_member_without_a_name(tmp_path: Path) -> None:
