@@ -5,7 +5,6 @@ This module is imported before that, and with it nothing that starts threads or 
 
 import os
 import sys
-from collections.abc import Callable
 from typing import IO, Any
 
 from vbbench.isolation import landlock
@@ -36,23 +35,12 @@ def _confine(facts: dict[str, Any]) -> None:
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if not sys.platform.startswith("linux"):
-        _end_with(facts["parent"])
+        from vbbench.stopping import end_with_parent
+
+        end_with_parent(facts["parent"])
         return
     landlock.leave_namespaces()
     if landlock.version():
         landlock.restrict(facts["readable"], facts["writable"])
     landlock.drop_capabilities()
     landlock.die_with_parent(facts["parent"])
-
-
-def _end_with(parent: int) -> None:
-    """Where the kernel does not see to it: a thread that ends this process when its parent is gone."""
-    from threading import Thread
-    from time import sleep
-
-    def watch(parent_of: Callable[[], int] = os.getppid) -> None:
-        while parent_of() == parent:
-            sleep(0.5)
-        os._exit(1)
-
-    Thread(target=watch, daemon=True).start()
