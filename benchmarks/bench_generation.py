@@ -19,7 +19,7 @@ import pandas as pd
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import SourceMissingError
 from vbbench.generation import generate
-from vbbench.generator import Card, Options
+from vbbench.generation.generator import Card, Options
 from vbbench.registry import load
 from vbbench_generators.demo import record_plaza
 from vbbench_generators.eligibility import Rules

@@ -22,8 +22,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from vbbench.dataset import Dataset
-from vbbench.generator import Card, Options
+from vbbench.files.dataset import Dataset
+from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.planning import plan_reprojection

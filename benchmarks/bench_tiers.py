@@ -6,8 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.generator import Options
-from vbbench.simulation import Simulation
+from vbbench.generation.generator import Options, Simulation
 from vbbench_generators.occlusion import see
 from vbbench_generators.scenario import get_scenario
 from vbbench_generators.splits import sim

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import PanoramaCamera
-from vbbench.geometry import relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, FrameSolver, Problem
 from vbbench_baselines.cascade import Answer, Task

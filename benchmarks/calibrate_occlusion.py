@@ -13,10 +13,9 @@ from itertools import product
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.generator import Options
-from vbbench.geometry import world_to_relative
+from vbbench.generation.generator import Options
+from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import street
 from vbbench_renderers.people import Walkers

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pyarrow.parquet as pq
 
-from vbbench.sources import Source
+from vbbench.generation.sources import Source
 from vbbench_generators.crohd.finding import find_recording
 from vbbench_generators.crohd.heads import HeadBoxes
 from vbbench_generators.crohd.reading import read_heads

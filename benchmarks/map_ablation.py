@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.map_evaluation import Case, Maker, evaluate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.registry import load
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import PerspectiveCamera
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Look, Options, Tier
-from vbbench.metrics import position_error, rotation_error, translation_error
+from vbbench.generation.generator import Look, Options, Tier
+from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
-from vbbench.runner import run_sequence
+from vbbench.scoring.metrics import position_error, rotation_error, translation_error
 from vbbench.solver import Estimate
-from vbbench.warming import warm_up
+from vbbench.solving.runner import run_sequence
+from vbbench.solving.warming import warm_up
 from vbbench_baselines.joint_map.prior import Prior
 
 Maker = Callable[[], Any]

@@ -20,11 +20,10 @@ import numpy as np
 from joblib import Parallel, delayed
 from scipy.special import ellipe
 
-from vbbench.arrays import BoolArray, FloatArray
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options, Tier
-from vbbench.geometry import world_to_relative
+from vbbench.generation.generator import Options, Tier
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_frames, scored_positions
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem

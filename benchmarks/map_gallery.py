@@ -12,12 +12,12 @@ from PIL import Image
 
 from benchmarks.map_evaluation import Case, answer, evaluate
 from benchmarks.map_floor import OWN_PRIOR, Floor, least_errors
-from vbbench.arrays import FloatArray
-from vbbench.dataset import Dataset
-from vbbench.plotting import save_png
-from vbbench.plotting.bird import draw_bird
-from vbbench.plotting.figure import Rectangles, lay_out, person_colours
-from vbbench.plotting.moment import gather
+from vbbench.files.dataset import Dataset
+from vbbench.geometry import FloatArray
+from vbbench.pictures.plotting import save_png
+from vbbench.pictures.plotting.bird import draw_bird
+from vbbench.pictures.plotting.figure import Rectangles, lay_out, person_colours
+from vbbench.pictures.plotting.moment import gather
 from vbbench.sequence import Sequence, Truth
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.prior import Prior, get_prior

@@ -13,16 +13,16 @@ from pathlib import Path
 
 from vbbench import __version__
 from vbbench.camera import CAMERAS
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import summary
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.info import summary
+from vbbench.generation.generator import Options
+from vbbench.paper import Quoted, the_paper
 from vbbench.protocol import PROTOCOLS
-from vbbench.reproduction.paper import Quoted, the_paper
-from vbbench.scorecard import Score
 from vbbench.scoring import score
+from vbbench.scoring.scorecard import Score
 from vbbench.solving import hardware, solve
-from vbbench.tables import write_text_atomically
 
 SPLITS = ("hotel", "eth", "students")
 TIERS = ("ideal", "noisy")

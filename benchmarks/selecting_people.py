@@ -9,11 +9,11 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options, Tier
-from vbbench.scorecard import Score
+from vbbench.generation.generator import Options, Tier
 from vbbench.scoring import score
+from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
 from vbbench_baselines.cascade import EVERYBODY
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vbbench.submission import SubmissionInfo, write_submission
+from vbbench.files.submission import SubmissionInfo, write_submission
 
 
 def read(dataset: Path, name: str) -> pd.DataFrame:

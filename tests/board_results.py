@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
-from vbbench.scorecard import PerSequence
-from vbbench.statistics import summarise
+from vbbench.geometry import FloatArray
+from vbbench.scoring.scorecard import PerSequence
+from vbbench.scoring.statistics import summarise
 from vbbench_leaderboards.ranking import RANKED
 from vbbench_leaderboards.result import Board, Result
 

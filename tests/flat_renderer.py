@@ -8,7 +8,7 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
-from vbbench.renderer import NOBODY, Picture, picture_size
+from vbbench.pictures.renderer import NOBODY, Picture
 from vbbench.scene import Scene
 
 
@@ -28,7 +28,7 @@ class FlatRenderer:
 
     def render(self, frame: int, camera: Camera, pose: Any, *, observer: int | None = None) -> Picture:
         self.frames.append(frame)
-        width, height = picture_size(camera)
+        width, height = camera.picture_size
         rgb = np.full((height, width, 3), (135, 180, 215), np.uint8)
         rgb[height // 2 :] = (120, 115, 105)
         depth, ids = np.full((height, width), np.inf, np.float32), np.full((height, width), NOBODY)

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.simulation import Simulation
+from vbbench.generation.generator import Options, Simulation
 
 HEADING = """
 name = "{name}"

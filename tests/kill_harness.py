@@ -173,18 +173,19 @@ def _make_scenery(scenery: dict[str, str]) -> dict[str, Tree]:
 
 def _keep_every_part() -> None:
     """A part a sequence, each kept in a file at once, so that a kill loses and leaves as much as it ever can."""
-    from vbbench import parts
+    from vbbench.files import sequence_tables
+    from vbbench.parallel import parts
 
-    assert parts.PART_SIZE >= 1
+    assert sequence_tables.PART_SIZE >= 1
     assert parts.PATIENCE >= 0
-    parts.PART_SIZE, parts.PATIENCE = 1, 0.0
+    sequence_tables.PART_SIZE, parts.PATIENCE = 1, 0.0
 
 
 def _be_the_cluster() -> None:
     """This process does what ``--scheduler`` has a cluster do, one part after the other."""
-    from vbbench import cluster
-    from vbbench.partitions import PackedPart, pack, part_name
-    from vbbench.parts import Work
+    from vbbench.parallel import cluster
+    from vbbench.parallel.partitions import PackedPart, pack, part_name
+    from vbbench.parallel.parts import Work
 
     def one_by_one(work: Work, ranges: Sequence[tuple[int, int]], *_: object) -> Iterator[PackedPart]:
         return (pack(work(first, last), part_name(first)) for first, last in ranges)

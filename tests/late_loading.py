@@ -13,9 +13,9 @@ from typing import Any
 
 from numba.core.dispatcher import Dispatcher
 
-from vbbench import solving
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.protocol import get_protocol
+from vbbench.solving import submissions as solving
 
 loaded: list[str] = []
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_generators.crohd import HeadBoxes
 
 HEAD, HEAD_HEIGHT, SIZE = 0.24, 1.58, (1920, 1080)

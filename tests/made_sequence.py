@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
 from vbbench.camera import Camera, PanoramaCamera
-from vbbench.geometry import world_to_relative, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
 from vbbench.protocol import arrivals_given
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate

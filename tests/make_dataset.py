@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import PanoramaCamera
-from vbbench.dataset_info import DatasetInfo
-from vbbench.generation import describe_tables
-from vbbench.geometry import world_to_relative
-from vbbench.schemas import to_arrow
-from vbbench.tables import TableWriter, write_text_atomically
+from vbbench.files.dataset_info import DatasetInfo, describe_tables
+from vbbench.files.schemas import to_arrow
+from vbbench.files.tables import TableWriter
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.geometry import FloatArray, IntArray, world_to_relative
 
 CAMERA = PanoramaCamera()
 FALSE_ALARM = 900

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 
 METRE, PIXEL, RADIAN = 1e-3, 0.1, 1e-4
 

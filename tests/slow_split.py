@@ -6,11 +6,12 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from vbbench.dataset_info import DatasetInfo
-from vbbench.generator import Generator, Options, Plan, SequenceData
-from vbbench.parts import PART_SIZE
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.sequence_tables import PART_SIZE
+from vbbench.generation.generator import Generator, Options, Plan
 from vbbench.registry import load
 from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
 from vbbench.solver import Problem
 from vbbench_baselines.extrapolation import ConstantVelocity
 

@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.geometry import world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
 from vbbench.protocol import get_protocol
-from vbbench.runner import run_sequence
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate, FrameSolver, Problem
+from vbbench.solving.runner import run_sequence
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from vbbench.archives import Limits, open_archive
 from vbbench.errors import FileError
+from vbbench.generation.archives import Limits, open_archive
 
 BODY = b"1,1,10,10,20,20,1,1,1\n" * 50
 

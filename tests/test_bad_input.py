@@ -12,18 +12,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vbbench.tum import import_tum
 
 from tests.make_dataset import Crowd
 from tests.tiny_board import tiny_dataset
-from vbbench.archives import open_archive
 from vbbench.cli import main
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
-from vbbench.generator import Options
-from vbbench.mot.file import read_mot
-from vbbench.ranges import Within
-from vbbench.simulation import parse_people
-from vbbench.tum import import_tum
+from vbbench.exchange.mot.file import read_mot
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.archives import open_archive
+from vbbench.generation.generator import Options, parse_people
+from vbbench.parsing.numbers import Within
 from vbbench_generators.crohd.seqinfo import parse_seqinfo
 from vbbench_generators.readers.homography import read_homography
 from vbbench_generators.readers.trajnet import read_trajnet
@@ -338,7 +337,7 @@ def test_a_failure_of_the_program_stays_one(monkeypatch: pytest.MonkeyPatch) -> 
     def broken() -> str:
         raise KeyError("a bug")
 
-    monkeypatch.setattr("vbbench.splits.describe_splits", broken)
+    monkeypatch.setattr("vbbench.generation.catalogue.describe_splits", broken)
     with pytest.raises(KeyError):
         main(["splits"])
 

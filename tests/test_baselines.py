@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.solver_runs import BIRDIFIERS, CAMERAS, DT, SOLVERS, assert_close, problem_of, run, see, walk
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera
-from vbbench.geometry import relative_to_world, world_to_relative
+from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
 from vbbench.protocol import PROTOCOLS
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameSolver

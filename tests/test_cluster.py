@@ -19,17 +19,17 @@ import pytest
 from tests.commands import ROOT, ended, start, wait_until
 from tests.slow_split import BEFORE_THE_GATE, GATE, PARTS, SEQUENCES
 from tests.test_generation import digests
-from vbbench import cluster
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.merging import merge
-from vbbench.parts import Part
+from vbbench.generation.generator import Options
+from vbbench.parallel import cluster
+from vbbench.parallel.merging import merge
+from vbbench.parallel.parts import Part
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench.verification import verify
 
 pytest.importorskip("distributed", reason="needs the extra dask")
 pytestmark = pytest.mark.extra

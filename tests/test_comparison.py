@@ -8,8 +8,8 @@ import pytest
 
 from tests.answers import submit, true_answers
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.comparison import compare
 from vbbench.errors import VbbenchError
+from vbbench.scoring.comparison import compare
 
 METRICS = ("dx", "dx_rel", "dr", "dt", "drift_m", "drift_rad")
 

@@ -14,16 +14,16 @@ import pytest
 
 from tests.crohd_files import SEQINFO, crowd, crowd_text, lines_of, pack, write_recording
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import describe, summary_json
+from vbbench.files.tables import file_sha256
+from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.info import describe, summary_json
+from vbbench.generation.catalogue import fetch_splits
+from vbbench.generation.generator import Options
+from vbbench.generation.sources import Source
 from vbbench.scene import Scene
-from vbbench.sources import Source
-from vbbench.splits import fetch_splits
-from vbbench.tables import file_sha256
-from vbbench.verification import verify
 from vbbench_generators.crohd import HeadBoxes
 from vbbench_generators.crohd.finding import find_recording
 from vbbench_generators.crohd.reading import read_heads
@@ -228,7 +228,7 @@ def test_the_published_archive_is_taken_from_the_data_folder_if_it_is_whole(no_d
 
 def test_both_splits_are_fetched_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     wanted: list[Source] = []
-    monkeypatch.setattr("vbbench.splits.fetch", wanted.extend)
+    monkeypatch.setattr("vbbench.generation.catalogue.fetch", wanted.extend)
     fetch_splits(["shibuya01", "shibuya02"])
     assert wanted == [ARCHIVE]
     assert (ARCHIVE.size, ARCHIVE.sha256[:8]) == (53_547_421, "824e94f1")

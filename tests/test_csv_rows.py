@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from vbbench.csv_rows import read_csv_rows
 from vbbench.errors import FileError
-from vbbench.faults import Faults
-from vbbench.mot.table import parse_mot
-from vbbench.numerals import parse_number
-from vbbench.row_bound import RowBound
-from vbbench.tum.file import import_tum
+from vbbench.exchange.mot.table import parse_mot
+from vbbench.exchange.tum import import_tum
+from vbbench.files.parquet_file import RowBound
+from vbbench.files.submission import Faults
+from vbbench.files.submission_tables import read_csv_rows
+from vbbench.parsing.numbers import parse_number
 
 WANTED = ["sequence", "frame", "x"]
 BOUND = RowBound(1000)

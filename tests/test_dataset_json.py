@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError
-from vbbench.verification import verify
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.verification import verify
 
 Change = Callable[[dict[str, Any]], object]
 

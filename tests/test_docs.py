@@ -11,7 +11,7 @@ import pytest
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import all_commands
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.registry import registered
 from vbbench.scoring import score
 from vbbench.solving import solve

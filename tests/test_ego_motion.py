@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from vbbench.arrays import FloatArray
-from vbbench.geometry import relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench_baselines.ego_motion import fit_pose, least_angle
 from vbbench_baselines.localisation import localise
 

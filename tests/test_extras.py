@@ -10,9 +10,9 @@ import pytest
 
 from tests.answers import submit, submit_csv, true_answers
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.dataset import Dataset
 from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.estimate import Estimate, FrameEstimate
+from vbbench.files.dataset import Dataset
 from vbbench.scoring import score
 from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
@@ -153,7 +153,7 @@ def test_covariances_that_nobody_reports_are_refused(dataset: Dataset, tmp_path:
 def test_a_column_that_only_late_parts_have_is_false_before(
     dataset: Dataset, tmp_path: Path, patience: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vbbench.parts.PATIENCE", patience)
+    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", patience)
     assert len(dataset) > 45
     out = solve(dataset, f"{__name__}:Moody", "rollout", tmp_path / "out")
     poses = pd.read_parquet(out / "poses.parquet")

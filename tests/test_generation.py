@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.schemas import to_arrow
+from vbbench.files.sequence_tables import PART_SIZE, ROWS_A_PART, part_ranges
+from vbbench.files.verification import verify
+from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.parts import PART_SIZE, ROWS_A_PART, Part, part_ranges, write_in_parts
+from vbbench.parallel.parts import Part, write_in_parts
 from vbbench.registry import load
-from vbbench.schemas import to_arrow
 from vbbench.solving import solve
-from vbbench.verification import verify
-from vbbench.work_folder import WorkFolder
 
 LIMIT = 40
 
@@ -171,7 +172,7 @@ class InterruptedWorkError(Exception):
 
 
 def test_interrupted_work_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.parts.PATIENCE", -1.0)
+    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", -1.0)
     made: list[int] = []
     stops = [64]
 
@@ -220,8 +221,8 @@ def test_a_sequence_larger_than_a_part_is_a_part() -> None:
 def test_how_the_work_is_cut_shows_in_no_table_of_rows(
     made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int
 ) -> None:
-    monkeypatch.setattr("vbbench.parts.ROWS_A_PART", 500)
-    monkeypatch.setattr("vbbench.parts.HELD", 1)
+    monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", 500)
+    monkeypatch.setattr("vbbench.parallel.parts.HELD", 1)
     assert len(part_ranges(LIMIT, load("generator", "demo").plan(options()).expected_rows)) > LIMIT // 2
     again = generate("demo", tmp_path / "again", options(), jobs=jobs)
     cut, whole = digests(again.folder), digests(made.folder)

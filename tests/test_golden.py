@@ -6,8 +6,8 @@ import pytest
 
 from vbbench.camera import PanoramaCamera
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.reproduction.paper import the_paper
+from vbbench.generation.generator import Options
+from vbbench.paper import the_paper
 from vbbench.scoring import score
 from vbbench.solving import solve
 

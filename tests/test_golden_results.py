@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import SourceMissingError, UnknownNameError
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.protocol import PROTOCOLS
 from vbbench.scoring import score
 from vbbench.solving import solve

@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 
 from tests.head_crowds import make_crowd, square
 from vbbench.cli import main
-from vbbench.dataset import Dataset
+from vbbench.exchange.heads.annotating import draw_boxes
+from vbbench.exchange.heads.camera import HEAD_HEIGHT, SurveillanceCamera, camera_of
+from vbbench.exchange.heads.hiding import LEAST_VISIBLE, draw_screens, visible_fractions
+from vbbench.exchange.heads.others import draw_others
+from vbbench.exchange.heads.recording import export_heads
+from vbbench.exchange.heads.settings import HeadOptions
+from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, see_heads
+from vbbench.exchange.mot import read_mot
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.mot import read_mot
-from vbbench.surveillance.annotating import draw_boxes
-from vbbench.surveillance.camera import HEAD_HEIGHT, SurveillanceCamera, camera_of
-from vbbench.surveillance.hiding import LEAST_VISIBLE, draw_screens, visible_fractions
-from vbbench.surveillance.others import draw_others
-from vbbench.surveillance.recording import export_heads
-from vbbench.surveillance.settings import HeadOptions
-from vbbench.surveillance.sighting import BELOW_TOP, HEAD, Heads, see_heads
+from vbbench.generation.generator import Options
 
 OPTIONS = HeadOptions(camera_height=6.0)
 CAMERA = camera_of(HeadOptions())

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.files.submission import SubmissionInfo
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.registry import held_out, load
 from vbbench.solver import Estimate, Problem
 from vbbench.solving import solve
-from vbbench.submission import SubmissionInfo
 from vbbench_baselines.joint_map.priors.left_out import BatchWithoutEth, CausalWithoutHotel
 
 NAME, VARIANT = f"{__name__}:Fitted", f"{__name__}:Variant"

@@ -15,19 +15,18 @@ import pytest
 from tests.answers import submit, submit_csv, true_answers
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.estimate import Estimate
-from vbbench.faults import Faults
+from vbbench.files.dataset import Dataset
+from vbbench.files.parquet_file import RowBound
+from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.submission import Faults, SubmissionInfo, read_info
 from vbbench.protocol import get_protocol
-from vbbench.row_bound import RowBound
-from vbbench.runner import run_sequence
 from vbbench.scoring import score
-from vbbench.sequence_table import SequenceTable
+from vbbench.scoring.statistics import bootstrap_means
+from vbbench.scoring.validation import validate
 from vbbench.solver import Problem
-from vbbench.statistics import bootstrap_means
-from vbbench.submission import SubmissionInfo, read_info
-from vbbench.validation import validate
+from vbbench.solving.runner import run_sequence
 
 
 @pytest.fixture(scope="module")
@@ -269,7 +268,7 @@ import re, resource, sys
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
 from vbbench.errors import SubmissionError
-from vbbench.validation import validate
+from vbbench.scoring.validation import validate
 try:
     validate(sys.argv[1], sys.argv[2])
 except SubmissionError as error:
@@ -299,7 +298,7 @@ def test_a_column_that_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatc
     table = pa.table({name: np.zeros(2000) for name in names})
     path = tmp_path / "poses.parquet"
     pq.write_table(table, path, use_dictionary=False, compression="zstd")
-    monkeypatch.setattr("vbbench.parquet_file.BYTES_A_VALUE", 1)
-    monkeypatch.setattr("vbbench.parquet_file.BYTES_A_COLUMN", 0)
+    monkeypatch.setattr("vbbench.files.parquet_file.BYTES_A_VALUE", 1)
+    monkeypatch.setattr("vbbench.files.parquet_file.BYTES_A_COLUMN", 0)
     with pytest.raises(FileError, match="says that 2000 rows of a column"):
         SequenceTable(path, "poses", bound=RowBound(5000))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from vbbench.camera import PanoramaCamera
-from vbbench.isolation import kernel_cache
-from vbbench.isolation.kernel_cache import keep_files, user_caches
-from vbbench.isolation.process import IsolatedSolver
 from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
+from vbbench.solving.isolation import kernel_cache
+from vbbench.solving.isolation.kernel_cache import keep_files, user_caches
+from vbbench.solving.isolation.process import IsolatedSolver
 
 NUMERICAL = """
 import numpy as np

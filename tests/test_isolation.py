@@ -21,19 +21,19 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.estimate import Estimate
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.isolation import landlock, messages
-from vbbench.isolation.grants import beside, readable_paths
-from vbbench.isolation.messages import MessageError, read_message, write_message
-from vbbench.isolation.process import IsolatedSolver
+from vbbench.generation.generator import Options
 from vbbench.protocol import get_protocol
-from vbbench.runner import run_sequence
 from vbbench.solver import Problem
 from vbbench.solving import solve
+from vbbench.solving.isolation import landlock, messages
+from vbbench.solving.isolation.grants import beside, readable_paths
+from vbbench.solving.isolation.messages import MessageError, read_message, write_message
+from vbbench.solving.isolation.process import IsolatedSolver
+from vbbench.solving.runner import run_sequence
 
 SECRET = b"truth"
 needs_landlock = pytest.mark.skipif(landlock.version() == 0, reason="the kernel has no Landlock")
@@ -164,7 +164,9 @@ def test_a_burglar_gets_nothing_where_the_kernel_has_landlock(attempt: str, loot
 
 
 def test_there_is_no_network_where_the_kernel_has_namespaces(loot: dict[str, str]) -> None:
-    code = "import sys; from vbbench.isolation.landlock import leave_namespaces; sys.exit(not leave_namespaces())"
+    code = (
+        "import sys; from vbbench.solving.isolation.landlock import leave_namespaces; sys.exit(not leave_namespaces())"
+    )
     if subprocess.run([sys.executable, "-c", code], check=False).returncode:
         pytest.skip("the kernel lets nobody here make namespaces")
     assert "udp" not in loot

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from tests.solver_runs import CAMERAS, DT, assert_close, problem_of, run, see, walk
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
-from vbbench.geometry import world_to_relative
-from vbbench.runner import frames_of
+from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.solver import Estimate, FrameSolver, SequenceSolver
+from vbbench.solving.runner import frames_of
 from vbbench_baselines.joint_map.acceleration import extrapolate, no_past
 from vbbench_baselines.joint_map.banded import BAND, factor, invert, no_band, solve
 from vbbench_baselines.joint_map.batch import MapBatch

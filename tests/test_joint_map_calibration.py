@@ -8,14 +8,13 @@ import pytest
 from scipy.stats import chi2
 
 from tests.solver_runs import CAMERAS, DT, run
-from vbbench.arrays import FloatArray
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Look, Options
-from vbbench.geometry import wrap_angle
+from vbbench.generation.generator import Look, Options
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.protocol import get_protocol, scored_frames
-from vbbench.runner import run_sequence
 from vbbench.sequence import Truth
+from vbbench.solving.runner import run_sequence
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.prior import Prior

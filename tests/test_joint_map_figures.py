@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from vbbench.arrays import BoolArray, FloatArray
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
-from vbbench.runner import run_sequence
+from vbbench.solving.runner import run_sequence
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.prior import get_prior
 

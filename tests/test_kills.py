@@ -25,8 +25,8 @@ from tests.rehearsal import Rehearsal, Scenario
 from tests.system_calls import why_not
 from tests.test_cluster import wait_until
 from tests.test_sources import SHA256, Handler
-from vbbench.generator import Card
-from vbbench.sources import Source
+from vbbench.generation.generator import Card
+from vbbench.generation.sources import Source
 
 pytestmark = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
@@ -40,8 +40,8 @@ SECRET = f"{SIM} --withhold-truth --seed"
 
 def with_parts_in_memory(command: str) -> int:
     """A command that ends too soon to keep a part in a file."""
-    from vbbench import parts
     from vbbench.cli import main
+    from vbbench.parallel import parts
 
     parts.PATIENCE = float("inf")
     return main(command.split())

@@ -9,7 +9,7 @@ import pytest
 from tests.make_dataset import Crowd
 from tests.tiny_board import FILE, tiny_board, tiny_dataset
 from vbbench.cli import main
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.solving import solve
 from vbbench_leaderboards.result_file import read_result
 

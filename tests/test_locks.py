@@ -11,25 +11,25 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from vbbench.tum import export_dataset_tum
 
 from tests.stopping import contents, names, stopped_at
 from tests.test_merging import last_part_first
-from vbbench import cluster
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.files.dataset import Dataset
+from vbbench.folders.locks import LOCK, BusyError, locked
+from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate, generate_partitioned
-from vbbench.generator import Options
-from vbbench.locks import LOCK, BusyError, locked
+from vbbench.generation.generator import Options
+from vbbench.parallel import cluster
 from vbbench.solving import solve
-from vbbench.tum import export_dataset_tum
-from vbbench.work_folder import WorkFolder
 
 OPTIONS = Options(limit=2)
 HOLDER = """
 import sys
 from pathlib import Path
-from vbbench.locks import locked
+from vbbench.folders.locks import locked
 with locked(Path(sys.argv[1])):
     print("locked", flush=True)
     sys.stdin.read()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.map_floor import Floor, floor_of, mean_distance
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench_baselines.joint_map.prior import Prior
 
 PRIOR = Prior(nu=5.0, sigma=0.05)

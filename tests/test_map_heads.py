@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from tests.solver_runs import run, walk
-from vbbench.arrays import FloatArray
-from vbbench.geometry import wrap_angle
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Truth
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.heads import evidence, judge, turn, weigh

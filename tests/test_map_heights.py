@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.solver_runs import run, walk
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.geometry import FloatArray
 from vbbench.solver import Problem
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal

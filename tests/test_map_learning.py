@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tests.solver_runs import run, walk
-from vbbench.arrays import FloatArray
-from vbbench.geometry import wrap_angle
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench_baselines.ego_motion import fit_pose
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench import generation, solving
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
+from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.verification import verify
+from vbbench.generation import datasets as generation
 from vbbench.generation import write_dataset
-from vbbench.generator import Card, Options
-from vbbench.parts import Part
+from vbbench.generation.generator import Card, Options
+from vbbench.parallel.parts import Part
 from vbbench.scene import Scene
 from vbbench.scoring import score
-from vbbench.sequence_table import SequenceTable
 from vbbench.solving import solve
-from vbbench.verification import verify
+from vbbench.solving import submissions as solving
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.planning import plan_reprojection
 from vbbench_generators.reprojection import Reprojection
@@ -37,8 +38,8 @@ def crowd() -> Reprojection:
 
 @pytest.fixture(autouse=True)
 def _small_budgets(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.parts.ROWS_A_PART", BUDGET)
-    monkeypatch.setattr("vbbench.scored_rows.CELLS_AT_ONCE", BUDGET)
+    monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", BUDGET)
+    monkeypatch.setattr("vbbench.scoring.scored_rows.CELLS_AT_ONCE", BUDGET)
 
 
 @pytest.fixture
@@ -82,7 +83,7 @@ def test_tables_are_read_some_sequences_at_a_time(tmp_path: Path, read: list[int
 
 
 def test_scenes_at_hand_are_few(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("vbbench.dataset.SCENES_AT_HAND", 2)
+    monkeypatch.setattr("vbbench.files.dataset.SCENES_AT_HAND", 2)
     made = generation.generate("sim", tmp_path / "sim", Options(limit=5))
     dataset = Dataset(made.folder)
     for sequence in dataset.sequences():

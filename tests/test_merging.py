@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 
 from tests.test_generation import digests
-from vbbench import cluster
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
 from vbbench.generation import generate, generate_partitioned
-from vbbench.generator import Options
-from vbbench.merging import merge
-from vbbench.partitions import PackedPart, pack, part_name
-from vbbench.parts import Work
+from vbbench.generation.generator import Options
+from vbbench.parallel import cluster
+from vbbench.parallel.merging import merge
+from vbbench.parallel.partitions import PackedPart, pack, part_name
+from vbbench.parallel.parts import Work
 from vbbench.solving import solve
-from vbbench.verification import verify
 
 LIMIT = 70
 
@@ -36,7 +36,7 @@ def last_part_first(
 def _no_cluster() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cluster, "on_cluster", last_part_first)
-        patch.setattr("vbbench.parts.PART_SIZE", 20)
+        patch.setattr("vbbench.files.sequence_tables.PART_SIZE", 20)
         yield
 
 
@@ -93,7 +93,7 @@ def stop(*_arguments: object) -> None:
 
 
 def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for step in ("vbbench.merging.describe_tables", "vbbench.swapping._rename"):
+    for step in ("vbbench.parallel.merging.describe_tables", "vbbench.folders.swapping._rename"):
         with monkeypatch.context() as patch:
             patch.setattr(step, stop)
             with pytest.raises(KeyboardInterrupt):
@@ -118,7 +118,7 @@ def test_parts_kept_in_another_way_are_made_again(
     whole: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("vbbench.generation.write_layout", stop)
+        patch.setattr("vbbench.generation.datasets.write_layout", stop)
         with pytest.raises(KeyboardInterrupt):
             generate_partitioned("demo", tmp_path / "out", Options(limit=LIMIT), scheduler="tcp://nowhere")
     assert list((tmp_path / "out.partial").rglob("part-00000020.parquet"))

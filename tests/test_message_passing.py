@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_baselines.message_passing import pass_messages
 from vbbench_baselines.people import tabulate
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from vbbench import metrics
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
+from vbbench.scoring import metrics
 
 COORDINATES = st.floats(-100, 100)
 POSES = arrays(np.float64, (5, 3), elements=COORDINATES)

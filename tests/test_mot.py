@@ -16,18 +16,18 @@ from tests.make_dataset import Crowd, write_dataset
 from vbbench.boxes import cut_to_picture, observations_of, overlaps, rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.matching import NOBODY, match_boxes, match_tracks
+from vbbench.exchange.mot import MotRows, export_mot, import_mot, read_mot, write_mot
+from vbbench.exchange.mot.importing import PIXEL_STD
+from vbbench.files.dataset import Dataset
+from vbbench.files.tables import file_sha256
+from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.matching import NOBODY, match_boxes, match_tracks
-from vbbench.mot import MotRows, export_mot, import_mot, read_mot, write_mot
-from vbbench.mot.importing import PIXEL_STD
-from vbbench.rendering import Backend
+from vbbench.generation.generator import Options
+from vbbench.pictures.rendering import Backend
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench.tables import file_sha256
-from vbbench.verification import verify
 from vbbench_generators.tracking import get_tracking
 
 FROM_ONE = np.array([1.0, 1.0, 0.0, 0.0])

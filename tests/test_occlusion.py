@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.verification import verify
+from vbbench.generation.generator import Options
+from vbbench.geometry import FloatArray
 from vbbench_generators.corruption import Hiding
 from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import demo

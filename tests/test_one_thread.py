@@ -9,9 +9,9 @@ import pytest
 import scipy.linalg  # noqa: F401 - the library whose threads are counted
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench.solving import solve
 

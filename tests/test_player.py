@@ -17,9 +17,9 @@ from tests.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_esti
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import wrap_angle
-from vbbench.rendering import Backend
-from vbbench.scorecard import PerSequence
+from vbbench.pictures.rendering import Backend
 from vbbench.scoring import score
+from vbbench.scoring.scorecard import PerSequence
 from vbbench.solver import Estimate
 from vbbench_leaderboards import player
 from vbbench_leaderboards.player.choice import choose_sequences

@@ -12,15 +12,15 @@ from matplotlib.figure import Figure
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.geometry import relative_to_world
-from vbbench.plotting import plot_sequence, plot_to_file, save_png, style
-from vbbench.plotting.labels import beside, spread, text_extent
+from vbbench.pictures.plotting import plot_sequence, plot_to_file, save_png, style
+from vbbench.pictures.plotting.labels import beside, spread, text_extent
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
-from vbbench.submission import SubmissionInfo, SubmissionWriter
 
 FRAMES, FOCUS = 9, 4
 RELATIVE = np.array([[0.0, 3.0], [2.0, 4.0], [0.01, -5.0], [-3.0, 1.0]])

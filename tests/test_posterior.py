@@ -9,16 +9,16 @@ from scipy.optimize import minimize
 
 from vbbench.camera import CAMERAS
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.plotting import plot_posterior
-from vbbench.plotting.posterior import density_level, spread
-from vbbench.posterior import Posterior, find_posterior
+from vbbench.pictures.plotting import plot_posterior
+from vbbench.pictures.plotting.posterior import density_level, spread
 from vbbench.protocol import PROTOCOLS
 from vbbench.solver import LocationPosterior
+from vbbench.solving.posterior import Posterior, find_posterior
 from vbbench_baselines.location import location_energies
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 

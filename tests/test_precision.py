@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from vbbench.camera import PanoramaCamera
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate, write_dataset
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.solving import solve

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tests.board_results import result
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_leaderboards.ranking import LEVEL, RANKED, Ranking, holm, rank
 
 RNG = np.random.default_rng(7)

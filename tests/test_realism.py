@@ -13,16 +13,16 @@ from numpy.typing import ArrayLike
 
 from tests.make_dataset import Crowd, write_dataset
 from tests.test_cli import run
-from vbbench.arrays import FloatArray
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.histogram import BINS, Axis, Histogram
-from vbbench.plotting import style
-from vbbench.plotting.realism import plot_realism, plot_realism_to_file
-from vbbench.realism import Realism, dataset_scenes, describe_realism, measure_realism
+from vbbench.generation.generator import Options
+from vbbench.geometry import FloatArray
+from vbbench.pictures.plotting import style
+from vbbench.realism.drawing import plot_realism, plot_realism_to_file
+from vbbench.realism.histogram import BINS, Axis, Histogram
+from vbbench.realism.report import Realism, dataset_scenes, describe_realism, measure_realism
+from vbbench.realism.walking import Walking, walking_statistics
 from vbbench.scene import Scene
-from vbbench.walking import Walking, walking_statistics
 
 NAN = [np.nan, np.nan]
 STATISTICS = ("speed", "nearest_distance", "acceleration", "path_efficiency")

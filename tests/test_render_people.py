@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from tests.work import work_of
-from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
+from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.people.bones import SHIN, THIGH, UPPER_ARM, Bone

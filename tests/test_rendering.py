@@ -13,23 +13,21 @@ from tests.make_dataset import Crowd, write_dataset
 from vbbench.boxes import suppress
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
-from vbbench.dataset import Dataset
-from vbbench.detecting import detect_to_file
-from vbbench.detector import Detections
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
-from vbbench.film.captions import TITLE_HEIGHT
-from vbbench.film.ego import _copies
-from vbbench.film.frames import Film
-from vbbench.film.reel import load_reel
+from vbbench.exchange.detection import Detections, detect_to_file
+from vbbench.exchange.matching import true_rectangles
+from vbbench.exchange.mot import import_mot
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.matching import true_rectangles
-from vbbench.mot import import_mot
-from vbbench.renderer import picture_size
-from vbbench.rendering import Backend, render_to_file, scene_of
+from vbbench.generation.generator import Options
+from vbbench.pictures.film.captions import TITLE_HEIGHT
+from vbbench.pictures.film.ego import _copies
+from vbbench.pictures.film.frames import Film
+from vbbench.pictures.film.reel import load_reel
+from vbbench.pictures.rendering import Backend, render_to_file, scene_of
+from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder
 from vbbench.solving import solve
-from vbbench.submitted import SubmittedEstimates
-from vbbench.video import KEY_FILE, frame_name, write_mp4, write_png_folder
 
 FLAT = "tests.flat_renderer:FlatRenderer"
 BY_FLAT = Backend(name=FLAT)
@@ -92,7 +90,7 @@ def test_the_ego_view_is_the_picture_with_boxes_where_people_are(dataset):
     sequence, camera = film.reel.sequence, dataset.info.camera
     canvas = next(film.frames(renderer, [3]))
     bare = renderer.render(sequence.first_frame + 3, camera, film.reel.truth.poses[3], observer=sequence.observer).rgb
-    width, height = picture_size(camera)
+    width, height = camera.picture_size
     ego = canvas[TITLE_HEIGHT : TITLE_HEIGHT + height, :width]
     changed = np.any(ego != bare, axis=-1)
     assert 0.0 < changed.mean() < 0.2

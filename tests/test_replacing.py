@@ -12,15 +12,14 @@ import pytest
 
 from tests.stopping import contents, names, stopped_at_every_step
 from tests.tiny_board import FILE, tiny_board
-from vbbench import replacing as module
 from vbbench.cli import main
 from vbbench.errors import FileError
+from vbbench.folders import replacing as module
+from vbbench.folders.replacing import is_temporary, replacing, write_bytes_atomically, write_text_atomically
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.replacing import is_temporary, replacing
+from vbbench.generation.generator import Options
+from vbbench.pictures.video import write_png_folder
 from vbbench.solving import solve
-from vbbench.tables import write_bytes_atomically, write_text_atomically
-from vbbench.video import write_png_folder
 from vbbench_leaderboards.adding import add
 from vbbench_leaderboards.checking import check
 

@@ -9,9 +9,9 @@ import pytest
 
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
-from vbbench.plotting.sigma import plot_sigma
 from vbbench.reproduction.curves import METRICS
 from vbbench.reproduction.sigma import SigmaFigure, dataset_folder, measure_sigma
+from vbbench.reproduction.sigma_plot import plot_sigma
 from vbbench.reproduction.sigma_report import COLUMNS, reproduce_sigma, sigma_table
 from vbbench.reproduction.study import PEOPLE, SIGMAS, SOLVERS, SigmaStudy
 from vbbench.scoring import score

@@ -10,11 +10,11 @@ import pytest
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.geometry import world_to_relative
-from vbbench.isolation.process import IsolatedSolver
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
-from vbbench.runner import run_sequence
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
+from vbbench.solving.isolation.process import IsolatedSolver
+from vbbench.solving.runner import run_sequence
 
 FRAMES, PEOPLE = 8, 5
 

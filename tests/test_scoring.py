@@ -10,10 +10,10 @@ import pytest
 from tests.answers import submit, true_answers
 from tests.make_dataset import FALSE_ALARM, Crowd, write_dataset
 from tests.slow_score import score_rows
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
-from vbbench.scored_rows import scored_rows
+from vbbench.files.dataset import Dataset
 from vbbench.scoring import score
+from vbbench.scoring.scored_rows import scored_rows
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_figures_are_those_of_the_slow_implementation(dataset, tmp_path, protoco
 @pytest.mark.parametrize("budget", ["FRAMES_AT_ONCE", "CELLS_AT_ONCE"])
 def test_chunks_do_not_change_the_score(dataset, noisy, monkeypatch, budget):
     whole = score(noisy, dataset).to_json()
-    monkeypatch.setattr(f"vbbench.scored_rows.{budget}", 1)
+    monkeypatch.setattr(f"vbbench.scoring.scored_rows.{budget}", 1)
     assert score(noisy, dataset).to_json() == whole
 
 

@@ -15,12 +15,12 @@ import pytest
 
 from tests.head_crowds import make_crowd, one_way, square
 from vbbench.cli import main
-from vbbench.dataset import Dataset
-from vbbench.generator import Options
+from vbbench.exchange.heads.camera import SurveillanceCamera, camera_of
+from vbbench.exchange.heads.recording import export_heads
+from vbbench.exchange.heads.settings import HeadOptions
+from vbbench.files.dataset import Dataset
+from vbbench.generation.generator import Options
 from vbbench.registry import load
-from vbbench.surveillance.camera import SurveillanceCamera, camera_of
-from vbbench.surveillance.recording import export_heads
-from vbbench.surveillance.settings import HeadOptions
 
 OPTIONS = HeadOptions(camera_height=7.0, fov=80.0, tilt=30.0)
 PEOPLE, FRAMES = 150, 300

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options, Simulation, parse_people
 from vbbench.registry import load
-from vbbench.simulation import Simulation, parse_people
-from vbbench.verification import verify
 from vbbench_generators import simulation
 from vbbench_generators.scenario import get_scenario, read_scenario, scenario_names
 from vbbench_generators.sim import SimulationPlan

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate, simulate_many
 
 MODELS = {"moussaid": Model(), "helbing-molnar": Model(repulsion=HelbingMolnar())}

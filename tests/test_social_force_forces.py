@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_generators.social_force import HelbingMolnar, Model, Moussaid, WallForce
 from vbbench_generators.social_force.elementary import atan_unit, exp_negative
 from vbbench_generators.social_force.helbing_molnar import helbing_molnar_pairs, helbing_molnar_rows

@@ -9,13 +9,14 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-import vbbench.parts
-from vbbench.dataset import Dataset
+import vbbench.files.sequence_tables
+import vbbench.parallel.parts
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.solver_source import source_digest
+from vbbench.generation.generator import Options
 from vbbench.solving import solve
+from vbbench.solving.solver_source import source_digest
 
 SOLVER = """
 import numpy as np
@@ -93,8 +94,8 @@ def test_registered_solvers_have_one_too() -> None:
 
 @pytest.mark.parametrize("isolate", [False, True])
 def test_a_changed_helper_starts_the_work_anew(folder: Path, monkeypatch: pytest.MonkeyPatch, isolate: bool) -> None:
-    monkeypatch.setattr(vbbench.parts, "PATIENCE", 0.0)  # every part is kept
-    monkeypatch.setattr(vbbench.parts, "PART_SIZE", 2)
+    monkeypatch.setattr(vbbench.parallel.parts, "PATIENCE", 0.0)  # every part is kept
+    monkeypatch.setattr(vbbench.files.sequence_tables, "PART_SIZE", 2)
     dataset = Dataset(generate("sim", folder / "sim", Options(limit=6)).folder)
     edit(folder / "mine.py", SOLVER.format(last=4))
     with pytest.raises(VbbenchError if isolate else KeyboardInterrupt):

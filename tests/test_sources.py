@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
-from vbbench.sources import Source, data_folder, fetch, find_source, is_here, locate
+from vbbench.generation.sources import Source, data_folder, fetch, find_source, is_here, locate
 
 BODY = b"0 1 2.0 3.0\n" * 1000
 SHA256 = hashlib.sha256(BODY).hexdigest()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vbbench.statistics import bootstrap_means, mean_of_groups, summarise, two_sided_p
+from vbbench.scoring.statistics import bootstrap_means, mean_of_groups, summarise, two_sided_p
 
 
 def test_bootstrap_spread_is_the_standard_error():
@@ -23,7 +23,7 @@ def test_bootstrap_repeats_and_seed_0_is_a_seed():
 def test_blocks_do_not_change_the_draws(monkeypatch):
     values = np.random.default_rng(0).normal(size=(30, 2))
     whole = bootstrap_means(values, 100)
-    monkeypatch.setattr("vbbench.statistics._DRAWS_AT_ONCE", 90)
+    monkeypatch.setattr("vbbench.scoring.statistics._DRAWS_AT_ONCE", 90)
     np.testing.assert_allclose(bootstrap_means(values, 100), whole)
 
 

@@ -14,11 +14,11 @@ import pytest
 from tests.commands import ended, kill_session, session, start, wait_until
 from tests.slow_split import BEFORE_THE_GATE, GATE, SEQUENCES
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.parallel import in_parallel
+from vbbench.generation.generator import Options
+from vbbench.parallel.workers import in_parallel
 from vbbench.solving import solve
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="lists processes as Linux does")

@@ -10,9 +10,8 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.simulation import Simulation
-from vbbench.stream import stream
+from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.stream import stream
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)), tier="noisy")
 
@@ -59,12 +58,14 @@ def test_a_stream_begins_at_a_sequence_that_there_is() -> None:
 
 
 def test_without_torch_one_line_says_how_to_get_it() -> None:
-    code = "import sys; sys.modules['torch'] = None\nimport vbbench.stream\nimport vbbench.torch"
+    code = "import sys; sys.modules['torch'] = None\nimport vbbench.generation.stream\nimport vbbench.generation.torch"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr.strip().endswith("vbbench.torch needs PyTorch: python -m pip install 'vbbench[torch]'")
+    assert done.stderr.strip().endswith(
+        "vbbench.generation.torch needs PyTorch: python -m pip install 'vbbench[torch]'"
+    )
 
 
 def test_the_plain_stream_does_not_import_torch() -> None:
-    code = "import sys, vbbench.stream\nnext(vbbench.stream.stream())\nsys.exit('torch' in sys.modules)"
+    code = "import sys\nfrom vbbench.stream import stream\nnext(stream())\nsys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

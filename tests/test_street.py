@@ -8,15 +8,14 @@ import pytest
 from tests.answers import submit, true_answers
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generator import Options, Tier
+from vbbench.generation.generator import Options, Simulation, Tier
 from vbbench.geometry import world_to_relative, wrap_angle
 from vbbench.scoring import score
-from vbbench.simulation import Simulation
 from vbbench.solving import solve
-from vbbench.verification import verify
 from vbbench_generators.heading import limit_turns
 from vbbench_generators.sim import SimulationPlan
 from vbbench_generators.splits import demo, sim, street

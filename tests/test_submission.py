@@ -9,13 +9,13 @@ import pytest
 
 from tests.answers import submit, submit_csv, true_answers
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.dataset import Dataset
 from vbbench.errors import SubmissionError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.protocol import get_protocol
-from vbbench.scored_rows import scored_rows
 from vbbench.scoring import score
-from vbbench.submission import SubmissionInfo, SubmissionWriter
-from vbbench.validation import validate
+from vbbench.scoring.scored_rows import scored_rows
+from vbbench.scoring.validation import validate
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ import pytest
 
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
-from vbbench.csv_export import TABLES, export_csv
-from vbbench.dataset import Dataset
+from vbbench.exchange.csv_export import TABLES, export_csv
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench_leaderboards.templates import TEMPLATE, copy_template

@@ -6,9 +6,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from vbbench import tables
-from vbbench.schemas import to_arrow
-from vbbench.sequence_table import SequenceTable
+from vbbench.files import tables
+from vbbench.files.schemas import to_arrow
+from vbbench.files.sequence_tables import SequenceTable
 
 
 def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench.generator import Options
-from vbbench.simulation import Simulation
-from vbbench.stream import stream
+from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.stream import stream
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
@@ -18,7 +17,7 @@ OPTIONS = Options(simulation=Simulation(people=(5, 8)))
 def loader(workers: int, **options: Any) -> Any:
     from torch.utils.data import DataLoader
 
-    from vbbench.torch import SimStream, collate
+    from vbbench.generation.torch import SimStream, collate
 
     return DataLoader(SimStream(OPTIONS, **options), batch_size=3, num_workers=workers, collate_fn=collate)
 
@@ -48,7 +47,7 @@ def test_ranks_and_workers_do_not_overlap() -> None:
 
 
 def test_an_example_has_everything_in_tensors() -> None:
-    from vbbench.torch import SimStream
+    from vbbench.generation.torch import SimStream
 
     example = next(iter(SimStream(OPTIONS, dtype=torch.float64)))
     data = next(stream("sim", OPTIONS))
@@ -68,7 +67,7 @@ def test_an_example_has_everything_in_tensors() -> None:
 
 
 def test_collate_pads_people_with_nan() -> None:
-    from vbbench.torch import SimStream, collate
+    from vbbench.generation.torch import SimStream, collate
 
     examples = list(SimStream(OPTIONS, stop=4))
     batch = collate(examples)

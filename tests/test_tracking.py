@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.noise import wandering
 from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.tracking import get_tracking, track_people

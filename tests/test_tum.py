@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
+from vbbench.tum import export_dataset_tum, export_tum, import_tum, import_tum_folder
 
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo, SubmissionWriter
+from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.geometry import wrap_angle
-from vbbench.submission import SubmissionInfo, SubmissionWriter
-from vbbench.submitted import SubmittedEstimates
-from vbbench.tum import export_dataset_tum, export_tum, import_tum, import_tum_folder
 
 DT, HEIGHT = 0.4, 1.6
 GOOD = "0.4 1 2 1.6 0 0 0 1"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.test_ego_motion import pose_energy, random_terms
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_baselines.ego_motion import fit_pose
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.uncertainty import pose_covariance, position_covariances

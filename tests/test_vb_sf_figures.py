@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from vbbench.camera import PanoramaCamera
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.reproduction.paper import the_paper
+from vbbench.generation.generator import Options
+from vbbench.paper import the_paper
 from vbbench.scoring import score
 from vbbench.solving import solve
 

@@ -7,8 +7,7 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from tests.test_ego_motion import pose_energy, random_terms
-from vbbench.arrays import FloatArray
-from vbbench.geometry import relative_to_world, world_to_relative
+from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
 from vbbench_baselines.crowd_graph import link
 from vbbench_baselines.ego_motion import fit_pose
 from vbbench_baselines.localisation import localise

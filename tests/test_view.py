@@ -13,21 +13,20 @@ import pytest
 
 from tests.answers import submit, true_answers
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.bystanders import unseen
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.generation import generate
-from vbbench.generator import Options
-from vbbench.metrics import position_error, relative_position_error, rotation_error, translation_error
+from vbbench.generation.generator import Options
+from vbbench.pictures.bystanders import unseen
+from vbbench.pictures.rendering import Backend
+from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 from vbbench.protocol import scored_frames, scored_positions
-from vbbench.renderer import picture_size
-from vbbench.rendering import Backend
 from vbbench.scoring import score
+from vbbench.scoring.metrics import position_error, relative_position_error, rotation_error, translation_error
 from vbbench.solving import solve
-from vbbench.submitted import SubmittedEstimates
-from vbbench.viewer import Opened, how_to_open, open_viewer, record_to_file
 
 reading = pytest.importorskip("rerun.chunk", reason="needs the extra viewer, new enough to read recordings")
 pytestmark = pytest.mark.extra
@@ -145,7 +144,7 @@ def test_words_name_dataset_caution_protocol_and_figures(folder: Path, submissio
 def test_boxes_are_drawn_at_both_ends_of_a_panorama(folder: Path, recording: Entities) -> None:
     dataset = Dataset(folder)
     sequence, boxes = dataset.sequence(SEQUENCE), recording["ego/boxes"]
-    width = picture_size(dataset.info.camera)[0]
+    width = dataset.info.camera.picture_size[0]
     for frame, centers in enumerate(boxes["Boxes2D:centers"]):
         columns = np.reshape(centers, (-1, 2))[:, 0]
         seen = sequence.observations[frame, sequence.observed[frame], 0]
@@ -231,7 +230,7 @@ def test_a_failure_leaves_nothing(folder: Path, tmp_path: Path, monkeypatch: pyt
     def fail(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vbbench.viewer.recording.record_boxes", fail)
+    monkeypatch.setattr("vbbench.pictures.viewer.recording.record_boxes", fail)
     with pytest.raises(KeyboardInterrupt):
         record_to_file(Dataset(folder), SEQUENCE, tmp_path / "x.rrd")
     assert not list(tmp_path.iterdir())
@@ -288,7 +287,7 @@ def test_the_viewer_opens_where_there_is_a_display(tmp_path: Path, monkeypatch: 
     monkeypatch.setenv("CI", "true")
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_DISPLAY
     monkeypatch.delenv("CI")
-    monkeypatch.setattr("vbbench.viewer.opening.viewer_program", lambda: None)
+    monkeypatch.setattr("vbbench.pictures.viewer.opening.viewer_program", lambda: None)
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_VIEWER
     assert len(started) == 1
 
@@ -303,5 +302,5 @@ def test_who_is_seen_is_not_unseen(folder: Path) -> None:
 
 
 def test_rerun_is_not_imported_before_it_is_needed() -> None:
-    code = "import sys, vbbench.cli, vbbench.viewer; sys.exit('rerun' in sys.modules)"
+    code = "import sys, vbbench.cli, vbbench.pictures.viewer; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], env={**os.environ}).returncode == 0

@@ -12,15 +12,15 @@ import pytest
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo
 from vbbench.generation import generate
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
 from vbbench.solving import solve
-from vbbench.submission import SubmissionInfo
-from vbbench.warming import FRAMES, made_sequence, warm_up
+from vbbench.solving.warming import FRAMES, made_sequence, warm_up
 
 SOLVERS = {"cv": "no", "sf": "no", "vb-cv": "yes", "vb-sf": "yes", "map-causal": "yes", "map-batch": "yes"}
 """Bundled solvers, and whether they report covariances."""
@@ -157,10 +157,10 @@ def test_nothing_is_compiled_or_loaded_while_the_clock_runs(camera: Any, tier: A
 COLD = """
 import sys, time
 from pathlib import Path
-from vbbench import solving
-from vbbench.dataset import Dataset
+from vbbench.solving import submissions as solving
+from vbbench.files.dataset import Dataset
 from vbbench.protocol import get_protocol
-from vbbench.runner import run_sequence
+from vbbench.solving.runner import run_sequence
 
 def passes(solver, problem, sequence, protocol, truth):
     for n in range(len(spent)):

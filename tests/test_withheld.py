@@ -8,16 +8,17 @@ from pathlib import Path
 import pytest
 
 from vbbench.cli import main
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.verification import verify
+from vbbench.files.withholding import GUESSABLE_BITS, SEED_FILE, draw_seed
 from vbbench.generation import generate, generate_partitioned
-from vbbench.generator import Options
-from vbbench.merging import merge
+from vbbench.generation.datasets import who_knows
+from vbbench.generation.generator import Options
+from vbbench.parallel.merging import merge
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench.verification import verify
-from vbbench.withholding import GUESSABLE_BITS, SEED_FILE, draw_seed, who_knows
 
 SECRET = 0xC0FFEE << 100
 LIMIT = 3
@@ -124,7 +125,7 @@ def test_info_prints_one_hash_that_sha256sum_gives_too(
 
 
 def test_a_cluster_keeps_the_seed_apart_too(challenge: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.cluster.on_cluster", _here)
+    monkeypatch.setattr("vbbench.parallel.cluster.on_cluster", _here)
     generate_partitioned("sim", tmp_path / "spread", options(), scheduler="tcp://nowhere", withhold_truth=True)
     merge(tmp_path / "spread")
     for name in ("challenge", "challenge.truth"):
@@ -181,15 +182,15 @@ def test_interrupted_secret_work_goes_on_with_its_seed(tmp_path: Path, monkeypat
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vbbench.parts.PATIENCE", -1.0)
+    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", -1.0)
     command = ["generate", "sim", "--limit", "1", "--seed", "secret", "--withhold-truth", "--out", str(tmp_path / "a")]
     with monkeypatch.context() as patch:
-        patch.setattr("vbbench.generation.describe_tables", stop)
+        patch.setattr("vbbench.files.dataset_info.describe_tables", stop)
         with pytest.raises(KeyboardInterrupt):
             main(command)
     seed = json.loads(next(tmp_path.rglob(SEED_FILE)).read_text("utf-8"))["seed"]
     made: list[int] = []
-    monkeypatch.setattr("vbbench.generation._build_part", lambda *_: made.append(1))
+    monkeypatch.setattr("vbbench.generation.datasets._build_part", lambda *_: made.append(1))
     assert main(command) == 0
     assert made == []
     assert json.loads((tmp_path / "a.truth" / SEED_FILE).read_text("utf-8"))["seed"] == seed
@@ -219,6 +220,6 @@ def test_a_challenge_has_boards_of_its_own(
 
 
 def _here(work, ranges, _scheduler, _tls):  # type: ignore[no-untyped-def]
-    from vbbench.partitions import pack, part_name
+    from vbbench.parallel.partitions import pack, part_name
 
     return (pack(work(first, last), part_name(first)) for first, last in ranges)

@@ -15,20 +15,20 @@ from tests.make_dataset import Crowd
 from tests.make_dataset import write_dataset as write_made
 from tests.stopping import contents, names, stopped_at, stopped_at_every_step
 from tests.test_merging import last_part_first
-from vbbench import cluster
 from vbbench.cli import main
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo
+from vbbench.files.verification import verify
+from vbbench.folders.swapping import DONE, JOURNAL, MARK, finish_swaps
+from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate, generate_partitioned
-from vbbench.generator import Options
-from vbbench.merging import merge
-from vbbench.parts import Part
+from vbbench.generation.generator import Options
+from vbbench.parallel import cluster
+from vbbench.parallel.merging import merge
+from vbbench.parallel.parts import Part
+from vbbench.pictures.video import write_mp4
 from vbbench.solving import solve
-from vbbench.submission import SubmissionInfo
-from vbbench.swapping import DONE, JOURNAL, MARK, finish_swaps
-from vbbench.verification import verify
-from vbbench.video import write_mp4
-from vbbench.work_folder import WorkFolder
 
 OPTIONS = Options(limit=2)
 OTHER = Options(limit=2, seed=1)
@@ -37,7 +37,7 @@ OTHER = Options(limit=2, seed=1)
 @pytest.fixture(autouse=True)
 def _no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "on_cluster", last_part_first)
-    monkeypatch.setattr("vbbench.parts.PATIENCE", -1.0)
+    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", -1.0)
     monkeypatch.setattr(os, "fsync", lambda _: None)  # nothing here cuts the power
 
 
@@ -351,7 +351,7 @@ def test_a_full_disk_costs_nothing_that_was_there(
     left: int,
     patience: float,
 ) -> None:
-    monkeypatch.setattr("vbbench.parts.PATIENCE", patience)
+    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", patience)
     out, large = small_disk / "out", ["generate", "demo", "--limit", "60", "--overwrite", "--out"]
     shutil.copytree(room / "old", out)
     ballast = fill(small_disk, left)
@@ -399,8 +399,8 @@ def test_a_limit_on_the_size_of_files_is_one_line(room: Path, tmp_path: Path) ->
 
 
 def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
-    from vbbench.parts import write_in_parts
-    from vbbench.schemas import to_arrow
+    from vbbench.files.schemas import to_arrow
+    from vbbench.parallel.parts import write_in_parts
 
     made: list[int] = []
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.solving import solve
 from vbbench_leaderboards.adding import add
 from vbbench_leaderboards.json_file import digest

@@ -6,13 +6,18 @@ walks, from nothing but the boxes of the people it sees (Nishimura, Nobuhara, Ni
 Everything public is reachable from here and imported on first use, so that ``import vbbench`` stays light.
 """
 
+import sys
+from collections.abc import Callable, Mapping
 from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Dataset": "dataset",
+    "Dataset": "files.dataset",
     "Estimate": "estimate",
     "Frame": "solver",
     "FrameEstimate": "estimate",
@@ -27,11 +32,24 @@ _HOMES = {
     "SequenceSolver": "solver",
     "Truth": "sequence",
     "VbbenchError": "errors",
-    "compare": "comparison",
+    "compare": "scoring.comparison",
     "generate": "generation",
     "score": "scoring",
     "solve": "solving",
 }
+
+_OLDER_PATHS = {
+    "vbbench.arrays": "vbbench.geometry",
+    "vbbench.dataset": "vbbench.files.dataset",
+    "vbbench.generator": "vbbench.generation.generator",
+    "vbbench.renderer": "vbbench.pictures.renderer",
+    "vbbench.rendering": "vbbench.pictures.rendering",
+    "vbbench.simulation": "vbbench.generation.generator",
+    "vbbench.stream": "vbbench.generation.stream",
+    "vbbench.torch": "vbbench.generation.torch",
+    "vbbench.viewer": "vbbench.pictures.viewer",
+}
+"""Import paths of modules that have moved since they were published: they stay, as names of the same modules."""
 
 __all__ = [
     "Dataset",
@@ -58,24 +76,44 @@ __all__ = [
 
 if TYPE_CHECKING:
     from vbbench.camera import PanoramaCamera, PerspectiveCamera
-    from vbbench.comparison import compare
-    from vbbench.dataset import Dataset
     from vbbench.errors import VbbenchError
     from vbbench.estimate import Estimate, FrameEstimate
+    from vbbench.files.dataset import Dataset
     from vbbench.generation import generate
     from vbbench.scene import Scene
     from vbbench.scoring import score
+    from vbbench.scoring.comparison import compare
     from vbbench.sequence import Given, Sequence, Truth
     from vbbench.solver import Frame, FrameSolver, LocationPosterior, Problem, SequenceSolver
     from vbbench.solving import solve
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name from the module it lives in, on first use."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'vbbench' has no attribute {name!r}")
-    return getattr(import_module(f"vbbench.{_HOMES[name]}"), name)
+def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+    """A ``__getattr__`` for a package: its public names, each imported on first use from the module it lives in."""
+
+    def get(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module '{package}' has no attribute {name!r}")
+        return getattr(import_module(f"{package}.{homes[name]}"), name)
+
+    return get
+
+
+__getattr__ = lazy_names(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+class _OlderPaths(MetaPathFinder, Loader):
+    """Imports a module under its older path: the same module object, loaded when it is asked for."""
+
+    def find_spec(self, fullname: str, *_: object) -> ModuleSpec | None:
+        return ModuleSpec(fullname, self) if fullname in _OLDER_PATHS else None
+
+    def exec_module(self, module: ModuleType) -> None:
+        sys.modules[module.__name__] = import_module(_OLDER_PATHS[module.__name__])
+
+
+sys.meta_path.append(_OlderPaths())

@@ -2,7 +2,7 @@
 
 import sys
 
-from vbbench.stopping import stoppable
+from vbbench.parallel.stopping import stoppable
 
 
 def main() -> int:

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.camera import Camera, PanoramaCamera
-from vbbench.renderer import picture_size
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray, IntArray
 
 BOX_ASPECT = 0.36
 """Width of a person's box as a fraction of its height; an observation has no width."""
@@ -26,16 +25,11 @@ def observations_of(boxes: FloatArray, camera: Camera) -> FloatArray:
     return np.stack([camera.wrap_column(left + 0.5 * width), top + 0.5 * height, height], axis=-1)
 
 
-def period_of(camera: Camera) -> float | None:
-    """Width in px of a picture that closes on itself, a panorama's; ``None`` for one with borders."""
-    return float(camera.width) if isinstance(camera, PanoramaCamera) else None
-
-
 def cut_to_picture(boxes: FloatArray, camera: Camera) -> FloatArray:
     """What of the boxes [..., 4] lies in the camera's picture; a panorama has no left and right border."""
-    width, height = picture_size(camera)
+    width, height = camera.picture_size
     left, top, right, bottom = _edges(boxes)
-    if period_of(camera) is None:
+    if camera.period is None:
         left, right = np.clip(left, 0.0, width), np.clip(right, 0.0, width)
     top, bottom = np.clip(top, 0.0, height), np.clip(bottom, 0.0, height)
     return np.stack([left, top, right - left, bottom - top], axis=-1)
@@ -47,7 +41,7 @@ def overlaps(first: FloatArray, second: FloatArray, period: float | None = None)
     Parameters
     ----------
     first, second : (left, top, width, height) in px.
-    period : of the camera; see `period_of`.
+    period : of the camera; `vbbench.camera.Camera.period`.
     """
     a, b = first[:, None], second[None]
     apart = b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2]
@@ -70,7 +64,7 @@ def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, period: floa
     boxes : [N, 4] (left, top, width, height) in px.
     scores : [N], the higher the better.
     overlap : intersection over union beyond which the worse goes.
-    period : of the camera; see `period_of`.
+    period : of the camera; `vbbench.camera.Camera.period`.
     """
     order = np.argsort(-scores, kind="stable")
     shared = overlaps(boxes[order], boxes[order], period) > overlap

@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.errors import UnknownNameError, VbbenchError
-from vbbench.ranges import Within, check_ranges
+from vbbench.geometry import FloatArray
+from vbbench.parsing.numbers import Within, check_ranges
 
 NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
@@ -38,6 +38,14 @@ class Camera(Protocol):
     @property
     def mount_height(self) -> float:
         """Height h0 of the optical axis over the ground, in m."""
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Width and height in px of the camera's picture."""
+
+    @property
+    def period(self) -> float | None:
+        """Width in px of a picture that closes on itself, as a panorama's does; ``None`` for one with borders."""
 
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """Boxes of people: relative [..., 2] (right, forward) m, heights [...] m → [..., 3] (u, v, l) px.
@@ -77,6 +85,15 @@ class PerspectiveCamera:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """See `Camera.picture_size`."""
+        return self.width, self.height
+
+    @property
+    def period(self) -> None:
+        """The picture has borders."""
 
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project`; the box centre must lie inside the image."""
@@ -126,6 +143,16 @@ class PanoramaCamera:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """See `Camera.picture_size`; it is as high below the horizon as above it."""
+        return self.width, round(2 * self.cy)
+
+    @property
+    def period(self) -> float:
+        """The full circle."""
+        return float(self.width)
 
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project`; u is in [0, W)."""

@@ -1,13 +1,12 @@
 """The errors that users meet. All of them are mistakes that the user can fix: exit status 2, no traceback."""
 
 import os
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
-
-from vbbench.quoting import one_line, quoted
 
 LONGEST = 5000
 """Characters of a line of any message: a path may have 4,096."""
@@ -17,7 +16,7 @@ class VbbenchError(Exception):
     """Something the user can put right.
 
     Whatever a stranger wrote of it, every line can be shown: none is endless, no character steers a terminal
-    (`vbbench.quoting`).
+    (`one_line`).
 
     Parameters
     ----------
@@ -103,3 +102,48 @@ def plain_errors(path: Path, place: Path | None = None) -> Iterator[None]:
         if error.errno is None or (place is not None and error.filename not in (None, str(place))):
             raise
         raise FileError(path, f"{os.strerror(error.errno)}; choose another place") from error
+
+
+LONGEST_QUOTE = 60
+"""Characters of a quoted value that are repeated."""
+
+LONGEST_LINE = 600
+"""Characters of a message about a file, without the file's path."""
+
+_CONTROL = (
+    r"\x00-\x09\x0b-\x1f\x7f-\x9f"  # C0 and C1 controls but for the line feed
+    r"\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # turns of the writing direction
+    r"\u2028\u2029\ufeff\ufff9-\ufffb"  # separators of lines and paragraphs, marks that nobody sees
+    r"\ud800-\udfff"  # halves of surrogate pairs: bytes that were no UTF-8
+)
+_IN_LINES = re.compile(f"[{_CONTROL}]")
+_IN_LINE = re.compile(f"[\\n{_CONTROL}]")
+
+
+def is_printable(text: str) -> bool:
+    """Whether a text can be shown as it is on one line."""
+    return _IN_LINE.search(text) is None
+
+
+def escaped(text: str, *, lines: bool = False) -> str:
+    r"""The text with ``\x1b`` and the like for whatever a terminal would obey, hide or fail to show.
+
+    Parameters
+    ----------
+    lines : let line feeds stand.
+    """
+    return (_IN_LINES if lines else _IN_LINE).sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def one_line(text: str, longest: int = LONGEST_LINE) -> str:
+    """The text escaped, and where it has more than ``longest`` characters cut, with their number."""
+    if len(text) <= longest:
+        return escaped(text)
+    return f"{escaped(text[:longest])}… ({len(text)} characters)"
+
+
+def quoted(value: object) -> str:
+    """A value as messages repeat it: text between quotation marks, anything else as Python writes it."""
+    if isinstance(value, str):
+        return f"'{escaped(value)}'" if len(value) <= LONGEST_QUOTE else one_line(f"'{value}", LONGEST_QUOTE)
+    return one_line(repr(value), LONGEST_QUOTE)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, frozen_array
 
 LARGEST = 1e6
 """No coordinate (m) and no angle (rad) of an answer lies farther from 0: 1000 km is farther than anybody walks, float64

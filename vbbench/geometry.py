@@ -1,13 +1,36 @@
-"""Ground-plane geometry: the pose (x, y, yaw) and the camera's ground frame (right, forward).
+"""Arrays, and ground-plane geometry: the pose (x, y, yaw) and the camera's ground frame (right, forward).
 
 World frame: z up, metres, radians; yaw counter-clockwise from world +x, the direction the camera looks.
 world = pose.xy + forward·(cos yaw, sin yaw) + right·(sin yaw, −cos yaw)   (DESIGN section 2);
 the paper's θ_z (arXiv 2111.05060, eq. 2) is π/2 − yaw.
 """
 
-import numpy as np
+from typing import Any
 
-from vbbench.arrays import FloatArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+def frozen_array(
+    name: str, values: ArrayLike, shape: tuple[int | None, ...], dtype: type[Any] = np.float64
+) -> NDArray[Any]:
+    """Return ``values`` as a read-only array of the wanted shape; ``None`` in ``shape`` means any length.
+
+    Raises
+    ------
+    ValueError
+        If the shape differs; the message names expected and actual shape.
+    """
+    array = np.asarray(values, dtype=dtype).view()
+    if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
+        wanted = ", ".join("*" if n is None else str(n) for n in shape)
+        raise ValueError(f"{name} must have shape [{wanted}], not {list(array.shape)}")
+    array.flags.writeable = False
+    return array
 
 
 def wrap_angle(angle: FloatArray | float) -> FloatArray:

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, IntArray
 from vbbench.errors import UnknownNameError
+from vbbench.geometry import BoolArray, IntArray
 from vbbench.sequence import Given, Truth
 
 START_FRAMES = 2

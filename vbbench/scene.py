@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.errors import VbbenchError
+from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True, kw_only=True)

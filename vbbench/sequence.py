@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,3 +99,20 @@ class Truth:
         object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
         object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
         object.__setattr__(self, "heights", frozen_array("heights", self.heights, (self.positions.shape[1],)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceData:
+    """One generated sequence with its truth.
+
+    Parameters
+    ----------
+    sequence, truth : what is seen, and what is so.
+    scene : its scene, where no other sequence shares it.
+    persons : [T, K] the person behind each track in each frame, −1 for a false alarm; tier `tracked` only.
+    """
+
+    sequence: Sequence
+    truth: Truth
+    scene: Scene | None = None
+    persons: IntArray | None = None

@@ -8,9 +8,9 @@ A solver is a class that is called without arguments and implements `FrameSolver
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
 from vbbench.camera import Camera
 from vbbench.estimate import Estimate, FrameEstimate
+from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.sequence import Given
 
 __all__ = ["Estimate", "Frame", "FrameEstimate", "FrameSolver", "LocationPosterior", "Problem", "SequenceSolver"]

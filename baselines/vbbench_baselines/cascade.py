@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.heights import Heights
 from vbbench_baselines.history import History

@@ -20,7 +20,7 @@ the weighted rigid (Procrustes) fit. The people are summed over once.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 
 VAGUE = 1e-6

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
-from vbbench.geometry import relative_to_world
+from vbbench.geometry import FloatArray, relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.history import History
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, Spreads, StraightWalk, expect

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate
 

@@ -6,7 +6,7 @@ as there. The people's places are eliminated already. E is a sum of squared, nor
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import VAGUE, invert, least_angle
 

@@ -5,7 +5,7 @@ Minimises Σ_k U_k(s_k) + Σ_(i,j) V_ij(s_i, s_j). Exact on trees; on graphs wit
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 
 

@@ -7,7 +7,7 @@ and zero where it was given.
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 
 ANCHOR_STD = 1e-3

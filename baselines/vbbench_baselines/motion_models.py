@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench_baselines.history import History
 from vbbench_baselines.motion import continue_observer, continue_people
 from vbbench_baselines.social_force import adapt_velocities

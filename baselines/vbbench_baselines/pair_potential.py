@@ -5,7 +5,7 @@ From arXiv 2111.05060, eq. 12 (σ² = 1 m²). In m/s², like D_k: greatest at d 
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 
 

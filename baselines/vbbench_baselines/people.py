@@ -8,7 +8,7 @@ weighted square and V by its tangent; what is left is a Kalman update with p_k m
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.localisation import localise
 from vbbench_baselines.message_passing import pass_messages

@@ -9,7 +9,7 @@ known to less than δ/2 has the one sample.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import invert
 

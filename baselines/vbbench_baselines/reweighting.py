@@ -17,7 +17,7 @@ energy at the same place.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import fit_pose
 from vbbench_baselines.localisation import localise

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 
 
 def select(observations: FloatArray, most: int, smallest: float) -> BoolArray:

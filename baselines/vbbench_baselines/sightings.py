@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 
 SMALLEST_BOX = 1.0

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_baselines.cascade import Answer, Birdifier, Factors, Task
 from vbbench_baselines.crowd_graph import link
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk

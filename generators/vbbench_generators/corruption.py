@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
+from vbbench.geometry import FloatArray
 from vbbench_generators.occlusion import Outline
 from vbbench_generators.precision import Precision
 from vbbench_generators.tracking import TrackingSettings, get_tracking

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vbbench.generator import Card, Options
+from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.planning import plan_reprojection

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import numpy as np
 
-from vbbench.arrays import BoolArray
-from vbbench.ranges import Within, check_ranges
+from vbbench.geometry import BoolArray
+from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
 
 

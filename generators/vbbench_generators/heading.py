@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_generators.noise import wandering
 
 SMOOTHING_TIME = 0.8

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.tables import file_sha256
+from vbbench.generation.sources import locate
+from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench.sources import locate
-from vbbench.tables import file_sha256
 from vbbench_generators.crohd.describing import describe_calibration
 from vbbench_generators.crohd.finding import find_recording
 from vbbench_generators.crohd.reading import read_heads

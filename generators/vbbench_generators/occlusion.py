@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.geometry import world_to_relative
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.kernels import kernel
 
 SAMPLES = 4

@@ -1,7 +1,7 @@
 """Refuses what no split can be made of."""
 
 from vbbench.errors import VbbenchError
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench_generators.corruption import TIERS
 
 

@@ -4,9 +4,9 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from vbbench.camera import PanoramaCamera
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.generator import Card, Options
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
 from vbbench_generators.corruption import corruption_of
 from vbbench_generators.eligibility import Rules

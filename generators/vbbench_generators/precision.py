@@ -9,9 +9,9 @@ from typing import Annotated
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
-from vbbench.ranges import Within, check_ranges
+from vbbench.geometry import FloatArray
+from vbbench.parsing.numbers import Within, check_ranges
 
 Bits = Annotated[int, Within(0, 32)]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from vbbench.errors import UnknownNameError
-from vbbench.generator import FRAME_TIME, Tier
-from vbbench.ranges import Within, check_ranges
-from vbbench.sources import Source
+from vbbench.generation.generator import FRAME_TIME, Tier
+from vbbench.generation.sources import Source
+from vbbench.parsing.numbers import Within, check_ranges
 from vbbench_generators.eligibility import Rules
 from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.precision import Precision

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.dataset_info import DatasetInfo
-from vbbench.generator import Look, SequenceData
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.generator import Look
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
 from vbbench_generators.corruption import Corruption
 from vbbench_generators.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.heading import causal_headings
@@ -28,7 +29,7 @@ def draw_heights(scene: Scene, number: int, info: DatasetInfo) -> Scene:
 
 @dataclass(frozen=True)
 class Reprojection:
-    """The plan of a dataset made by reprojection; see `vbbench.generator.Plan`."""
+    """The plan of a dataset made by reprojection; see `vbbench.generation.generator.Plan`."""
 
     info: DatasetInfo
     scenes: tuple[Scene, ...]

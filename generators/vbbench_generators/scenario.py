@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from vbbench.errors import UnknownNameError
-from vbbench.generator import FRAME_TIME
-from vbbench.ranges import Within, check_ranges
-from vbbench.simulation import MOST_PEOPLE
+from vbbench.generation.generator import FRAME_TIME, MOST_PEOPLE
+from vbbench.parsing.numbers import Within, check_ranges
 from vbbench_generators.strict import build, build_each, read_toml
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]

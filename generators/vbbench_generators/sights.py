@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.camera import Camera
-from vbbench.dataset_info import DatasetInfo
-from vbbench.geometry import world_to_relative
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.sequence import Truth
 from vbbench_generators.corruption import Corruption, add_pixel_noise
 from vbbench_generators.occlusion import enough, see

@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from vbbench.camera import CAMERAS
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.generator import Card, Look, Options, SequenceData
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.generator import Card, Engine, Look, Options, Simulation
 from vbbench.scene import Scene
-from vbbench.simulation import Engine, Simulation
+from vbbench.sequence import SequenceData
 from vbbench_generators.corruption import Corruption, corruption_of
 from vbbench_generators.eligibility import Span
 from vbbench_generators.option_checks import check_options
@@ -27,7 +27,7 @@ SCENARIO = "open"
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationPlan:
-    """The plan of a simulated dataset; see `vbbench.generator.Plan`. ``build`` takes any index, however large."""
+    """A simulated dataset's `vbbench.generation.generator.Plan`. ``build`` takes any index, however large."""
 
     info: DatasetInfo
     scenario: Scenario

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
-from vbbench.geometry import world_to_relative
+from vbbench.generation.generator import Engine
+from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.scene import Scene
-from vbbench.simulation import Engine
 from vbbench_generators.heading import causal_headings, limit_turns
 from vbbench_generators.scenario import Scenario
 from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
+from vbbench.geometry import FloatArray
 from vbbench_generators.scenario import Flow, Rectangle, Scenario
 from vbbench_generators.social_force import Crowd, Model
 

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
-from vbbench.generator import Card, Options
+from vbbench.generation.generator import Card, Options
 from vbbench_generators.demo import DemoSplit
 from vbbench_generators.planning import plan_reprojection
 from vbbench_generators.recipe import Recipe, get_recipe

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 from vbbench.errors import VbbenchError
-from vbbench.generator import Options
+from vbbench.generation.generator import Options
 from vbbench_generators.corruption import corruption_of
 from vbbench_generators.sim import SimSplit, SimulationPlan, plan_simulation
 

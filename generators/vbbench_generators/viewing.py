@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.dataset_info import DatasetInfo
-from vbbench.generator import Look, SequenceData
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.generator import Look
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import Sequence, Truth
+from vbbench.sequence import Sequence, SequenceData, Truth
 from vbbench_generators.corruption import Corruption
 from vbbench_generators.eligibility import Span
 from vbbench_generators.heading import wandering_look

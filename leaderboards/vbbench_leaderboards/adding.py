@@ -3,11 +3,12 @@
 import re
 from pathlib import Path
 
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo
+from vbbench.files.tables import file_sha256
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.scoring import score
-from vbbench.submission import SubmissionInfo
-from vbbench.tables import file_sha256, write_text_atomically
 from vbbench_leaderboards.dataset_record import (
     BoardDataset,
     check_same_dataset,

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.errors import FileError
+from vbbench.geometry import FloatArray, IntArray
 
 ENCODING = (
     "base64 of zlib of little-endian float32, column after column, NaN = none; "

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vbbench import __version__
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.work_folder import WorkFolder
+from vbbench.folders.work_folder import WorkFolder
 from vbbench_leaderboards.page.files import site_files
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.player.writing import Films, write_player

@@ -134,7 +134,7 @@ def build(
             for all in the work folder; slow.
         jobs: Processes; the site does not depend on it.
     """
-    from vbbench.rendering import Backend
+    from vbbench.pictures.rendering import Backend
     from vbbench_leaderboards.building import build as make
     from vbbench_leaderboards.player.writing import Films
     from vbbench_leaderboards.results_folder import published_results

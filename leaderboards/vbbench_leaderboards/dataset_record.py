@@ -7,17 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import IntArray
 from vbbench.camera import camera_to_dict
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.generator import Options
-from vbbench.info import summary
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo, summary
+from vbbench.generation.generator import Options
+from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
-from vbbench.scored_rows import scored_rows
-from vbbench.truth_rows import NOBODY, TruthRows
+from vbbench.scoring.scored_rows import scored_rows
+from vbbench.scoring.truth_rows import NOBODY, TruthRows
 from vbbench_leaderboards.block import decode, encode, whole_columns
 from vbbench_leaderboards.json_file import read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vbbench.errors import FileError
-from vbbench.json_text import canonical_digest, read_json
-from vbbench.tables import write_text_atomically
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.parsing.json_text import canonical_digest, read_json
 from vbbench_leaderboards.block import fingerprint
 
 if TYPE_CHECKING:

@@ -6,8 +6,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from vbbench import __version__
+from vbbench.files.tables import file_sha256
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.registry import Kind, registered
-from vbbench.tables import file_sha256, write_text_atomically
 
 
 def code_of(kind: Kind, name: str) -> str:

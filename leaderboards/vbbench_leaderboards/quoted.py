@@ -1,6 +1,6 @@
 """The paper's rows at a board: quoted beside it, unranked, and never part of its statistics."""
 
-from vbbench.reproduction.paper import Quoted, the_paper
+from vbbench.paper import Quoted, the_paper
 from vbbench_leaderboards.result import Board
 
 PROTOCOL = "one-step"

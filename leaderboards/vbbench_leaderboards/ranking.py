@@ -12,9 +12,9 @@ from itertools import combinations
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
-from vbbench.scorecard import DRIFTS, METRICS
-from vbbench.statistics import RESAMPLES, bootstrap_means, two_sided_p
+from vbbench.geometry import FloatArray
+from vbbench.scoring.scorecard import DRIFTS, METRICS
+from vbbench.scoring.statistics import RESAMPLES, bootstrap_means, two_sided_p
 from vbbench_leaderboards.result import Result
 
 LEVEL = 0.05

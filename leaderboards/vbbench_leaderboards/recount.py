@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
-from vbbench.scorecard import DRIFTS, METRICS, ON_PEOPLE
-from vbbench.statistics import known, summarise
+from vbbench.scoring.scorecard import DRIFTS, METRICS, ON_PEOPLE
+from vbbench.scoring.statistics import known, summarise
 from vbbench_leaderboards.dataset_record import BoardDataset
 from vbbench_leaderboards.result import Result
 

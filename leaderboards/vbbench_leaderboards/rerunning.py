@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vbbench.dataset import Dataset
 from vbbench.errors import FileError, SourceMissingError
+from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generator import Options, Tier
+from vbbench.generation.generator import Options, Tier
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
 from vbbench.scoring import score

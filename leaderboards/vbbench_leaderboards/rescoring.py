@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
-from vbbench.parts import progress_bar
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.parallel.parts import progress_bar
 from vbbench.scoring import score
-from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench_leaderboards.adding import table_hashes
 from vbbench_leaderboards.dataset_record import BoardDataset
 from vbbench_leaderboards.drift import drift

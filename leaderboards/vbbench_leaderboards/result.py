@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vbbench import __version__
-from vbbench.scorecard import PerSequence, Score
+from vbbench.scoring.scorecard import PerSequence, Score
 
 FORMAT_VERSION = 1
 

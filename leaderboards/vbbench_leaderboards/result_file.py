@@ -7,7 +7,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.estimate import LARGEST
 from vbbench.protocol import get_protocol
-from vbbench.scorecard import DRIFTS, METRICS, PerSequence
+from vbbench.scoring.scorecard import DRIFTS, METRICS, PerSequence
 from vbbench_leaderboards.block import Block, decode, encode, whole_columns
 from vbbench_leaderboards.json_file import Values, object_text, read_object, write_object
 from vbbench_leaderboards.result import FORMAT_VERSION, Board, Result

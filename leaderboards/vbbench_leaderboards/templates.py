@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from vbbench.errors import VbbenchError
-from vbbench.tables import loose_files, write_text_atomically
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
 
 TEMPLATE = Path(__file__).parent / "template"
 

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray
 from vbbench.boxes import suppress
-from vbbench.detector import Detections
 from vbbench.errors import VbbenchError
+from vbbench.exchange.detection import Detections
+from vbbench.geometry import FloatArray
 
 ENLARGE = 2.0
 """The detector's window is 128 px high with somebody of 96 px in it; pictures are enlarged to find smaller people."""
@@ -40,7 +40,7 @@ class HogDetector:
         self._hog.setSVMDetector(np.asarray(cv2.HOGDescriptor.getDefaultPeopleDetector(), dtype=np.float32))
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
-        """See `vbbench.detector.Detector`; a panorama is gone on with beyond its seam."""
+        """See `vbbench.exchange.detection.Detector`; a panorama is gone on with beyond its seam."""
         import cv2
 
         picture = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
 from vbbench.camera import Camera
+from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.kernels import kernel
-from vbbench.renderer import Picture
+from vbbench.pictures.renderer import Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Int32

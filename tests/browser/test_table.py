@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.made_site import HOSTILE, STRANGER, TWIN
-from vbbench.reproduction.paper import the_paper
+from vbbench.paper import the_paper
 from vbbench_leaderboards.ranking import rank
 from vbbench_leaderboards.result import Board, Result
 

@@ -20,13 +20,12 @@ from tests.fuzz.mutations import JSON, TEXT
 from tests.fuzz.parquet_mutations import PARQUET
 from tests.make_dataset import Crowd, write_dataset
 from tests.tiny_board import FILE, tiny_board, tiny_dataset
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import DatasetInfo
-from vbbench.info import describe
-from vbbench.json_text import canonical_digest
-from vbbench.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo, describe
+from vbbench.files.verification import verify
+from vbbench.parallel.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
+from vbbench.parsing.json_text import canonical_digest
 from vbbench.scoring import score
-from vbbench.verification import verify
 from vbbench_leaderboards.json_file import digest
 from vbbench_leaderboards.results_folder import read_results
 

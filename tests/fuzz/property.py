@@ -12,8 +12,7 @@ from random import Random
 
 from tests.fuzz.kind import Kind, Refused
 from tests.fuzz.mutations import mutate
-from vbbench.errors import VbbenchError, VbbenchWarning
-from vbbench.quoting import is_printable
+from vbbench.errors import VbbenchError, VbbenchWarning, is_printable
 
 LONGEST_MESSAGE = 6000
 MOST_MEMORY = 64 * 2**20

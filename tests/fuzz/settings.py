@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.fuzz.kind import Kind
 from tests.fuzz.mutations import BYTES, TEXT, TOML
-from vbbench.sources import Source
+from vbbench.generation.sources import Source
 from vbbench_generators.crohd.finding import find_recording
 from vbbench_generators.crohd.reading import read_heads
 from vbbench_generators.recipe import read_recipe

@@ -1,7 +1,7 @@
 """The command line: parse, call one library function, print.
 
 Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user's mistake (one line, no traceback),
-1 a failure of the program, 128 + the signal that stopped it (`vbbench.stopping`).
+1 a failure of the program, 128 + the signal that stopped it (`vbbench.parallel.stopping`).
 """
 
 import contextlib
@@ -18,8 +18,7 @@ from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
-from vbbench.errors import UnknownNameError, VbbenchError
-from vbbench.quoting import one_line
+from vbbench.errors import UnknownNameError, VbbenchError, one_line
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,

@@ -14,7 +14,7 @@ TierName = Literal["ideal", "noisy", "occluded", "tracked"]
 
 def splits() -> None:
     """List every split: source, licence, citation, whether its source is here."""
-    from vbbench.splits import describe_splits
+    from vbbench.generation.catalogue import describe_splits
 
     print(describe_splits())
 
@@ -26,7 +26,7 @@ def fetch(names: Positional[tuple[str, ...]], /) -> None:
     Args:
         names: Splits, such as hotel eth students.
     """
-    from vbbench.splits import fetch_splits
+    from vbbench.generation.catalogue import fetch_splits
 
     for path in fetch_splits(names):
         print(path)
@@ -84,12 +84,12 @@ def generate(
     """
     from vbbench.camera import CAMERAS
     from vbbench.errors import VbbenchError
-    from vbbench.generation import generate as make
+    from vbbench.files.dataset_info import describe
+    from vbbench.files.withholding import secret_seed
     from vbbench.generation import generate_partitioned
-    from vbbench.generator import Options
-    from vbbench.info import describe
-    from vbbench.simulation import as_simulation
-    from vbbench.withholding import secret_seed, who_knows
+    from vbbench.generation.datasets import generate as make
+    from vbbench.generation.datasets import who_knows
+    from vbbench.generation.generator import Options, as_simulation
 
     if seed == "secret" and not withhold_truth:
         raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
@@ -126,7 +126,7 @@ def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool 
         out: Folder to make; default: the partitions are replaced by the whole.
         overwrite: Replace the dataset or submission that is in OUT, and the truth that is kept beside it.
     """
-    from vbbench.merging import merge as make_whole
+    from vbbench.parallel.merging import merge as make_whole
 
     print(make_whole(folder, out, overwrite=overwrite))
 
@@ -148,9 +148,8 @@ def info(
         plot: With --realism: PNG file to write; default: realism.png.
         truth: With --realism: folder with the truth tables, where they are kept elsewhere.
     """
-    from vbbench.dataset_info import DatasetInfo
     from vbbench.errors import VbbenchError
-    from vbbench.info import describe, summary_json
+    from vbbench.files.dataset_info import DatasetInfo, describe, summary_json
 
     if not realism:
         if plot or truth:
@@ -158,9 +157,9 @@ def info(
         facts = DatasetInfo.read(folder)
         print(summary_json(facts) if json else describe(facts))
         return
-    from vbbench.dataset import Dataset
-    from vbbench.plotting.realism import plot_realism_to_file
-    from vbbench.realism import describe_realism, measure_realism, realism_json
+    from vbbench.files.dataset import Dataset
+    from vbbench.realism.drawing import plot_realism_to_file
+    from vbbench.realism.report import describe_realism, measure_realism, realism_json
 
     report = measure_realism(Dataset(folder, truth))
     picture = plot_realism_to_file(report, plot or Path("realism.png"))
@@ -174,6 +173,6 @@ def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
         folder: The dataset.
         truth: Folder with the truth tables, where they are kept elsewhere.
     """
-    from vbbench.verification import verify as check
+    from vbbench.files.verification import verify as check
 
     print(check(folder, truth))

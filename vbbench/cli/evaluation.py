@@ -37,8 +37,8 @@ def solve(
         covariance: Write the covariances of poses and positions, too, where the solver reports them.
         overwrite: Replace the submission that is there.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.solving import solve as run
+    from vbbench.files.dataset import Dataset
+    from vbbench.solving.submissions import solve as run
 
     print(
         run(
@@ -73,7 +73,7 @@ def score(
         json: Machine-readable.
         per_sequence: CSV file to write with one row a sequence.
     """
-    from vbbench.scoring import score as judge
+    from vbbench.scoring.scores import score as judge
 
     result = judge(submission, dataset, truth)
     if per_sequence is not None:
@@ -98,7 +98,7 @@ def compare(
         truth: Folder with the truth tables, where they are kept elsewhere.
         json: Machine-readable.
     """
-    from vbbench.comparison import compare as judge
+    from vbbench.scoring.comparison import compare as judge
 
     result = judge(submission_a, submission_b, dataset, truth)
     print(result.to_json() if json else result.table())

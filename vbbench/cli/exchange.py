@@ -6,7 +6,7 @@ from tyro.conf import OmitArgPrefixes, Positional
 
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.views import announce
-from vbbench.surveillance.settings import HeadOptions
+from vbbench.exchange.heads.settings import HeadOptions
 
 
 def export_csv(folder: Positional[Path], /, out: Path) -> None:
@@ -16,8 +16,8 @@ def export_csv(folder: Positional[Path], /, out: Path) -> None:
         folder: The dataset.
         out: Folder to write into.
     """
-    from vbbench.csv_export import export_csv as export
-    from vbbench.dataset import Dataset
+    from vbbench.exchange.csv_export import export_csv as export
+    from vbbench.files.dataset import Dataset
 
     print(export(Dataset(folder), out))
 
@@ -33,8 +33,8 @@ def export_tum(
         submission: Write this submission's poses instead of the true ones.
         truth: Folder with the truth tables, where they are kept elsewhere.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.tum import export_dataset_tum
+    from vbbench.exchange.tum import export_dataset_tum
+    from vbbench.files.dataset import Dataset
 
     print(export_dataset_tum(Dataset(folder, truth), out, submission))
 
@@ -51,8 +51,8 @@ def import_tum(
         solver: What the solver is called.
         protocol: What it was given.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.tum import import_tum_folder
+    from vbbench.exchange.tum import import_tum_folder
+    from vbbench.files.dataset import Dataset
 
     print(import_tum_folder(files, Dataset(dataset), out, solver=solver, protocol=protocol))
 
@@ -85,15 +85,15 @@ def export_mot(
             MOTChallenge Head Tracking 21.
         photo: The camera of --heads.
     """
-    from vbbench.dataset import Dataset
     from vbbench.errors import VbbenchError
-    from vbbench.mot import export_mot as export
-    from vbbench.rendering import Backend
+    from vbbench.exchange.mot import export_mot as export
+    from vbbench.files.dataset import Dataset
+    from vbbench.pictures.rendering import Backend
 
     if heads and frames:
         raise VbbenchError("--heads writes no pictures: leave --frames out")
     if heads:
-        from vbbench.surveillance.recording import export_heads
+        from vbbench.exchange.heads.recording import export_heads
 
         print(export_heads(Dataset(folder, truth), out, photo, sequence=sequence, seed=seed))
         return
@@ -123,8 +123,8 @@ def import_mot(
         truth: Folder with the truth tables, where they are kept elsewhere.
         overwrite: Replace the dataset that is there.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.mot import import_mot as make
+    from vbbench.exchange.mot import import_mot as make
+    from vbbench.files.dataset import Dataset
 
     made = make(files, Dataset(dataset, truth), out, pixel_std=pixel_std, overwrite=overwrite, announce=announce)
     print(made.folder)
@@ -157,9 +157,9 @@ def detect(
         seed: Seed of looks and surroundings.
         truth: Folder with the truth tables, where they are kept elsewhere.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.detecting import detect_to_file
-    from vbbench.rendering import Backend
+    from vbbench.exchange.detection import detect_to_file
+    from vbbench.files.dataset import Dataset
+    from vbbench.pictures.rendering import Backend
 
     drawn_by = Backend(name=backend, surroundings=not plain, seed=seed)
     dataset = Dataset(folder, truth)

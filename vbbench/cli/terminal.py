@@ -11,8 +11,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import Any, TextIO
 
-from vbbench.errors import VbbenchError
-from vbbench.quoting import escaped, one_line
+from vbbench.errors import VbbenchError, escaped, one_line
 
 
 class OutputLost(Exception):  # noqa: N818  no mistake of the program

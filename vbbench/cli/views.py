@@ -7,7 +7,7 @@ from tyro.conf import Positional
 
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.terminal import say
-from vbbench.quoting import one_line
+from vbbench.errors import one_line
 
 
 def plot(
@@ -35,9 +35,9 @@ def plot(
         solver: With --posterior: a registered name or module:attribute of your own.
         protocol: With --posterior: what the solver is given.
     """
-    from vbbench.dataset import Dataset
     from vbbench.errors import VbbenchError
-    from vbbench.plotting import plot_posterior_to_file, plot_to_file
+    from vbbench.files.dataset import Dataset
+    from vbbench.pictures.plotting import plot_posterior_to_file, plot_to_file
 
     if posterior:
         if estimate is not None:
@@ -75,8 +75,8 @@ def render(
         plain: Ground and sky only, no buildings, trees and street furniture.
         seed: Seed of looks and surroundings.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.rendering import Backend, render_to_file
+    from vbbench.files.dataset import Dataset
+    from vbbench.pictures.rendering import Backend, render_to_file
 
     path = render_to_file(
         Dataset(folder, truth),
@@ -113,9 +113,9 @@ def view(
         truth: Folder with the truth tables, where they are kept elsewhere.
         no_open: Write the file only.
     """
-    from vbbench.dataset import Dataset
-    from vbbench.rendering import Backend
-    from vbbench.viewer import Opened, how_to_open, open_viewer, record_to_file
+    from vbbench.files.dataset import Dataset
+    from vbbench.pictures.rendering import Backend
+    from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 
     path = record_to_file(
         Dataset(folder, truth),
@@ -140,7 +140,7 @@ def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
         out: Folder to make.
         jobs: Processes.
     """
-    from vbbench.demo import run_demo
+    from vbbench.reproduction.demo import run_demo
 
     print(run_demo(out, jobs=jobs))
 

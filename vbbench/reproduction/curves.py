@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.dataset import Dataset
-from vbbench.scorecard import Score
-from vbbench.sequence_table import SequenceTable
-from vbbench.statistics import bootstrap_means, known
+from vbbench.files.dataset import Dataset
+from vbbench.files.sequence_tables import SequenceTable
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.scoring.scorecard import Score
+from vbbench.scoring.statistics import bootstrap_means, known
 
 METRICS = {"dr": ("Δr", "rad"), "dt": ("Δt", "m"), "dx_rel": ("Δx̃", "m"), "dx": ("Δx", "m")}
 """Metrics by key, with sign and unit, in the order of the paper's figure."""

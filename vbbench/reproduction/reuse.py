@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from vbbench.dataset import Dataset
-from vbbench.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.generation import generate
-from vbbench.generator import Generator, Options
+from vbbench.generation.generator import Generator, Options
 from vbbench.registry import load
 from vbbench.solving import solve, solver_version
-from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
 
 
 def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
@@ -22,7 +22,7 @@ def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1,
     Raises
     ------
     VbbenchError
-        If another dataset is there, or as `vbbench.generation.generate` does.
+        If another dataset is there, or as `vbbench.generation.datasets.generate` does.
     """
     if overwrite or not (folder / INFO_FILE).is_file():
         return generate(split, folder, options, jobs=jobs, overwrite=overwrite)
@@ -47,7 +47,7 @@ def ensure_submission(
     Raises
     ------
     VbbenchError
-        If another submission is there, or as `vbbench.solving.solve` does.
+        If another submission is there, or as `vbbench.solving.submissions.solve` does.
     """
     if overwrite or not (folder / SUBMISSION_FILE).is_file():
         return solve(dataset, solver, protocol, folder, jobs=jobs, overwrite=overwrite)

@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from vbbench.dataset_info import DatasetInfo
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.folders.locks import loose_files
 from vbbench.protocol import get_protocol
 from vbbench.reproduction.curves import Point, points_by_people
 from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
 from vbbench.reproduction.study import SPLIT, SigmaStudy
 from vbbench.scoring import score
-from vbbench.tables import loose_files
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,10 +5,10 @@ import io
 from collections.abc import Iterator
 from pathlib import Path
 
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.reproduction.curves import METRICS, Statistic
 from vbbench.reproduction.sigma import Curve, SigmaFigure, measure_sigma
 from vbbench.reproduction.study import SigmaStudy, title_of
-from vbbench.tables import write_text_atomically
 
 NAME = "figure-sigma"
 COLUMNS = ("solver", "sigma_h", "people", "sequences", "seen", "coverage", "metric", "mean", "low", "high", "median")
@@ -22,7 +22,7 @@ def reproduce_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwr
     VbbenchError
         As `vbbench.reproduction.sigma.measure_sigma` does.
     """
-    from vbbench.plotting.sigma import plot_sigma_to_file
+    from vbbench.reproduction.sigma_plot import plot_sigma_to_file
 
     figure = measure_sigma(study, out, jobs=jobs, overwrite=overwrite)
     files = [Path(out) / f"{NAME}{suffix}" for suffix in (".md", ".csv", ".png")]

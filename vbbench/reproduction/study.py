@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
-from vbbench.generator import Generator, Options, Tier
+from vbbench.generation.generator import Generator, Options, Simulation, Tier
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver, registered
-from vbbench.simulation import Simulation
 
 SPLIT = "sim"
 SIGMAS = (0.0, 0.01, 0.03, 0.05, 0.07)

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from vbbench.generator import Options, Tier
-from vbbench.reproduction.paper import the_paper
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.generation.generator import Options, Simulation, Tier
+from vbbench.paper import the_paper
 from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
-from vbbench.scorecard import Score
 from vbbench.scoring import score
-from vbbench.simulation import Simulation
-from vbbench.tables import loose_files, write_text_atomically
+from vbbench.scoring.scorecard import Score
 
 SPLIT, PROTOCOL, NAME = "street", "one-step", "table4"
 SOLVERS = ("vb-sf", "vb-cv")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 
 DEPTH = 6

@@ -8,7 +8,7 @@ inverse, which is full.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 
 BAND = 8

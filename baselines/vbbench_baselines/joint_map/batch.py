@@ -6,11 +6,10 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
-from vbbench.geometry import wrap_angle
-from vbbench.runner import WINDOW
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
+from vbbench.solving.runner import WINDOW
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.descent import Settled, unwrapped

@@ -10,7 +10,7 @@ if the weights are right.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.banded import solve
 from vbbench_baselines.joint_map.people import Person, axes_of, eliminate

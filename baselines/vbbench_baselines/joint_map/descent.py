@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.acceleration import Past, extrapolate, no_past
 from vbbench_baselines.joint_map.people import Person, Scene, follow

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from vbbench.errors import VbbenchError
-from vbbench.generator import Options, Plan
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.generation.generator import Options, Plan
 from vbbench.registry import load
-from vbbench.tables import write_text_atomically
 from vbbench_baselines.joint_map.prior import Prior
 from vbbench_baselines.joint_map.priors.likelihood import fit_walks, log_likelihood
 from vbbench_baselines.joint_map.priors.turns import Turns, fit_head, turns_of

@@ -12,7 +12,7 @@ window slides nothing is lost but the freedom to linearise anew.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.poses import Anchor, linearise

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.prior import Prior
 

@@ -12,7 +12,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench.solver import Problem
 from vbbench_baselines.joint_map.sighted import horizon

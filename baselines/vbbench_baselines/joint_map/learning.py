@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.heads import Head, evidence
 from vbbench_baselines.joint_map.walks import REACH, UNKNOWN, Walk, filters_of, innovation

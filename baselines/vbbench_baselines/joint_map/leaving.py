@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench_baselines.joint_map.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.forgetting import forget
 from vbbench_baselines.joint_map.heads import evidence

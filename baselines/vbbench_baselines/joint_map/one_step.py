@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.ego_motion import VAGUE, fit_pose
 from vbbench_baselines.joint_map.foresight import foresee_all

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.banded import factor, no_band, solve
 from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk

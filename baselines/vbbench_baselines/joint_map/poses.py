@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.banded import BAND, invert
 from vbbench_baselines.joint_map.heads import add_curvature, add_slope

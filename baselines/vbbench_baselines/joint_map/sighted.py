@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench.solver import Problem
 from vbbench_baselines.ego_motion import invert

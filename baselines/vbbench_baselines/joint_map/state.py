@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.heads import judge
 from vbbench_baselines.joint_map.people import Scene, axes_of, misfit

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.sequence import Given
 from vbbench_baselines.joint_map.people import Scene
 from vbbench_baselines.joint_map.sighted import Statures, inform

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from vbbench.archives import open_archive
 from vbbench.errors import FileError, VbbenchError
-from vbbench.sources import Source, find_source, locate
+from vbbench.generation.archives import open_archive
+from vbbench.generation.sources import Source, find_source, locate
 
 SEQINFO, BOXES = "seqinfo.ini", "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")

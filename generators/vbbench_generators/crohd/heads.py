@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
 from vbbench.errors import FileError
-from vbbench.mot.file import PEDESTRIAN
-from vbbench.mot.table import COLUMNS, UNLINKED, MotTable, parse_mot
+from vbbench.exchange.mot.file import PEDESTRIAN
+from vbbench.exchange.mot.table import COLUMNS, UNLINKED, MotTable, parse_mot
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.crohd.finding import RecordingFiles
 from vbbench_generators.crohd.heads import HeadBoxes
 from vbbench_generators.crohd.seqinfo import SequenceInfo, parse_seqinfo

@@ -5,9 +5,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from vbbench.errors import FileError
-from vbbench.numerals import parse_number
-from vbbench.quoting import quoted
+from vbbench.errors import FileError, quoted
+from vbbench.parsing.numbers import parse_number
 
 _SECTION = "Sequence"
 _MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, frozen_array
+from vbbench.geometry import FloatArray, frozen_array
 from vbbench_generators.lifting.plane import SizePlane
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.lifting.calibration import Method
 from vbbench_generators.lifting.fitting import PlaneFit
 from vbbench_generators.lifting.plane import SizePlane

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.lifting.calibration import Method
 from vbbench_generators.lifting.camera import GroundCamera, camera_of_homography, camera_of_plane
 from vbbench_generators.lifting.closing import (

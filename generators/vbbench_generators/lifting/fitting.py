@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.lifting.mixed import Mixed, PlaneError, fit_mixed, solve
 from vbbench_generators.lifting.plane import SizePlane
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
 from vbbench.errors import VbbenchError
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.scene import Scene
 from vbbench_generators.crohd.heads import HeadBoxes
 from vbbench_generators.lifting.calibration import Calibration

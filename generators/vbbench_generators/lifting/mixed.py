@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 
 _TAIL = 4.0
 _ROUNDS = 60

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

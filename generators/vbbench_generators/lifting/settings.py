@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from vbbench.ranges import Within, check_ranges
+from vbbench.parsing.numbers import Within, check_ranges
 
 BoxSize = Literal["mean", "width", "height"]
 Closing = Literal["motion", "prior"]

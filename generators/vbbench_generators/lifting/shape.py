@@ -7,7 +7,7 @@ neither where the horizon is nor how noisy sizes are, as far as sides are wrong 
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.lifting.settings import BoxSize
 
 _CUT = 0.5

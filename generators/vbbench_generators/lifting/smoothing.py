@@ -6,7 +6,7 @@ Estimation with Applications to Tracking and Navigation, 2001, section 6.2). Fra
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 
 _FIRST_SPEED_STD = 5.0

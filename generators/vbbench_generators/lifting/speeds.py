@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 
 HARMONICS = 6

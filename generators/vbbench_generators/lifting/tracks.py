@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.lifting.camera import GroundCamera
 from vbbench_generators.lifting.smoothing import smooth

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 
 SPEED_RANGE = (0.3, 3.0)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.errors import FileError
+from vbbench.geometry import FloatArray
 from vbbench_generators.readers.textfile import read_numbers
 
 

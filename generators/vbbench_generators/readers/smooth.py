@@ -1,6 +1,6 @@
 """A smooth curve through key points, for people who do not walk in straight lines with kinks."""
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 
 
 def smooth_curve(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.readers.gates import (
     check_integers,

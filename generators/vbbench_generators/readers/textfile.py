@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.errors import FileError
-from vbbench.numerals import parse_number
-from vbbench.quoting import quoted
+from vbbench.errors import FileError, quoted
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.numbers import parse_number
 
 LONGEST_ROW = 10_000
 """Characters of a line; a row of numbers has some hundred at most."""

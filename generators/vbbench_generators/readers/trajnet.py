@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_generators.readers.homography import to_ground
 from vbbench_generators.readers.table import TrackTable

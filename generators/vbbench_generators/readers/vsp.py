@@ -16,9 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.errors import FileError
-from vbbench.quoting import quoted
+from vbbench.errors import FileError, quoted
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.readers.gates import check_integers, check_on_ground
 from vbbench_generators.readers.homography import to_ground

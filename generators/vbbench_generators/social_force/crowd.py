@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, IntArray, frozen_array
 
 NO_GROUP = -1
 

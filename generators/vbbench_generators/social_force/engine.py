@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.arrays import FloatArray, frozen_array
-from vbbench.simulation import Engine
+from vbbench.generation.generator import Engine
+from vbbench.geometry import FloatArray, frozen_array
 from vbbench_generators.social_force.crowd import Crowd
 from vbbench_generators.social_force.model import Model
 from vbbench_generators.social_force.schedule import march_crowds

@@ -2,7 +2,7 @@
 
 import math
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_generators.social_force.layout import TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
 

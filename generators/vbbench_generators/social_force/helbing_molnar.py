@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_generators.social_force.elementary import TINY, exp_negative
 from vbbench_generators.social_force.layout import TARGET_X, TARGET_Y, VX, VY, X, Y

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_generators.social_force.crowd import Crowd
 from vbbench_generators.social_force.model import Model, Moussaid
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import prange
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench_generators.social_force.layout import PAIRS, PEOPLE_ROWS, X, Y
 from vbbench_generators.social_force.stepping import add_group_forces, add_row_forces, aim, move

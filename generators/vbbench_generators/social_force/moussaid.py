@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_generators.social_force.elementary import TINY, atan_unit, exp_negative
 from vbbench_generators.social_force.layout import VX, VY, X, Y

@@ -7,7 +7,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.social_force.crowd import Crowd
 from vbbench_generators.social_force.layout import HELBING_MOLNAR, MOUSSAID, PYSOCIALFORCE, SETTINGS
 from vbbench_generators.social_force.march import march, march_large, march_side_by_side

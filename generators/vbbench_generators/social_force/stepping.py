@@ -2,7 +2,7 @@
 
 import math
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_generators.social_force.groups import group_forces
 from vbbench_generators.social_force.helbing_molnar import helbing_molnar_rows

@@ -6,7 +6,7 @@ exists to compare with the library.
 
 import math
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_generators.social_force.layout import VX, VY, X, Y
 

@@ -2,7 +2,7 @@
 
 import math
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_generators.social_force.elementary import TINY, exp_negative
 

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.boxes import overlaps
+from vbbench.geometry import FloatArray, IntArray
 
 
 def associate(

@@ -6,10 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
-from vbbench.boxes import overlaps, period_of, suppress
+from vbbench.boxes import overlaps, suppress
 from vbbench.camera import Camera
-from vbbench.renderer import picture_size
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.noise import wandering
 from vbbench_generators.tracking.association import from_centres
 from vbbench_generators.tracking.settings import DetectorModel
@@ -46,7 +45,7 @@ def detect(
     boxes, scores = _found(people, model, dt, rng)
     alarms = _false_alarms(model, camera, dt, watched, rng)
     merging = rng.random((len(boxes), boxes.shape[1]))
-    period = period_of(camera)
+    period = camera.period
     for frame in range(len(boxes)):
         there = np.flatnonzero(~np.isnan(scores[frame]))
         found, sure = boxes[frame, there], scores[frame, there]
@@ -120,7 +119,7 @@ def _false_alarms(
     scale = camera.focal / rng.uniform(NEAREST_ALARM, FARTHEST_ALARM, count)
     tall = np.maximum(rng.normal(ALARM_HEIGHT, ALARM_SPREAD, count), 0.5)
     row = _horizon(camera) + scale * (camera.mount_height - 0.5 * tall)
-    column = rng.uniform(0.0, picture_size(camera)[0], count)
+    column = rng.uniform(0.0, camera.picture_size[0], count)
     boxes = np.stack([column, row, model.aspect * scale * tall, scale * tall], axis=-1)
     scores = _shares(model.false_alarm_score + model.score_std * rng.standard_normal(count))
     alarm = np.repeat(np.arange(count), lives)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
-from vbbench.boxes import period_of, rectangles
+from vbbench.boxes import rectangles
 from vbbench.camera import Camera
-from vbbench.matching import match_tracks
+from vbbench.exchange.matching import match_tracks
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_generators.occlusion import Outline, Showing
 from vbbench_generators.tracking.association import from_centres
 from vbbench_generators.tracking.detector import SMALLEST, Visible, detect
@@ -55,7 +55,7 @@ def track_people(
     outline : everybody's, as in ``showing``.
     rng : the sequence's random numbers.
     """
-    period = period_of(camera)
+    period = camera.period
     there = showing.visible >= settings.detector.least_visible
     boxes = np.where(there[..., None], boxes, np.nan)
     whole = rectangles(boxes, settings.detector.aspect)

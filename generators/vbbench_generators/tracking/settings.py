@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from vbbench.camera import Camera, PanoramaCamera
-from vbbench.ranges import Within, check_ranges
+from vbbench.parsing.numbers import Within, check_ranges
 from vbbench_generators.strict import build, read_toml
 
 Positive = Annotated[float, Within(1e-9, 1e9)]

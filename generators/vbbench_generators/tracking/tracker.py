@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_generators.tracking.association import associate
 from vbbench_generators.tracking.kalman import begin, correct, predict
 from vbbench_generators.tracking.settings import TrackerSettings

@@ -4,7 +4,7 @@ from importlib.resources import files
 from string import Template
 
 from vbbench import __version__
-from vbbench.reproduction.paper import the_paper
+from vbbench.paper import the_paper
 from vbbench_leaderboards.charts.task import task_drawing
 from vbbench_leaderboards.page.headline import headline_table
 from vbbench_leaderboards.page.markup import code, link, text

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
+from vbbench.paper import the_paper
 from vbbench.protocol import PROTOCOLS
-from vbbench.reproduction.paper import the_paper
 from vbbench_leaderboards.page.markup import text
 from vbbench_leaderboards.page.site import Site, key
 from vbbench_leaderboards.page.words import PROTOCOLS as PROTOCOL_WORDS

@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from vbbench.reproduction.paper import Quoted, the_paper
+from vbbench.paper import Quoted, the_paper
 from vbbench_leaderboards.page.markup import NONE, decimals, link, text
 from vbbench_leaderboards.page.site import Site, key
 from vbbench_leaderboards.page.words import COLUMNS, DRIFTS, METRICS, SUMMARIES, Term

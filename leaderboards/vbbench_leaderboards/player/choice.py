@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vbbench.arrays import IntArray
+from vbbench.geometry import IntArray
 from vbbench_leaderboards.result import Board, Result
 
 _BOARDS = (("sequential", "noisy"), ("sequential", "ideal"))

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
-from vbbench.geometry import wrap_angle
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Sequence, Truth
 from vbbench_leaderboards.player.coding import differences, flags, pack, quantise
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 
 LARGEST = 100_000_000
 """Quanta beyond which a number is cut off, so that the page can count in 32 bits; 100 km in mm."""

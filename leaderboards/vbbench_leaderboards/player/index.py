@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.dataset import Dataset
+from vbbench.files.dataset import Dataset
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench_leaderboards.player.playable import Playable
 from vbbench_leaderboards.result import Result

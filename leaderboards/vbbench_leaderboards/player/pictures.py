@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import IntArray
-from vbbench.dataset import Dataset
-from vbbench.rendering import Backend, open_renderer, pictures, scene_of
-from vbbench.work_folder import WorkFolder
+from vbbench.files.dataset import Dataset
+from vbbench.folders.work_folder import WorkFolder
+from vbbench.geometry import IntArray
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 
 WIDTH = 640
 """Width of a picture in px."""

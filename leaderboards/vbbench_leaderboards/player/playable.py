@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
 from vbbench_leaderboards.result import Board, Result
 
 Boards = Mapping[Board, tuple[Result, ...]]

@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vbbench.parallel import check_jobs, in_parallel
-from vbbench.rendering import Backend
+from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.parallel.workers import check_jobs, in_parallel
+from vbbench.pictures.rendering import Backend
 from vbbench.sequence import Sequence, Truth
-from vbbench.submitted import SubmittedEstimates
-from vbbench.tables import write_text_atomically
 from vbbench_leaderboards.player.choice import choose_sequences
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.player.index import split_index

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.errors import VbbenchError
-from vbbench.renderer import NOBODY, Picture, picture_size
+from vbbench.geometry import FloatArray
+from vbbench.pictures.renderer import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.opengl import light
 from vbbench_renderers.opengl.context import device_name, open_context
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class OpenGLRenderer:
-    """Draws a scene through EGL; see `vbbench.renderer.Renderer`.
+    """Draws a scene through EGL; see `vbbench.pictures.renderer.Renderer`.
 
     Parameters
     ----------
@@ -53,10 +53,10 @@ class OpenGLRenderer:
         return self._device
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.renderer.Renderer.render`."""
+        """See `vbbench.pictures.renderer.Renderer.render`."""
         if self._context is None:
             raise VbbenchError("this renderer was closed")
-        size, pose = picture_size(camera), np.asarray(pose, dtype=np.float64)
+        size, pose = camera.picture_size, np.asarray(pose, dtype=np.float64)
         without = None if observer is None else self._scene.column_of(observer)
         drawn = self._walkers.limbs(frame, pose[:2], camera.focal, without=without)
         here = self._scene.present[frame].copy()

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera
+from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Limbs, Surroundings
 from vbbench_renderers.mesh import Int32
 from vbbench_renderers.opengl import light, packing

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import trimesh
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.people.loft import ALONG_X, Detail, Section, finish, loft, turned
 from vbbench_renderers.people.measures import HIPS, JOINT_CAPS, LIMBS, PALM, SHOES, SOLE, THUMB, TORSOS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.people import palette
 from vbbench_renderers.people.bones import CHIN, Bone
 from vbbench_renderers.people.dressing import add_bag, add_bottom, add_head, add_top

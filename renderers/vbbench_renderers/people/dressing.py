@@ -1,6 +1,6 @@
 """Puts an outfit on, garment by garment."""
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Pattern
 from vbbench_renderers.people import palette
 from vbbench_renderers.people.body import MID_TORSO

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.errors import VbbenchError
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_renderers.people.paths import HEADING, PHASE, SPEED, STILL, WALKING, Paths, X, Y
 
 STRIKE, PUSH, TUCK = np.radians(17.0), np.radians(36.0), np.radians(16.0)

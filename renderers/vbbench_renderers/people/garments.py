@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from scipy.interpolate import PchipInterpolator
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.people.body import NECKLINE
 from vbbench_renderers.people.loft import Detail, Section, finish, loft

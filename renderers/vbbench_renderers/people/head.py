@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from scipy.interpolate import PchipInterpolator
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.people.loft import ALONG_X, Section, close_grid, finish, loft, turned
 

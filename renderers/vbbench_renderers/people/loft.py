@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 from scipy.interpolate import PchipInterpolator
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import PLAIN, Mesh
 
 LEVELS = 3

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, fields
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_renderers.drawing import Pattern
 from vbbench_renderers.people.library import top_of
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 
 SKIN = ("f0cdb5", "e8bd9f", "e3b394", "d8a07c", "c98f6b", "b57a55", "96603f", "7a4a30", "5d3724", "472a1d")
 SKIN_SHARES = (0.14, 0.17, 0.16, 0.14, 0.10, 0.08, 0.07, 0.06, 0.05, 0.03)

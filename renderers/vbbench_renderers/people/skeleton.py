@@ -7,7 +7,7 @@ of upright people of constant height.
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.people.bones import (
     BONES,
     CHIN,

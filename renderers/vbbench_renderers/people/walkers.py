@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Mesh

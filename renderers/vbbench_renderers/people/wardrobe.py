@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Pattern
 from vbbench_renderers.people.bones import Bone
 from vbbench_renderers.people.looks import Part, Triple

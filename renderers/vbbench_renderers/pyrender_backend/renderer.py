@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.renderer import NOBODY, Picture, picture_size
+from vbbench.geometry import FloatArray
+from vbbench.pictures.renderer import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.mesh import Float32
 from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
@@ -22,7 +22,7 @@ Layers = tuple[NDArray[np.uint8], Float32, NDArray[Any]]
 
 
 class PyrenderRenderer:
-    """Draws a scene with pyrender; a `vbbench.renderer.Renderer`.
+    """Draws a scene with pyrender; a `vbbench.pictures.renderer.Renderer`.
 
     Parameters
     ----------
@@ -40,14 +40,14 @@ class PyrenderRenderer:
 
     @property
     def device(self) -> str:
-        """See `vbbench.renderer.Renderer`."""
+        """See `vbbench.pictures.renderer.Renderer`."""
         return self._device
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.renderer.Renderer`."""
+        """See `vbbench.pictures.renderer.Renderer`."""
         if self._screen is None:
             raise VbbenchError("this renderer was closed")
-        width, height = picture_size(camera)
+        width, height = camera.picture_size
         pose = np.asarray(pose, np.float64)
         without = None if observer is None else self._scene.column_of(observer)
         self._stage.set_people(frame, pose, camera.focal, without)

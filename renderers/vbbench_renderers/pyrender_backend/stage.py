@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import BoolArray, FloatArray
 from vbbench.camera import PerspectiveCamera
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Surroundings
 from vbbench_renderers.mesh import PLAIN, Float32

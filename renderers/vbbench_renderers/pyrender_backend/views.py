@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, PerspectiveCamera
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_renderers.mesh import Float32
 from vbbench_renderers.raster.rays import camera_rays
 

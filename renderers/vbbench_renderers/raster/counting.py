@@ -3,7 +3,7 @@
 import numpy as np
 from numba import prange
 
-from vbbench.arrays import IntArray
+from vbbench.geometry import IntArray
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.filling import MARGIN, STRIP, cross, face_columns, reaches, trim

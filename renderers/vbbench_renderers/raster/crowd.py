@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Mesh
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
-from vbbench.renderer import NOBODY, Picture
+from vbbench.geometry import FloatArray
+from vbbench.pictures.renderer import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,

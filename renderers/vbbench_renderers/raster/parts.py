@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import IntArray
+from vbbench.geometry import IntArray
 from vbbench_renderers.mesh import Float32, Int32, Mesh
 
 CHUNK = 256

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.parts import Parts

@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.renderer import picture_size
+from vbbench.geometry import FloatArray
 
 NEAR = 0.1
 """Surfaces nearer than this (m of depth) are not drawn."""
@@ -49,7 +48,7 @@ def camera_rays(camera: Camera) -> Rays:
     VbbenchError
         If it is neither a perspective camera nor a panorama.
     """
-    width, height = picture_size(camera)
+    width, height = camera.picture_size
     u = np.arange(width, dtype=np.float64) + 0.5
     if isinstance(camera, PanoramaCamera):
         azimuth = 2.0 * np.pi * u / width - np.pi

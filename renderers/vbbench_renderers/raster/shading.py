@@ -7,7 +7,7 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.drawing import CHECKS_PER_M, RINGS_PER_M, STRIPES_ROUND, Limbs, Pattern
 from vbbench_renderers.mesh import Float32, Int32

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Float32, Int32

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.arrays import IntArray
+from vbbench.geometry import IntArray
 from vbbench.kernels import kernel
 from vbbench_renderers.mesh import Float32
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Float32, Mesh
 from vbbench_renderers.surroundings.quads import Quads, boxes, join, quads
 from vbbench_renderers.surroundings.shapes import place, smooth_mesh, tube

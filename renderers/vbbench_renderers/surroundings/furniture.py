@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.surroundings.cars import car
 from vbbench_renderers.surroundings.layers import TILE, Layer

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Site

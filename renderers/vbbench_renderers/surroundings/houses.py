@@ -5,7 +5,7 @@ A house is built in the frame of its front: x to the right, y away from the walk
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.surroundings.front import Front
 from vbbench_renderers.surroundings.layers import TILE, Layer

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.surroundings.noise import SIZE, Masonry, cloudy, masonry, srgb
 from vbbench_renderers.surroundings.panes import doors, shops, signs, windows
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 
 Area = tuple[float, float, float, float]
 """Lowest x and y, highest x and y, in m."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Sky
 from vbbench_renderers.surroundings.layout import Plot
 

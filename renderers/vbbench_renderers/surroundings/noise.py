@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 
 SIZE = 512
 """Width and height of a texture layer, px."""

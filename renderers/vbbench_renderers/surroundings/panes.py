@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.surroundings.noise import SIZE, cloudy
 
 HALF = SIZE // 2

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.surroundings.front import Front, graded, upright, wall
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.panes import quarter

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.quads import boxes

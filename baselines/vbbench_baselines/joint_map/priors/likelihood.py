@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 from scipy.special import gammaln, logsumexp
 
-from vbbench.arrays import FloatArray
+from vbbench.geometry import FloatArray
 from vbbench_baselines.joint_map.prior import Prior
 from vbbench_baselines.joint_map.priors.walks import Walks
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vbbench.arrays import FloatArray
-from vbbench.generator import Look, Options, Plan
+from vbbench.generation.generator import Look, Options, Plan
+from vbbench.geometry import FloatArray
 from vbbench.registry import load
 from vbbench_baselines.joint_map.heads import Head, head_of, turn
 from vbbench_baselines.joint_map.prior import Prior

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.generator import Plan
+from vbbench.generation.generator import Plan
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 
 STANDING = 0.5

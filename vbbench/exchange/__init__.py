@@ -1,0 +1,1 @@
+"""Other programs' files and detectors: MOTChallenge, TUM, CSV, recordings of heads."""

@@ -1,0 +1,198 @@
+"""Detectors and trackers: what they must offer, and how well they do on a sequence's rendered pictures."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.boxes import rectangles
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError
+from vbbench.exchange.matching import match_boxes
+from vbbench.exchange.mot.file import MotRows, write_mot
+from vbbench.exchange.mot.table import UNLINKED
+from vbbench.files.dataset import Dataset
+from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.parallel.parts import progress_bar
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
+from vbbench.registry import load
+from vbbench.sequence import Sequence
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detections:
+    """What is found in one picture.
+
+    Parameters
+    ----------
+    boxes : [N, 4] (left, top, width, height) in px, 0 the picture's left and top edge.
+    scores : [N] from 0 to 1: about how likely it is that somebody is there.
+    """
+
+    boxes: FloatArray
+    scores: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (None, 4)))
+        object.__setattr__(self, "scores", frozen_array("scores", self.scores, (len(self.boxes),)))
+
+
+class Detector(Protocol):
+    """Finds people in pictures; a class that is called without arguments."""
+
+    def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
+        """People in a picture.
+
+        Parameters
+        ----------
+        rgb : [H, W, 3] sRGB, row 0 at the top.
+        period : width in px of a picture that closes on itself, a panorama's; ``None`` for one with borders. Boxes on
+            the seam may reach beyond it on either side.
+        """
+
+
+class Tracker(Protocol):
+    """Links the detections of a sequence, frame after frame."""
+
+    def step(self, detections: Detections) -> tuple[IntArray, Detections]:
+        """Take in the next frame's detections; tell of the tracks that are seen in it: ids [N] and their boxes."""
+
+
+class TrackerFactory(Protocol):
+    """What an entry point of ``vbbench.trackers`` names."""
+
+    def __call__(self, *, dt: float, period: float | None = None) -> Tracker:
+        """A tracker of one sequence of ``dt`` seconds a frame; ``period`` as in `Detector.detect`."""
+
+
+TALL = 100.0
+"""Boxes as high as this, in px, are told apart: what detectors of people are made for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """How a detector did: numbers of frames, of its boxes, and of people's boxes (of them tall) and those it found."""
+
+    frames: int = 0
+    boxes: int = 0
+    people: int = 0
+    found: int = 0
+    tall: int = 0
+    tall_found: int = 0
+
+    def __add__(self, other: "Tally") -> "Tally":
+        return Tally(**{name: value + getattr(other, name) for name, value in vars(self).items()})
+
+    def __str__(self) -> str:
+        recall, precision = _share(self.found, self.people), _share(self.found, self.boxes)
+        tall = f"{_share(self.tall_found, self.tall)} of those {TALL:g} px high and more"
+        found = f"found {recall} of {self.people} boxes ({tall})"
+        return f"{self.frames} frames: {found}; {precision} of the {self.boxes} detections are right"
+
+
+def detect_to_file(
+    dataset: Dataset,
+    number: int,
+    out: Path | str,
+    *,
+    detector: str = "hog",
+    tracker: str | None = None,
+    every: int = 1,
+    backend: Backend | None = None,
+    announce: Callable[[str], object] = silent,
+) -> Tally:
+    """Detect people in the rendered pictures of a sequence and write them as MOTChallenge text.
+
+    Parameters
+    ----------
+    dataset : where the sequence lies, with its truth.
+    number : its number.
+    out : text file to write.
+    detector : a registered name, or ``module:attribute`` of a `Detector`.
+    tracker : what links the detections, a registered name or ``module:attribute`` of a `TrackerFactory`; ``None`` to
+        write them unlinked.
+    every : only every so many frames.
+    backend : who draws; by default the best that works.
+    announce : is told once what draws.
+
+    Returns
+    -------
+    How it did against the boxes of the dataset's observations, at an overlap of 0.5 or more.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence, detector, tracker or backend, ``out`` is a folder, or the truth is withheld.
+    """
+    if every < 1:
+        raise VbbenchError(f"--every is a number of frames, 1 or more, not {every}")
+    if Path(out).is_dir():
+        raise VbbenchError(f"{out} is a folder; give the name of a text file")
+    sequence, finder = dataset.sequence(number), _make_detector(detector)
+    camera, frames = dataset.info.camera, range(0, sequence.frames, every)
+    period = camera.period
+    linking = None if tracker is None else _make_tracker(tracker, every * dataset.info.dt, period)
+    found: list[Detections] = []
+    with (
+        open_renderer(backend or Backend(), scene_of(dataset, sequence.scene), announce) as renderer,
+        progress_bar(len(frames), detector, unit="frame") as bar,
+    ):
+        for picture in pictures(dataset, sequence, renderer, frames):
+            found.append(finder.detect(picture.rgb, period))
+            bar.update()
+    write_mot(Path(out), _rows(frames, [_linked(one, linking) for one in found]))
+    tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
+    return sum(tallies, start=Tally())
+
+
+def _make_detector(name: str) -> Detector:
+    kind = load("detector", name)
+    try:
+        made: Detector = kind()
+    except TypeError as error:
+        raise VbbenchError(f"detector '{name}' is no class that is called without arguments: {error}") from error
+    return made
+
+
+def _make_tracker(name: str, dt: float, period: float | None) -> Tracker:
+    factory: TrackerFactory = load("tracker", name)
+    return factory(dt=dt, period=period)
+
+
+def _linked(found: Detections, tracker: Tracker | None) -> tuple[IntArray, Detections]:
+    """Ids and boxes of the tracks in the next frame, or detections that nobody linked."""
+    return (np.full(len(found.scores), UNLINKED), found) if tracker is None else tracker.step(found)
+
+
+def _rows(frames: range, found: list[tuple[IntArray, Detections]]) -> MotRows:
+    count = [len(ids) for ids, _ in found]
+    scores = np.concatenate([one.scores for _, one in found])
+    return MotRows(
+        frame=np.repeat(np.array(frames), count),
+        track=np.concatenate([ids for ids, _ in found]),
+        boxes=np.concatenate([one.boxes for _, one in found]),
+        confidence=scores,
+        visible=np.ones(len(scores)),
+        line=np.arange(1, len(scores) + 1),
+    )
+
+
+def _tally(sequence: Sequence, frame: int, found: Detections, camera: Camera) -> Tally:
+    there = rectangles(sequence.observations[frame, sequence.observed[frame]])
+    _, partners = match_boxes(found.boxes, there, camera)
+    tall = there[:, 3] >= TALL
+    return Tally(
+        frames=1,
+        boxes=len(found.boxes),
+        people=len(there),
+        found=len(partners),
+        tall=int(tall.sum()),
+        tall_found=int(tall[partners].sum()),
+    )
+
+
+def _share(part: int, whole: int) -> str:
+    return f"{part / whole:.0%}" if whole else "none"

@@ -1,0 +1,75 @@
+"""Who a detection or a track is: boxes matched to the true ones of the same frame by how much they overlap."""
+
+import numpy as np
+
+from vbbench.boxes import cut_to_picture, overlaps, rectangles
+from vbbench.camera import Camera
+from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
+
+LEAST_OVERLAP = 0.5
+"""Boxes that overlap less (intersection over union) are never matched, as in MOTChallenge and the paper."""
+
+LEAST_FRAMES = 3
+"""People count who are tracked in at least so many frames, as in the paper."""
+
+NOBODY = -1
+"""Stands for the person behind a false alarm."""
+
+
+def match_boxes(
+    found: FloatArray, true: FloatArray, camera: Camera, *, least: float = LEAST_OVERLAP
+) -> tuple[IntArray, IntArray]:
+    """Pair the boxes of one frame one to one, so that as much as possible overlaps.
+
+    Both are cut to the picture first: a detector that sees the part of somebody that is in it is right.
+
+    Parameters
+    ----------
+    found, true : [N, 4] and [M, 4] (left, top, width, height) in px; NaN = absent.
+    camera : whose picture it is; a panorama's closes on itself.
+    least : least intersection over union of a pair.
+
+    Returns
+    -------
+    Indices [P] into ``found``, ascending, and [P] into ``true``.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    shared = overlaps(cut_to_picture(found, camera), cut_to_picture(true, camera), camera.period)
+    shared[shared < least] = 0.0
+    rows, columns = linear_sum_assignment(shared, maximize=True)
+    paired = shared[rows, columns] > 0.0
+    return rows[paired].astype(np.int64), columns[paired].astype(np.int64)
+
+
+def match_tracks(found: FloatArray, true: FloatArray, people: IntArray, camera: Camera) -> IntArray:
+    """The person behind each track in each frame.
+
+    Parameters
+    ----------
+    found : [T, K, 4] boxes (left, top, width, height) of tracks in px, NaN where a track has none.
+    true : [T, P, 4] boxes of people.
+    people : [P] their ids.
+    camera : whose pictures they are.
+
+    Returns
+    -------
+    [T, K] person ids, `NOBODY` where a track has no box or its box is a false alarm.
+    """
+    persons = np.full(found.shape[:2], NOBODY, dtype=np.int64)
+    for frame, (boxes, real) in enumerate(zip(found, true, strict=True)):
+        tracks, columns = (np.flatnonzero(~np.isnan(b[:, 3])) for b in (boxes, real))
+        rows, partners = match_boxes(boxes[tracks], real[columns], camera)
+        persons[frame, tracks[rows]] = people[columns[partners]]
+    return persons
+
+
+def true_rectangles(positions: FloatArray, heights: FloatArray, poses: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, P, 4] in px of people at positions [T, P, 2] with heights [P], seen from poses [T, 3]; NaN unseen."""
+    relative = world_to_relative(positions, poses)
+    return rectangles(camera.project(relative, np.broadcast_to(heights, relative.shape[:-1])))
+
+
+def lasting_tracks(persons: IntArray, frames: int = LEAST_FRAMES) -> BoolArray:
+    """[K] whether a track is matched to anybody, [T, K], in at least ``frames`` frames."""
+    return np.asarray((persons != NOBODY).sum(axis=0) >= frames)

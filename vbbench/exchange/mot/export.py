@@ -1,0 +1,114 @@
+"""A dataset's boxes as MOTChallenge folders, one a sequence, with the rendered pictures if wanted."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.boxes import rectangles
+from vbbench.exchange.mot.file import MotRows, write_mot
+from vbbench.exchange.mot.table import UNLINKED
+from vbbench.files.dataset import Dataset
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
+from vbbench.parallel.parts import progress_bar
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
+from vbbench.sequence import Sequence
+
+PICTURES = "img1"
+"""Folder of a sequence's pictures, as MOTChallenge calls it."""
+
+
+def export_mot(
+    dataset: Dataset,
+    out: Path | str,
+    *,
+    sequence: int | None = None,
+    backend: Backend | None = None,
+    announce: Callable[[str], object] = silent,
+) -> Path:
+    """Write the boxes of sequences as MOTChallenge text.
+
+    Each sequence is a folder ``sequence-000012`` with ``gt/gt.txt`` (boxes with their tracks), ``det/det.txt`` (the
+    same boxes as detections, without) and ``seqinfo.ini``. A box is `BOX_ASPECT` times as wide as it is high, since an
+    observation has no width.
+
+    Parameters
+    ----------
+    dataset : where the sequences lie.
+    out : folder to write into; made if needed.
+    sequence : number of the only one wanted; ``None`` for all.
+    backend : what renders pictures into ``img1``, which needs truth; ``None`` for no pictures.
+    announce : is told what draws.
+
+    Returns
+    -------
+    The folder ``out``.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence or backend, or pictures are wanted and the truth is withheld.
+    """
+    out = Path(out)
+    chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]
+    with loose_files(out):
+        for one in chosen:
+            folder = out / folder_name(one.index)
+            tracks = _rows(one)
+            write_mot(folder / "gt" / "gt.txt", tracks)
+            write_mot(folder / "det" / "det.txt", _unlinked(tracks))
+            write_text_atomically(folder / "seqinfo.ini", _sequence_info(dataset, one))
+            if backend is not None:
+                _write_pictures(dataset, one, folder / PICTURES, backend, announce)
+    return out
+
+
+def folder_name(sequence: int) -> str:
+    """What a sequence is called in MOTChallenge folders."""
+    return f"sequence-{sequence:06d}"
+
+
+def _rows(sequence: Sequence) -> MotRows:
+    frame, column = np.nonzero(sequence.observed)
+    return MotRows(
+        frame=frame,
+        track=sequence.tracks[column],
+        boxes=rectangles(sequence.observations[frame, column]),
+        confidence=np.ones(len(frame)),
+        visible=sequence.visible[frame, column],
+        line=np.arange(1, len(frame) + 1),
+    )
+
+
+def _unlinked(rows: MotRows) -> MotRows:
+    return MotRows(**{**vars(rows), "track": np.full(len(rows.frame), UNLINKED)})
+
+
+def _sequence_info(dataset: Dataset, sequence: Sequence) -> str:
+    width, height = dataset.info.camera.picture_size
+    facts = {
+        "name": folder_name(sequence.index),
+        "imDir": PICTURES,
+        "frameRate": f"{1.0 / dataset.info.dt:g}",
+        "seqLength": sequence.frames,
+        "imWidth": width,
+        "imHeight": height,
+        "imExt": ".png",
+    }
+    return "[Sequence]\n" + "".join(f"{name}={value}\n" for name, value in facts.items())
+
+
+def _write_pictures(
+    dataset: Dataset, sequence: Sequence, folder: Path, backend: Backend, announce: Callable[[str], object]
+) -> None:
+    from vbbench.pictures.video import png_bytes
+
+    scene = scene_of(dataset, sequence.scene)
+    with (
+        open_renderer(backend, scene, announce=announce) as renderer,
+        progress_bar(sequence.frames, folder.parent.name, unit="frame") as bar,
+    ):
+        for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
+            write_bytes_atomically(folder / f"{frame + 1:06d}.png", png_bytes(picture.rgb))
+            bar.update()

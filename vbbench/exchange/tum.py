@@ -1,0 +1,248 @@
+"""Poses to and from TUM trajectory files: lines of ``timestamp tx ty tz qx qy qz qw``, one file a sequence.
+
+Convention: timestamp = frame·dt in s; (tx, ty) is the observer's place in m and tz the camera's mount height; the
+quaternion turns the body frame (x forward, z up) into the world frame (z up), so that a yaw alone is
+(0, 0, sin yaw/2, cos yaw/2).
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.errors import FileError, quoted
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo, SubmissionWriter
+from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.parsing.numbers import parse_number
+from vbbench.sequence import Sequence
+
+_HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
+_COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
+_FARTHEST = 1e6
+"""Distance in m from the world's origin that no pose is beyond."""
+_UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1: files are often written with four digits."""
+_TILT_TOLERANCE = 1e-2
+"""Roll or pitch, in rad, that is put down to rounding."""
+_GRID_TOLERANCE = 0.05
+"""How far a timestamp may be from its frame, in frames."""
+_LAST_FRAME = 2**31 - 1
+"""The largest frame that the tables hold."""
+
+
+def export_tum(poses: FloatArray, dt: float, mount_height: float, path: Path | str) -> None:
+    """Write poses [T, 3] (x, y, yaw) in m and rad as a TUM trajectory; frames whose pose is NaN are left out.
+
+    Parameters
+    ----------
+    poses : pose of frame t in row t.
+    dt : seconds a frame.
+    mount_height : the camera's height in m, written as tz.
+    path : the file.
+    """
+    frames = np.flatnonzero(np.isfinite(poses).all(axis=-1))
+    x, y, yaw = poses[frames].T
+    zero = np.zeros(len(frames))
+    rows = np.stack([frames * dt, x, y, zero + mount_height, zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=-1)
+    lines = [" ".join(map(repr, row)) + "\n" for row in rows.tolist()]
+    write_text_atomically(Path(path), _HEADER + "".join(lines))
+
+
+def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
+    """Read a TUM trajectory of a level camera.
+
+    Parameters
+    ----------
+    path : the file; empty lines and lines that begin with ``#`` are skipped.
+    dt : seconds a frame; timestamp / dt is the frame.
+
+    Returns
+    -------
+    frames [N], ascending, and poses [N, 3] (x, y, yaw) in m and rad, yaw in [−π, π).
+
+    Raises
+    ------
+    FileError
+        With the line: wrong number of columns, text or NaN in a number, a quaternion that is not of unit length,
+        roll or pitch, a timestamp between two frames or before the first, a frame that comes twice; or an empty file.
+    """
+    path = Path(path)
+    lines, values = _read_numbers(path)
+    _check_rotations(path, lines, values)
+    frames = _frames(path, lines, values[:, 0], dt)
+    yaw = wrap_angle(2.0 * np.arctan2(values[:, 6], values[:, 7]))
+    order = np.argsort(frames)
+    return frames[order], np.stack([values[:, 1], values[:, 2], yaw], axis=-1)[order]
+
+
+def _read_numbers(path: Path) -> tuple[IntArray, FloatArray]:
+    """Line numbers [N], from 1, and values [N, 8]."""
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    rows = {}
+    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1):
+        if text.strip() and not text.lstrip().startswith("#"):
+            rows[line] = _numbers(path, line, text.split())
+    if not rows:
+        raise FileError(path, f"holds no pose; write lines of '{' '.join(_COLUMNS)}'")
+    return np.array(list(rows)), np.array(list(rows.values()))
+
+
+def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
+    if len(cells) != len(_COLUMNS):
+        raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
+    numbers = []
+    for name, cell in zip(_COLUMNS, cells, strict=True):
+        value = parse_number(cell)
+        if value is None:
+            raise FileError(path, f"{name} is {quoted(cell)}; write a number", line)
+        if not np.isfinite(value):
+            raise FileError(path, f"{name} is {value}; leave out frames without a pose", line)
+        if abs(value) > _FARTHEST and name != "timestamp":
+            raise FileError(path, f"{name} is {value:g}; no place is beyond {_FARTHEST:g} m", line)
+        numbers.append(value)
+    return numbers
+
+
+def _check_rotations(path: Path, lines: IntArray, values: FloatArray) -> None:
+    length = np.linalg.norm(values[:, 4:], axis=-1)
+    wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
+    if len(wrong):
+        problem = f"the quaternion (qx qy qz qw) has length {length[wrong[0]]:.4g}; a rotation has length 1"
+        raise FileError(path, problem, int(lines[wrong[0]]))
+    # The body's z axis leans by acos(1 − 2(qx² + qy²)) from the world's, whatever the yaw.
+    tilt = 2.0 * np.arcsin(np.clip(np.hypot(values[:, 4], values[:, 5]) / length, 0.0, 1.0))
+    wrong = np.flatnonzero(tilt > _TILT_TOLERANCE)
+    if len(wrong):
+        problem = (
+            f"the camera leans by {np.degrees(tilt[wrong[0]]):.3g}°, and a pose here is (x, y, yaw) of a level camera; "
+            "write the body frame with x forward and z up (an optical frame, z forward, looks as if it leaned by 90° "
+            "or more), in a world whose z is up"
+        )
+        raise FileError(path, problem, int(lines[wrong[0]]))
+
+
+def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:
+    """The frame [N] of each timestamp [N] in s."""
+    with np.errstate(over="ignore"):
+        exact = timestamps / dt
+    nearest = np.round(exact)
+    wrong = np.flatnonzero((np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME))
+    if len(wrong):
+        problem = f"timestamp {timestamps[wrong[0]]:.10g} s is no frame; frame n is at n × {dt:g} s, from 0"
+        raise FileError(path, problem, int(lines[wrong[0]]))
+    frames = nearest.astype(np.int64)
+    _, first, place = np.unique(frames, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[place] != np.arange(len(frames)))
+    if len(again):
+        before = int(lines[first[place[again[0]]]])
+        problem = f"frame {frames[again[0]]} was already given in line {before}; leave one of them out"
+        raise FileError(path, problem, int(lines[again[0]]))
+    return frames
+
+
+_NAME = re.compile(r"sequence-(\d+)\.txt")
+
+
+def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str | None = None) -> Path:
+    """Write the poses of every sequence, true ones or a submission's, as TUM trajectory files.
+
+    Parameters
+    ----------
+    dataset : where the sequences lie.
+    out : folder to write into; made if needed.
+    submission : folder of a submission; its poses stand where there are any, those given to it elsewhere.
+
+    Returns
+    -------
+    The folder ``out``.
+
+    Raises
+    ------
+    VbbenchError
+        If the truth is withheld, or the submission cannot be read or answers another dataset.
+    """
+    out = Path(out)
+    estimates = None if submission is None else SubmittedEstimates(dataset, submission)
+    with loose_files(out):
+        for sequence in dataset.sequences():
+            poses = dataset.truth(sequence).poses if estimates is None else estimates.of(sequence).poses
+            export_tum(poses, dataset.info.dt, dataset.info.camera.mount_height, out / file_name(sequence.index))
+    return out
+
+
+def import_tum_folder(
+    folder: Path | str, dataset: Dataset, out: Path | str, solver: str, protocol: str = "sequential"
+) -> Path:
+    """Make a submission of a folder of TUM trajectory files.
+
+    The files know nothing of people: the submission holds poses only, and declares the failure policy ``hold``, under
+    which everybody stays where last given. Sequences without a file are missing from it.
+
+    Parameters
+    ----------
+    folder : files named as `export_dataset_tum` does.
+    dataset : the dataset that they answer.
+    out : submission folder to make.
+    solver, protocol : names for the submission; the protocol must be what the solver was given.
+
+    Returns
+    -------
+    The folder ``out``.
+
+    Raises
+    ------
+    FileError
+        For the first file that cannot be used, with its line (`import_tum`), or has a frame or a name that the dataset
+        has not; or if there is no such file at all.
+    """
+    paths = _files(Path(folder), len(dataset))
+    poses = {
+        number: _poses_of(path, dataset.sequence(number), dataset.info.dt) for number, path in sorted(paths.items())
+    }
+    info = SubmissionInfo(solver=solver, dataset=dataset.info.id, protocol=protocol, failure_policy="hold")
+    with SubmissionWriter(out, info) as writer:
+        for number, (frames, values) in poses.items():
+            writer.add(number, _pose_columns(frames, values), _no_positions())
+    return Path(out)
+
+
+def file_name(sequence: int) -> str:
+    """Name of the trajectory file of a sequence."""
+    return f"sequence-{sequence:06d}.txt"
+
+
+def _files(folder: Path, sequences: int) -> dict[int, Path]:
+    found = {}
+    for path in sorted(folder.glob("*.txt")):
+        name = _NAME.fullmatch(path.name)
+        if name is None or int(name[1]) >= sequences or int(name[1]) in found:
+            known = f"sequences 0 to {sequences - 1}, one file each, are called {file_name(0)} and so on"
+            raise FileError(path, f"belongs to no sequence of the dataset; {known}")
+        found[int(name[1])] = path
+    if not found:
+        raise FileError(folder, f"holds no trajectory; files are called {file_name(0)} and so on")
+    return found
+
+
+def _poses_of(path: Path, sequence: Sequence, dt: float) -> tuple[IntArray, FloatArray]:
+    frames, poses = import_tum(path, dt)
+    if frames[-1] >= sequence.frames:
+        last = sequence.frames - 1
+        raise FileError(
+            path, f"has frame {frames[-1]}; sequence {sequence.index} ends with frame {last} ({last * dt:g} s)"
+        )
+    return frames, poses
+
+
+def _pose_columns(frames: IntArray, poses: FloatArray) -> dict[str, Any]:
+    return {"frame": frames, "x": poses[:, 0], "y": poses[:, 1], "yaw": poses[:, 2]}
+
+
+def _no_positions() -> dict[str, Any]:
+    return {"frame": np.empty(0, int), "track": np.empty(0, int), "x": np.empty(0), "y": np.empty(0)}

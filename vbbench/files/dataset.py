@@ -1,0 +1,261 @@
+"""A dataset folder: its sequences, and their truth where it is at hand."""
+
+import threading
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError, VbbenchError
+from vbbench.files.consistency import check_scene, check_sequence, check_tracks, check_truth_rows
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.sequence_tables import SequenceTable, part_ranges
+from vbbench.files.withholding import check_truth
+from vbbench.folders.swapping import finish_swaps
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.sequence import Given, Sequence, Truth
+from vbbench.solver import Problem
+
+OBSERVER = -1
+"""The track number that stands for the observer in ``given.parquet``."""
+
+LARGEST_ID = 2**31 - 1
+"""The largest id that a table can hold."""
+
+SCENES_AT_HAND = 64
+"""True scenes that are kept in memory; where every sequence has its own, their number has no end."""
+
+
+class Dataset:
+    """A dataset folder, opened for reading; sequences come as they are asked for.
+
+    Parameters
+    ----------
+    folder : the dataset folder.
+    truth : folder with the truth tables, where it is kept elsewhere.
+
+    Raises
+    ------
+    FileError
+        If a table is missing or does not have the size that was written, or ``truth`` is not what was published of it.
+    """
+
+    def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
+        self.folder = Path(folder)
+        self.info = DatasetInfo.read(self.folder)
+        self.truth_folder = _truth_folder(Path(truth)) if truth else self.folder / "truth"
+        if truth:
+            finish_swaps(truth)
+            check_truth(self.info, self.truth_folder)
+        for name, facts in self.info.tables.items():
+            path = self.table_path(name)
+            if path.is_file() and path.stat().st_size != facts["bytes"]:
+                raise FileError(path, f"{path.stat().st_size} bytes, {facts['bytes']} were written; generate it again")
+        self._observations = self._table("observations")
+        self._given = self._table("given")
+
+    def table_path(self, name: str) -> Path:
+        """Where a table lies, truth possibly elsewhere."""
+        if name.startswith("truth/"):
+            return self.truth_folder / f"{name.removeprefix('truth/')}.parquet"
+        return self.folder / f"{name}.parquet"
+
+    def __len__(self) -> int:
+        return len(self.rows["sequence"])
+
+    def __reduce__(self) -> tuple[Callable[..., "Dataset"], tuple[Path, Path, str]]:
+        """Workers open the folder for themselves."""
+        return _opened_once, (self.folder.resolve(), self.truth_folder.resolve(), self.info.id)
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether the truth tables are at hand."""
+        return self.table_path("truth/poses").is_file()
+
+    @cached_property
+    def rows(self) -> dict[str, NDArray[Any]]:
+        """The columns of ``sequences.parquet``."""
+        table = self._table("sequences")
+        rows = table.read(0, LARGEST_ID)
+        numbered = np.array_equal(rows["sequence"], np.arange(table.rows))
+        if not numbered or any((rows[name] < 0).any() for name in ("scene", "first_frame", "frames", "people")):
+            raise FileError(table.path, "its sequences are not numbered from 0, or a count is below 0; generate again")
+        return rows
+
+    @property
+    def cells(self) -> IntArray:
+        """[N] frames times tracks of each sequence: its observations, or somewhat more."""
+        cells: IntArray = self.rows["frames"].astype(np.int64) * self.rows["people"]
+        return cells
+
+    def problem(self, sequence: Sequence, *, covariances: bool = False) -> Problem:
+        """The published facts about a sequence, as a solver gets them, and whether it is asked for covariances."""
+        info = self.info
+        return Problem(
+            sequence=sequence.index,
+            camera=info.camera,
+            dt=info.dt,
+            tracks=sequence.tracks,
+            height_mean=info.height_mean,
+            height_std=info.height_std,
+            pixel_std=info.pixel_std,
+            covariances=covariances,
+        )
+
+    def sequence(self, index: int) -> Sequence:
+        """One sequence."""
+        return next(self.sequences(index, index + 1))
+
+    def sequences(self, first: int = 0, last: int | None = None) -> Iterator[Sequence]:
+        """Sequences first ≤ index < last, of which some megabytes are in memory at a time."""
+        last = self._checked_range(first, last)
+        for begin, end in part_ranges(last - first, self.cells[first:last]):
+            boxes, given = (table.read(first + begin, first + end) for table in (self._observations, self._given))
+            for index in range(first + begin, first + end):
+                yield self._sequence(index, _of(boxes, index), _of(given, index))
+
+    def truth(self, sequence: Sequence) -> Truth:
+        """Truth of one sequence; tracks that belong to nobody are NaN.
+
+        Raises
+        ------
+        VbbenchError
+            If the truth is withheld.
+        """
+        self._require_truth()
+        poses = self._poses.read(sequence.index, sequence.index + 1)
+        people, positions, heights = self.scene(sequence.scene)
+        frames = range(sequence.first_frame, sequence.first_frame + sequence.frames)
+        check_truth_rows(self.table_path, sequence.index, frames, poses, len(positions), people)
+        persons = self.track_persons(sequence)
+        column = np.searchsorted(people, persons).clip(max=len(people) - 1)
+        path = positions[np.array(frames)[:, None], column]
+        known = (people[column] == persons) & (persons >= 0)
+        return Truth(
+            poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1),
+            positions=np.where(known[..., None], path, np.nan),
+            heights=_first_known(heights[column], known),
+        )
+
+    def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
+        """True scene: people [K], positions [T, K, 2] in m, heights [K] in m."""
+        if scene not in self._scenes:
+            if len(self._scenes) >= SCENES_AT_HAND:
+                self._scenes.clear()
+            self._scenes[scene] = self._read_scene(scene)
+        return self._scenes[scene]
+
+    def track_persons(self, sequence: Sequence) -> IntArray:
+        """[T, K] the person behind each track in each frame, −1 for a false alarm."""
+        shape = (sequence.frames, len(sequence.tracks))
+        if not self.table_path("truth/tracks").is_file():
+            return np.broadcast_to(sequence.tracks, shape)
+        rows = self._track_map.read(sequence.index, sequence.index + 1)
+        check_tracks(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
+        persons = np.full(shape, -1, dtype=np.int64)
+        persons[rows["frame"], np.searchsorted(sequence.tracks, rows["track"])] = rows["person"]
+        return persons
+
+    @cached_property
+    def _scenes(self) -> dict[int, tuple[IntArray, FloatArray, FloatArray]]:
+        return {}
+
+    @cached_property
+    def _poses(self) -> SequenceTable:
+        return self._table("truth/poses")
+
+    @cached_property
+    def _track_map(self) -> SequenceTable:
+        return self._table("truth/tracks")
+
+    def _table(self, name: str) -> SequenceTable:
+        key = "scene" if name in ("truth/scenes", "truth/people") else "sequence"
+        return SequenceTable(self.table_path(name), name, key)
+
+    def _checked_range(self, first: int, last: int | None) -> int:
+        last = len(self) if last is None else last
+        if not 0 <= first <= last <= len(self):
+            asked = f"{first}" if last == first + 1 else f"{first} to {last - 1}"
+            raise VbbenchError(f"{self.folder} has sequences 0 to {len(self) - 1}, not {asked}")
+        return last
+
+    def _require_truth(self) -> None:
+        if not self.has_truth:
+            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with --truth")
+
+    def _sequence(self, index: int, boxes: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> Sequence:
+        row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}
+        tracks, column = np.unique(boxes["track"], return_inverse=True)
+        shape = (int(row["frames"]), len(tracks))
+        check_sequence(self.table_path, index, shape[0], boxes, given, tracks)
+        observations = np.full((*shape, 3), np.nan)
+        observations[boxes["frame"], column] = np.stack([boxes["u"], boxes["v"], boxes["l"]], axis=-1)
+        visible = np.full(shape, np.nan)
+        visible[boxes["frame"], column] = boxes["visible"]
+        return Sequence(
+            index=index,
+            scene=int(row["scene"]),
+            observer=int(row["observer"]),
+            first_frame=int(row["first_frame"]),
+            tracks=tracks,
+            observations=observations,
+            visible=visible,
+            given=_dense_given(given, tracks, shape),
+        )
+
+    def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
+        self._require_truth()
+        persons = self._table("truth/people").read(scene, scene + 1)
+        rows = self._table("truth/scenes").read(scene, scene + 1)
+        people = persons["person"].astype(np.int64)
+        positions = np.full((check_scene(self.table_path, scene, people, rows), len(people), 2), np.nan)
+        positions[rows["frame"], np.searchsorted(people, rows["person"])] = np.stack([rows["x"], rows["y"]], axis=-1)
+        return people, positions, persons["height"]
+
+
+_last = threading.local()
+
+
+def _opened_once(folder: Path, truth: Path, wanted: str) -> Dataset:
+    """The dataset, opened once for all the parts that a worker's thread does; open tables are not for two threads."""
+    if getattr(_last, "place", None) != (folder, truth, wanted):
+        try:
+            dataset = Dataset(folder)
+            dataset.truth_folder = truth
+        except FileError as error:
+            raise VbbenchError(
+                f"a worker cannot open the dataset; keep it on a disk that all share ({error})"
+            ) from error
+        if dataset.info.id != wanted:
+            raise FileError(folder, f"a worker sees dataset {dataset.info.id} here, not {wanted}; share one disk")
+        _last.dataset, _last.place = dataset, (folder, truth, wanted)
+    opened: Dataset = _last.dataset
+    return opened
+
+
+def _first_known(values: FloatArray, known: BoolArray) -> FloatArray:
+    """[K] the first of values [T, K] that is ``known``, NaN where none is."""
+    first = known.argmax(axis=0)
+    return np.where(known.any(axis=0), np.take_along_axis(values, first[None], axis=0)[0], np.nan)
+
+
+def _truth_folder(folder: Path) -> Path:
+    nested = folder / "truth"
+    return nested if nested.is_dir() else folder
+
+
+def _of(rows: dict[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
+    start, stop = np.searchsorted(rows["sequence"], [index, index + 1])
+    return {name: values[start:stop] for name, values in rows.items()}
+
+
+def _dense_given(rows: dict[str, NDArray[Any]], tracks: IntArray, shape: tuple[int, int]) -> Given:
+    poses, positions = np.full((shape[0], 3), np.nan), np.full((*shape, 2), np.nan)
+    own = rows["track"] == OBSERVER
+    poses[rows["frame"][own]] = np.stack([rows["x"][own], rows["y"][own], rows["yaw"][own]], axis=-1)
+    column = np.searchsorted(tracks, rows["track"][~own])
+    positions[rows["frame"][~own], column] = np.stack([rows["x"][~own], rows["y"][~own]], axis=-1)
+    return Given(poses=poses, positions=positions)

@@ -1,0 +1,259 @@
+"""The published facts about a dataset: ``dataset.json``."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+
+from vbbench.camera import Camera, camera_from_dict, camera_to_dict
+from vbbench.errors import FileError, VbbenchError, quoted
+from vbbench.files.dataset_fields import find_fault
+from vbbench.files.tables import file_sha256
+from vbbench.folders.swapping import finish_swaps
+from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
+from vbbench.paper import Counts, the_paper
+from vbbench.parsing.json_text import canonical_digest, read_json
+
+FORMAT_VERSION = 1
+INFO_FILE = "dataset.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetInfo:
+    """Everything published about a dataset.
+
+    ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
+    and of the parameters, so the same command gives the same id on every machine. ``seed`` is ``None`` where it is
+    withheld with the truth; ``withheld_id`` then is the id, which cannot be computed without it.
+
+    ``calibration`` is what was found of the camera that recorded the scenes, with its uncertainty, where metres rest on
+    it; it follows from the definition, up to rounding, and is no part of the id.
+    """
+
+    split: str
+    title: str
+    camera: Camera
+    tier: str
+    seed: int | None
+    dt: float
+    height_mean: float
+    height_std: float
+    pixel_std: float
+    scenes: tuple[str, ...]
+    definition: dict[str, Any]
+    caution: str | None = None
+    calibration: dict[str, Any] | None = None
+    counts: dict[str, float] = field(default_factory=dict)
+    tables: dict[str, dict[str, Any]] = field(default_factory=dict)
+    package_version: str = ""
+    format_version: int = FORMAT_VERSION
+    withheld_id: str | None = None
+
+    @property
+    def id(self) -> str:
+        """Hash that a submission names: 16 hex digits of SHA-256 over the definition and all parameters."""
+        if self.withheld_id is not None:
+            return self.withheld_id
+        facts = {name: value for name, value in self._json().items() if name not in _NOT_IN_ID}
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
+
+    @property
+    def known_seed(self) -> int:
+        """The seed.
+
+        Raises
+        ------
+        VbbenchError
+            If it is withheld.
+        """
+        if self.seed is None:
+            raise VbbenchError(f"the seed of dataset {self.id} is withheld with its truth")
+        return self.seed
+
+    @property
+    def spoken_seed(self) -> str:
+        """The seed for people to read."""
+        return "withheld" if self.seed is None else str(self.seed)
+
+    def without_seed(self) -> "DatasetInfo":
+        """The same dataset, its seed withheld."""
+        return replace(self, seed=None, withheld_id=self.id)
+
+    def with_seed(self, seed: int) -> "DatasetInfo":
+        """The dataset that the seed makes; the same one, with the same id, if it is the seed that was withheld."""
+        return replace(self, seed=seed, withheld_id=None)
+
+    @property
+    def truth_tables(self) -> dict[str, dict[str, Any]]:
+        """Size, rows and SHA-256 of each truth table, by file name."""
+        tables = {Path(name): facts for name, facts in sorted(self.tables.items())}
+        return {f"{name.name}.parquet": facts for name, facts in tables.items() if name.parent.name == "truth"}
+
+    @property
+    def truth_sha256(self) -> str:
+        """One hash of all truth tables; see `truth_sha256`."""
+        return truth_sha256({name: facts["sha256"] for name, facts in self.tables.items()})
+
+    def to_json(self) -> str:
+        """The text of ``dataset.json``, with a digest over all that it says.
+
+        Raises
+        ------
+        ValueError
+            If a number in it is not finite.
+        """
+        values = {"id": self.id, **self._json()}
+        return json.dumps({**values, "digest": canonical_digest(values)}, indent=2, ensure_ascii=False) + "\n"
+
+    def _json(self) -> dict[str, Any]:
+        facts = {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
+        del facts["withheld_id"]
+        if self.calibration is None:
+            del facts["calibration"]
+        return facts
+
+    @staticmethod
+    def read(folder: Path) -> "DatasetInfo":
+        """Read ``dataset.json`` of a dataset folder.
+
+        Raises
+        ------
+        FileError
+            If it is missing, damaged, of another format version, or edited by hand; the key is named.
+        """
+        finish_swaps(folder)
+        refuse_partitioned(folder, INFO_FILE)
+        path = folder / INFO_FILE
+        if not path.is_file():
+            raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")
+        values = _checked(path)
+        digest, written_id = values.pop("digest", None), values["id"]
+        fresh = canonical_digest(values)
+        del values["id"]
+        try:
+            camera = camera_from_dict(values["camera"])
+        except VbbenchError as error:
+            raise FileError(path, f"key 'camera': {error}; generate the dataset again") from error
+        withheld = written_id if values["seed"] is None else None
+        scenes = tuple(values["scenes"])
+        info = DatasetInfo(**{**values, "camera": camera, "scenes": scenes, "withheld_id": withheld})
+        if info.id != written_id:
+            raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
+        if digest not in (None, fresh):
+            raise FileError(path, "was changed by hand: its digest is of something else; generate the dataset again")
+        return info
+
+
+def _checked(path: Path) -> dict[str, Any]:
+    """What a ``dataset.json`` says; every key of it is as it must be."""
+    try:
+        values = read_json(path)
+    except ValueError as error:
+        raise FileError(path, f"is damaged ({error}); generate the dataset again") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "is damaged (it holds no object); generate the dataset again")
+    version = values.get("format_version")
+    if version != FORMAT_VERSION:
+        problem = f"format version {quoted(version)}, this vbbench reads {FORMAT_VERSION}"
+        raise FileError(path, f"{problem}; generate it again")
+    fault = find_fault(values)
+    if fault is not None:
+        raise FileError(path, f"{fault}; generate the dataset again")
+    return values
+
+
+def truth_sha256(tables: Mapping[str, str]) -> str:
+    """One hash of the truth tables among ``tables`` (name → SHA-256).
+
+    It is that of what ``sha256sum *.parquet`` prints in their folder.
+    """
+    truth = {Path(name).name: digest for name, digest in sorted(tables.items()) if name.startswith("truth/")}
+    lines = "".join(f"{digest}  {name}.parquet\n" for name, digest in truth.items())
+    return hashlib.sha256(lines.encode()).hexdigest()
+
+
+_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution", "calibration")
+
+
+def summary(info: DatasetInfo) -> dict[str, Any]:
+    """The row of the paper's Table 1, and what identifies the dataset.
+
+    Frames count where anybody is observed. Recipes say whether the people of Table 1 include the observer.
+    """
+    counts, extra = info.counts, int(info.definition.get("count_observer", False))
+    return {
+        "split": info.split,
+        "camera": info.camera.kind,
+        "tier": info.tier,
+        "sequences": counts["sequences"],
+        "mean_frames": counts["frames"] / counts["sequences"],
+        "people_min": counts["people_min"] + extra,
+        "people_mean": counts["observations"] / max(counts["frames"], 1) + extra,
+        "people_max": counts["people_max"] + extra,
+        "observations": counts["observations"],
+        "id": info.id,
+    }
+
+
+def summary_json(info: DatasetInfo) -> str:
+    """The summary as JSON, with the caution, the calibration and the paper's row where there is one, and the hash of
+    truth where that is withheld.
+    """
+    paper = _paper_row(info)
+    extras = {
+        "caution": info.caution,
+        "calibration": info.calibration,
+        "paper": None if paper is None else asdict(paper),
+        "truth_sha256": info.truth_sha256 if info.seed is None else None,
+    }
+    told = {name: value for name, value in extras.items() if value is not None}
+    return json.dumps({**summary(info), **told}, indent=2, ensure_ascii=False)
+
+
+def describe(info: DatasetInfo) -> str:
+    """The summary and parameters as text."""
+    s = summary(info)
+    included = "observer included" if info.definition.get("count_observer") else "besides the observer"
+    lines = [
+        f"{info.split}: {info.title}",
+        f"  {s['sequences']} sequences, mean {s['mean_frames']:.2f} frames, people ({included}) "
+        f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']} (min / mean / max)",
+        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({info.pixel_std:g} px), "
+        f"dt {info.dt:g} s",
+        f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
+    ]
+    paper = _paper_row(info)
+    if paper is not None:
+        row = f"{paper.sequences} sequences, mean {paper.frames} frames, people {paper.people}"
+        lines.insert(2, f"  the paper: {row}")
+    if info.calibration is not None:
+        lines.append(f"  calibration: {info.calibration['summary']}")
+    if info.seed is None:
+        lines.append(f"  truth withheld, SHA-256 {info.truth_sha256}")
+    if info.caution is not None:
+        lines.append(f"  caution: {info.caution}")
+    return "\n".join(lines)
+
+
+def _paper_row(info: DatasetInfo) -> Counts | None:
+    """The split's row of Table 1, where the paper has the split."""
+    return the_paper().table1.get(info.split)
+
+
+def table_paths(names: Iterable[str], work: WorkFolder, withhold_truth: bool) -> dict[str, Path]:
+    """Where the tables of a dataset are written, those of withheld truth apart."""
+    apart = {name for name in names if withhold_truth and name.startswith("truth/")}
+    folders = {name: work.new_truth if name in apart else work.new for name in names}
+    return {name: folder / f"{Path(name).name if name in apart else name}.parquet" for name, folder in folders.items()}
+
+
+def describe_tables(paths: dict[str, Path]) -> dict[str, dict[str, Any]]:
+    """Size and SHA-256 of every table of a dataset, by name."""
+    return {
+        name: {"bytes": path.stat().st_size, "rows": pq.read_metadata(path).num_rows, "sha256": file_sha256(path)}
+        for name, path in sorted(paths.items())
+    }

@@ -1,0 +1,186 @@
+"""A Parquet table of a dataset or submission, read a range of sequences at a time."""
+
+from collections.abc import Collection
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import ArrayLike, NDArray
+
+from vbbench.errors import FileError
+from vbbench.files.parquet_file import UNREADABLE, RowBound, check_footer, leaf_of, open_parquet
+from vbbench.files.schemas import OPTIONAL, SCHEMAS, column_values, table_schema
+
+KEYS_AT_ONCE = 1 << 20
+"""Rows of the key column that are read together where a footer is not believed."""
+
+_IDS = np.iinfo(np.int32)
+
+
+class SequenceTable:
+    """A table on disk, read a range of sequences at a time.
+
+    Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted in memory.
+
+    Parameters
+    ----------
+    path : the file.
+    name : what the table is called in `SCHEMAS`.
+    key : the column that it is ordered by.
+    optional : optional columns to read where they are there.
+    bound : of a stranger's table, the rows that it can have; nothing that its footer says is then believed. ``None``
+        for a table of a dataset, whose bytes `vbbench verify` checks.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, is no Parquet file, lacks a column or has it twice, has one without numbers, or more
+        rows than it can have.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        name: str,
+        key: str = "sequence",
+        optional: Collection[str] = (),
+        bound: RowBound | None = None,
+    ) -> None:
+        self.path, self._key = path, key
+        known = [field.name for field in OPTIONAL.get(name, ()) if field.name in optional]
+        self._file, there = open_parquet(path, SCHEMAS[name].names, known)
+        self._schema = table_schema(name, there.names)
+        self._columns = self._schema.names
+        self._require_kinds(there)
+        if bound is not None:
+            bound.check(path, self.rows)
+            bound.check(path, self._file.num_row_groups)
+            check_footer(path, self._file, self._columns)
+        rows = [self._file.metadata.row_group(number).num_rows for number in range(self._file.num_row_groups)]
+        self._groups = np.flatnonzero(rows)
+        self._rows = np.array(rows, np.int64)[self._groups]
+        self._first, self._last = self._ranges_by_statistics() if bound is None else self._ranges_by_rows()
+        self._whole = None if np.all(self._first[1:] >= self._last[:-1]) else self._sorted()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return int(self._file.metadata.num_rows)
+
+    def read(self, first: int, last: int, columns: list[str] | None = None) -> dict[str, NDArray[Any]]:
+        """Rows with first ≤ sequence < last, in order of sequence, a NumPy array a column."""
+        wanted = list(dict.fromkeys([self._key, *(columns or self._columns)]))
+        table = self._in_groups(first, last, wanted) if self._whole is None else self._whole
+        arrays = {name: column_values(table.column(name)) for name in wanted}
+        start, stop = np.searchsorted(arrays[self._key], [first, last])
+        return {name: arrays[name][start:stop] for name in columns or self._columns}
+
+    def _require_kinds(self, there: pa.Schema) -> None:
+        """Numbers and marks may come as any type that holds them; text only as text."""
+        wrong = [field.name for field in there if not _may_hold(field.type, self._schema.field(field.name).type)]
+        if wrong:
+            raise FileError(self.path, f"column {', '.join(wrong)} holds no numbers; write integers and floats")
+
+    def _in_groups(self, first: int, last: int, columns: list[str]) -> pa.Table:
+        groups = self._groups[(self._last >= first) & (self._first < last)]
+        table = self._read(groups, columns)
+        keys = column_values(table.column(self._key))
+        return table if np.all(keys[1:] >= keys[:-1]) else table.sort_by(self._key)
+
+    def _read(self, groups: NDArray[np.int64], columns: list[str]) -> pa.Table:
+        schema = pa.schema([self._schema.field(name) for name in columns])
+        try:
+            table = self._file.read_row_groups(groups.tolist(), columns=columns, use_threads=False).select(columns)
+            marks = [name for name in columns if _is_mark(schema, table.schema, name)]
+            wrong = [
+                name
+                for name in marks
+                if not pc.all(pc.is_in(table.column(name).cast(_F), _ZERO_ONE), min_count=0).as_py()
+            ]
+            table = table.cast(schema)
+        except UNREADABLE as error:
+            raise FileError(self.path, f"cannot be read ({error}); generate or copy it again") from error
+        empty = [name for name in columns if table.column(name).null_count]
+        if empty:
+            raise FileError(self.path, f"column {', '.join(empty)} has empty cells; write a number into each")
+        if wrong:
+            raise FileError(
+                self.path, f"column {', '.join(wrong)} holds other numbers than 0 and 1; write True or False"
+            )
+        return table
+
+    def _sorted(self) -> pa.Table:
+        return self._read(self._groups, self._columns).sort_by(self._key)
+
+    def _ranges_by_statistics(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """First and last key of each row group, as its statistics say; the widest range where there are none."""
+        leaf = leaf_of(self._file, self._key)
+        stats = [self._file.metadata.row_group(group).column(leaf).statistics for group in self._groups.tolist()]
+        try:
+            known = [(s.min, s.max) if s is not None and s.has_min_max else (_IDS.min, _IDS.max) for s in stats]
+            first, last = np.array(known, np.int64).reshape(-1, 2).T
+        except (OverflowError, ValueError) as error:
+            raise FileError(self.path, f"its statistics are damaged ({error}); generate or copy it again") from error
+        return first, last
+
+    def _ranges_by_rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """First and last key of each row group, as its rows say."""
+        run = np.cumsum(self._rows) // KEYS_AT_ONCE
+        ranges = [self._ranges_of(np.flatnonzero(run == number)) for number in np.unique(run)]
+        first, last = np.concatenate(ranges, axis=1) if ranges else np.empty((2, 0), np.int64)
+        return first, last
+
+    def _ranges_of(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
+        """[2, len(places)] first and last key of some row groups."""
+        keys = column_values(self._read(self._groups[places], [self._key]).column(self._key))
+        starts = np.cumsum(self._rows[places]) - self._rows[places]
+        return np.stack([np.minimum.reduceat(keys, starts), np.maximum.reduceat(keys, starts)]).astype(np.int64)
+
+
+_F = pa.float64()
+_ZERO_ONE = pa.array([0.0, 1.0])
+
+
+def _may_hold(there: pa.DataType, wanted: pa.DataType) -> bool:
+    if pa.types.is_string(wanted):
+        return bool(pa.types.is_string(there) or pa.types.is_large_string(there))
+    number = pa.types.is_integer(there) or pa.types.is_floating(there)
+    return bool(number or (pa.types.is_boolean(wanted) and pa.types.is_boolean(there)))
+
+
+def _is_mark(wanted: pa.Schema, there: pa.Schema, name: str) -> bool:
+    """Whether a column of numbers stands for True and False."""
+    return bool(pa.types.is_boolean(wanted.field(name).type) and not pa.types.is_boolean(there.field(name).type))
+
+
+PART_SIZE = 32
+"""Sequences a part: large enough to outweigh its overhead, small enough that an interruption loses little."""
+
+
+ROWS_A_PART = 1 << 20
+"""Rows a part, unless a single sequence has more: about 40 MB of observations."""
+
+
+Ranges = list[tuple[int, int]]
+"""Parts of the work: sequences first ≤ index < last of each."""
+
+
+def part_ranges(count: int, rows: ArrayLike | None = None) -> Ranges:
+    """The parts of ``count`` sequences: `PART_SIZE` each, and no more than `ROWS_A_PART` rows where that is known.
+
+    Parameters
+    ----------
+    rows : [count] rows of each sequence, or about so many; ``None`` where they are not known beforehand.
+    """
+    if rows is None:
+        return [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
+    before = np.concatenate([[0], np.cumsum(rows)])
+    starts = [0]
+    while starts[-1] < count:
+        first = starts[-1]
+        fitting = int(np.searchsorted(before, before[first] + ROWS_A_PART, side="right")) - 1
+        starts.append(min(max(fitting, first + 1), first + PART_SIZE, count))
+    return list(pairwise(starts))

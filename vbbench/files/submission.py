@@ -1,0 +1,264 @@
+"""A submission folder: its declared facts (``submission.json``), the writer, and the list of what is wrong with one."""
+
+import json
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError, SubmissionError, is_printable, one_line, quoted
+from vbbench.files.schemas import FALLBACK, to_arrow
+from vbbench.files.tables import TableWriter
+from vbbench.folders.locks import locked
+from vbbench.folders.replacing import replacing
+from vbbench.folders.swapping import finish_swaps
+from vbbench.folders.work_folder import refuse_partitioned
+from vbbench.geometry import BoolArray
+from vbbench.parsing.json_text import read_json
+from vbbench.protocol import PROTOCOLS
+
+SUBMISSION_FILE = "submission.json"
+FAILURE_POLICIES = ("refuse", "hold")
+LONGEST_TEXT = 1000
+"""Characters of a text in it: names and references are printed with every score."""
+
+LONGEST_FRAME = 1e6
+"""Seconds a frame that are believed: eleven days."""
+
+Columns = Mapping[str, NDArray[Any]]
+
+
+LISTED = 20
+"""Faults of one kind that are listed one by one; of the others the number is given."""
+
+
+class Faults:
+    """The faults found so far, by kind."""
+
+    def __init__(self) -> None:
+        self._listed: dict[str, list[str]] = {}
+        self._count: dict[str, int] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._count)
+
+    def add(self, fault: str, kind: str | None = None) -> None:
+        """One fault: the file and place, what is wrong, what to do. Faults without a kind are always listed."""
+        self._add(kind or fault, [fault], 1)
+
+    def add_error(self, error: FileError) -> None:
+        """What is wrong with a file of the submission, by its name without the folder."""
+        line = "" if error.line is None else f", line {error.line}"
+        self.add(f"{error.path.name}{line}: {error.problem}")
+
+    def add_rows(self, file: str, problem: str, columns: Mapping[str, NDArray[Any]], bad: BoolArray) -> None:
+        """The same fault in every row marked in ``bad`` [R]; ``columns`` hold what names a row (ids, CSV line)."""
+        rows = np.flatnonzero(bad)
+        if len(rows):
+            names = [_row_name(columns, row) for row in rows[:LISTED]]
+            self._add(f"{file}: {problem}", [f"{file}, {name}: {problem}" for name in names], len(rows))
+
+    def listing(self) -> tuple[str, ...]:
+        """Every fault, one line each."""
+        lines = []
+        for kind, listed in self._listed.items():
+            rest = self._count[kind] - len(listed)
+            lines += [*listed, f"{one_line(kind)} ({rest} more)"] if rest else listed
+        return tuple(lines)
+
+    def _add(self, kind: str, faults: list[str], count: int) -> None:
+        listed = self._listed.setdefault(kind, [])
+        listed.extend(map(one_line, faults[: LISTED - len(listed)]))
+        self._count[kind] = self._count.get(kind, 0) + count
+
+
+def _row_name(columns: Mapping[str, NDArray[Any]], row: int) -> str:
+    return ", ".join(
+        f"{name} {columns[name][row]}" for name in ("line", "sequence", "frame", "track") if name in columns
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubmissionInfo:
+    """What a submission declares about itself.
+
+    Parameters
+    ----------
+    solver : its name.
+    dataset : id of the dataset that was solved.
+    protocol : name of the protocol.
+    version : of the solver.
+    seconds_per_frame : mean time the solver took for a frame; ``None`` = not measured.
+    hardware, reference : what it ran on, and where it is described.
+    failure_policy : ``refuse`` = every scored row must be there; ``hold`` = a missing row is filled with the last
+        known value of that track or observer, and coverage says how many were not.
+    """
+
+    solver: str
+    dataset: str
+    protocol: str
+    version: str = ""
+    seconds_per_frame: float | None = None
+    hardware: str = ""
+    reference: str = ""
+    failure_policy: Literal["refuse", "hold"] = "refuse"
+
+    def to_json(self) -> str:
+        """The text of ``submission.json``."""
+        return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
+
+    @staticmethod
+    def read(folder: Path | str) -> "SubmissionInfo":
+        """Read ``submission.json`` of a submission folder.
+
+        Raises
+        ------
+        SubmissionError
+            If it cannot be used; every fault is listed.
+        """
+        faults = Faults()
+        info = read_info(Path(folder), faults)
+        if faults:
+            raise SubmissionError(folder, faults.listing())
+        return info
+
+
+def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
+    """The declared facts, with empty text for what cannot be used; what is wrong goes to ``faults``."""
+    finish_swaps(folder)
+    refuse_partitioned(folder, SUBMISSION_FILE)
+    values = _read_object(folder / SUBMISSION_FILE, faults)
+    known = {field.name for field in fields(SubmissionInfo)}
+    if values is not None:
+        for name in sorted(set(values) - known):
+            problem = f"is unknown; keys are {', '.join(sorted(known))}"
+            faults.add(f"{SUBMISSION_FILE}: key {quoted(name)} {problem}", kind=f"{SUBMISSION_FILE}: a key {problem}")
+        for name in ("solver", "dataset", "protocol"):
+            if name not in values:
+                faults.add(f"{SUBMISSION_FILE}: key '{name}' is missing; add it")
+    usable = {name: value for name, value in (values or {}).items() if name in known and _usable(name, value, faults)}
+    return SubmissionInfo(**{"solver": "", "dataset": "", "protocol": "", **usable})
+
+
+class SubmissionWriter:
+    """Writes a submission, one row group a sequence; it is a submission only when the block ends well.
+
+    ``info`` may be replaced inside the block (time is known last): it is written last.
+
+    Parameters
+    ----------
+    folder : where to; made if needed.
+    info : the declared facts.
+    fallback : whether the poses have the optional column ``fallback``.
+
+    Examples
+    --------
+    >>> with SubmissionWriter(folder, info) as writer:                          # doctest: +SKIP
+    ...     writer.add(0, {"frame": t, "x": x, "y": y, "yaw": yaw}, {"frame": t, "track": k, "x": x, "y": y})
+    """
+
+    def __init__(self, folder: Path | str, info: SubmissionInfo, *, fallback: bool = False) -> None:
+        self.folder = Path(folder)
+        self.info = info
+        optional = {"poses": [FALLBACK] if fallback else [], "positions": []}
+        self._tables: dict[str, TableWriter] = {}
+        with ExitStack() as stack:
+            stack.enter_context(locked(self.folder))
+            self._facts = stack.enter_context(replacing(self.folder / SUBMISSION_FILE))
+            for name, columns in optional.items():
+                table = TableWriter(self.folder / f"{name}.parquet", name, columns)
+                self._tables[name] = stack.enter_context(table)
+            self._open = stack.pop_all()
+
+    def add(self, sequence: int, poses: Columns, positions: Columns) -> None:
+        """Append the rows of one sequence; sequences come in ascending order.
+
+        Parameters
+        ----------
+        sequence : its number in the dataset.
+        poses : columns frame, x, y, yaw, each [N], in m and rad, and perhaps fallback.
+        positions : columns frame, track, x, y, each [M], in m.
+        """
+        for name, columns in (("poses", poses), ("positions", positions)):
+            number = np.full(len(columns["frame"]), sequence, dtype=np.int32)
+            self._tables[name].add(to_arrow(name, {**columns, "sequence": number}))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self._open.__exit__(kind, error, trace)
+            return
+        with self._open:  # everything is written before the first file gets its name, and the facts get theirs last
+            for table in self._tables.values():
+                table.finish()
+            self._facts.write_text(self.info.to_json(), encoding="utf-8")
+            (self.folder / SUBMISSION_FILE).unlink(missing_ok=True)
+
+
+def write_submission(folder: Path | str, info: SubmissionInfo, poses: Columns, positions: Columns) -> None:
+    """Write a submission from whole tables.
+
+    Parameters
+    ----------
+    folder : where to; made if needed.
+    info : the declared facts.
+    poses : columns sequence, frame, x, y, yaw, each [N], in m and rad, and perhaps fallback.
+    positions : columns sequence, frame, track, x, y, each [M], in m.
+    """
+    with SubmissionWriter(folder, info, fallback=FALLBACK in poses) as writer:
+        for sequence in np.union1d(poses["sequence"], positions["sequence"]):
+            writer.add(int(sequence), _rows_of(poses, sequence), _rows_of(positions, sequence))
+
+
+def _rows_of(columns: Columns, sequence: int) -> Columns:
+    mine = columns["sequence"] == sequence
+    return {name: np.asarray(values)[mine] for name, values in columns.items()}
+
+
+def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
+    if not path.is_file():
+        faults.add(f"{SUBMISSION_FILE}: the file is missing; write one with the keys solver, dataset and protocol")
+        return None
+    try:
+        values = read_json(path, finite=False)
+    except ValueError as error:
+        faults.add(f"{SUBMISSION_FILE}: cannot be read ({error}); fix the JSON")
+        return None
+    if not isinstance(values, dict):
+        faults.add(f'{SUBMISSION_FILE}: holds no object; write {{"solver": ..., "dataset": ..., "protocol": ...}}')
+        return None
+    return values
+
+
+def _usable(name: str, value: Any, faults: Faults) -> bool:
+    problem = _problem(name, value)
+    if problem:
+        faults.add(f"{SUBMISSION_FILE}: key '{name}' {problem}")
+    return not problem
+
+
+def _problem(name: str, value: Any) -> str | None:
+    if name == "seconds_per_frame":
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if value is None or (number and 0 <= value <= LONGEST_FRAME):
+            return None
+        return f"is {quoted(value)}; give a number of seconds from 0 to {LONGEST_FRAME:.0f}, or leave it out"
+    if not isinstance(value, str):
+        return f"is {quoted(value)}; give text"
+    if len(value) > LONGEST_TEXT:
+        return f"has {len(value)} characters; write {LONGEST_TEXT} or fewer"
+    if not is_printable(value):
+        return f"is {quoted(value)}; leave out ends of lines and control characters"
+    choices = {"failure_policy": FAILURE_POLICIES, "protocol": PROTOCOLS}.get(name)
+    if choices and value not in choices:
+        return f"is {quoted(value)}, which is unknown; choose {', '.join(choices)}"
+    return "is empty; fill it in" if name == "solver" and not value.strip() else None

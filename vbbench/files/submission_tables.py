@@ -1,0 +1,257 @@
+"""Tables of a submission, Parquet or CSV, read a range of sequences at a time."""
+
+import csv
+import mmap
+from array import array
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, Protocol, TextIO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError, is_printable, quoted
+from vbbench.files.dataset import Dataset
+from vbbench.files.parquet_file import RowBound
+from vbbench.files.schemas import CONVERGED, FALLBACK, SCHEMAS, column_values
+from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.submission import Faults
+from vbbench.parsing.numbers import parse_number
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class SubmissionTable(Protocol):
+    """Rows of a submission, in order of sequence."""
+
+    @property
+    def file(self) -> str:
+        """Name of the file, for messages."""
+
+    def read(self, first: int, last: int) -> Arrays:
+        """Rows with first ≤ sequence < last, an array a column; the optional ones that are there, ``line`` from CSV."""
+
+
+class ParquetRows:
+    """A table of a submission as vbbench, or a stranger, wrote it in Parquet."""
+
+    def __init__(self, path: Path, name: str, optional: Collection[str], bound: RowBound) -> None:
+        self.file = path.name
+        self._table = SequenceTable(path, name, optional=optional, bound=bound)
+
+    def read(self, first: int, last: int) -> Arrays:
+        """See `SubmissionTable.read`."""
+        return self._table.read(first, last)
+
+
+class RowsInMemory:
+    """A table of a submission that is already in memory."""
+
+    def __init__(self, file: str, columns: Arrays) -> None:
+        self.file = file
+        order = np.argsort(columns["sequence"], kind="stable")
+        self._columns = {name: values[order] for name, values in columns.items()}
+
+    def read(self, first: int, last: int) -> Arrays:
+        """See `SubmissionTable.read`."""
+        start, stop = np.searchsorted(self._columns["sequence"], [first, last])
+        return {name: values[start:stop] for name, values in self._columns.items()}
+
+
+def open_table(
+    folder: Path, name: str, dataset: Dataset, faults: Faults, optional: Collection[str] = (FALLBACK,)
+) -> SubmissionTable | None:
+    """The table called ``name`` (``poses`` or ``positions``); ``None`` and a fault where there is none to read.
+
+    Of the optional columns (`vbbench.files.schemas.OPTIONAL`) only those named are read. A table with more rows than
+    one that answers ``dataset`` can have is not read at all.
+    """
+    parquet, csv = folder / f"{name}.parquet", folder / f"{name}.csv"
+    bound = row_bound(name, dataset)
+    if parquet.is_file() and csv.is_file():
+        faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
+    try:
+        if parquet.is_file():
+            return ParquetRows(parquet, name, optional, bound)
+        if csv.is_file():
+            columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional, bound)
+            return None if columns is None else RowsInMemory(csv.name, columns)
+    except FileError as error:
+        faults.add_error(error)
+        return None
+    faults.add(f"{parquet.name}: the file is missing, and so is {csv.name}; write one of them")
+    return None
+
+
+def row_bound(name: str, dataset: Dataset) -> RowBound:
+    """The rows that ``poses`` (one a frame) or ``positions`` (one for each track in each frame) can have."""
+    rows = dataset.rows["frames"] if name == "poses" else dataset.cells
+    return RowBound(int(rows.sum(dtype=np.int64)))
+
+
+IDS = ("sequence", "frame", "track")
+MARKS = (FALLBACK, CONVERGED)
+"""Columns that are True or False in each row."""
+
+_LARGEST_ID = 2**31 - 1
+_LONGEST_LINE = 1 << 17
+"""Characters of a line, and of a cell, that are read."""
+
+_TRUE, _FALSE = ("True", "true", "TRUE", "1"), ("False", "false", "FALSE", "0")
+
+
+def read_csv_rows(
+    path: Path, wanted: list[str], faults: Faults, optional: Collection[str], bound: RowBound
+) -> Arrays | None:
+    """Columns of a CSV file with a header, and the 1-based ``line`` of each row.
+
+    Parameters
+    ----------
+    path : the file; commas, a header line, any order of columns, more columns than wanted are fine.
+    wanted : names of the columns.
+    faults : takes what is wrong.
+    optional : names of columns to read where they are there.
+    bound : the rows that the table can have.
+
+    Returns
+    -------
+    The rows whose ids could be read (0 stands for a value that could not), or ``None`` without usable header.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read to its end: it has too many rows, a line is too long, or a quotation mark is left open.
+    """
+    header = _header(path)
+    wanted = [*wanted, *(name for name in optional if name in header)]
+    if not _check_header(path, header, wanted, faults):
+        return None
+    return _read_fast(path, header, wanted, bound) or _read_carefully(path, header, wanted, faults, bound)
+
+
+def _header(path: Path) -> list[str]:
+    cells = [cell.strip() for cell in next(_lines(path), (0, [""]))[1]]
+    if not all(map(is_printable, cells)):
+        raise FileError(
+            path, "its first line is no UTF-8 text, or holds control characters; save it as CSV with commas"
+        )
+    return cells
+
+
+def _check_header(path: Path, header: list[str], wanted: list[str], faults: Faults) -> bool:
+    """Whether each wanted column stands in the header once; else what is wrong goes to ``faults``."""
+    missing = [name for name in wanted if name not in header]
+    twice = [name for name in wanted if header.count(name) > 1]
+    for name in missing:
+        faults.add(f"{path.name}, line 1: column '{name}' is missing; the header must read {','.join(wanted)}")
+    for name in twice:
+        faults.add(f"{path.name}, line 1: column '{name}' stands there twice; keep one")
+    return not missing and not twice
+
+
+def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row that is not blank; bytes that are no UTF-8 stay what is no number."""
+    with path.open(encoding="utf-8-sig", errors="surrogateescape", newline="") as file:
+        reader = csv.reader(_short_lines(path, file), strict=True)
+        try:
+            for cells in reader:
+                if any(cell.strip() for cell in cells):
+                    yield reader.line_num, cells
+        except csv.Error as error:
+            raise FileError(path, f"cannot be read further ({error}); fix the line", reader.line_num) from error
+
+
+def _short_lines(path: Path, file: TextIO) -> Iterator[str]:
+    number = 0
+    while line := file.readline(_LONGEST_LINE):
+        number += 1
+        if len(line) == _LONGEST_LINE:
+            raise FileError(path, f"has more than {_LONGEST_LINE} characters; write a row a line", number)
+        yield line
+
+
+def _read_fast(path: Path, header: list[str], wanted: list[str], bound: RowBound) -> Arrays | None:
+    """Read a file without any fault in its cells; ``None`` where it has one, or its rows may not be its lines."""
+    if _has_quotes(path):
+        return None
+    names = [name if name in wanted else f"column {number}" for number, name in enumerate(header)]
+    kinds = {name: pa.bool_() if name in MARKS else pa.float64() for name in wanted}
+    read = pa_csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False)
+    parse = pa_csv.ParseOptions(quote_char=False, ignore_empty_lines=False)
+    convert = pa_csv.ConvertOptions(
+        column_types=kinds, include_columns=wanted, null_values=[], true_values=_TRUE, false_values=_FALSE
+    )
+    batches, rows = [], 0
+    try:
+        with pa_csv.open_csv(path, read, parse, convert) as reader:
+            for batch in reader:
+                rows += len(batch)
+                bound.check(path, rows)
+                batches.append(batch)
+        table = pa.Table.from_batches(batches)
+    except (pa.ArrowException, ValueError):
+        return None
+    columns = {name: column_values(table.column(name)) for name in wanted}
+    for name in IDS:
+        if name in columns:
+            columns[name] = _whole(columns[name])
+    if not all(np.isfinite(values).all() for values in columns.values()):
+        return None
+    columns = {name: values.astype(np.int64) if name in IDS else values for name, values in columns.items()}
+    return {**columns, "line": np.arange(2, rows + 2)}
+
+
+def _has_quotes(path: Path) -> bool:
+    """Whether a quotation mark stands anywhere, so that a cell may hold commas and ends of lines."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return content.find(b'"') >= 0
+
+
+def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values that are ids, NaN for others."""
+    return np.where((values == np.floor(values)) & (np.abs(values) <= _LARGEST_ID), values, np.nan)
+
+
+def _read_carefully(path: Path, header: list[str], wanted: list[str], faults: Faults, bound: RowBound) -> Arrays:
+    columns = {name: array("q" if name in IDS else "b" if name in MARKS else "d") for name in wanted}
+    lines = array("q")
+    rows = _lines(path)
+    next(rows)
+    for number, (line, cells) in enumerate(rows, 1):
+        bound.check(path, number)
+        if len(cells) != len(header):
+            problem = f"{len(cells)} cells, the header has {len(header)}; write one for each column"
+            faults.add(f"{path.name}, line {line}: {problem}", kind=f"{path.name}: rows with too many or too few cells")
+            continue
+        row = _row(dict(zip(header, cells, strict=True)), wanted, f"{path.name}, line {line}", faults)
+        if all(row[name] is not None for name in wanted if name in IDS):
+            lines.append(line)
+            for name, values in columns.items():
+                values.append(row[name] or 0)
+    arrays = {name: np.array(values) for name, values in columns.items()}
+    return {name: values != 0 if name in MARKS else values for name, values in arrays.items()} | {
+        "line": np.array(lines)
+    }
+
+
+def _row(cells: dict[str, str], wanted: list[str], place: str, faults: Faults) -> dict[str, Any]:
+    row = {name: _value(name, cells[name]) for name in wanted}
+    for name, value in row.items():
+        if value is None:
+            kind = "a whole number" if name in IDS else "True or False" if name in MARKS else "a number"
+            problem = f"{name} is {quoted(cells[name].strip())}; write {kind}"
+            faults.add(f"{place}: {problem}", kind=f"{place.split(', ')[0]}: {name} is not {kind}")
+    return row
+
+
+def _value(name: str, text: str) -> float | int | bool | None:
+    """What a cell says in the column called ``name``; ``None`` where it cannot be."""
+    if name in MARKS:
+        mark = text.strip(" \t")
+        return True if mark in _TRUE else False if mark in _FALSE else None
+    value = parse_number(text)
+    if value is None or name not in IDS:
+        return value
+    return int(value) if value.is_integer() and abs(value) <= _LARGEST_ID else None

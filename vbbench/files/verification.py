@@ -1,0 +1,105 @@
+"""Checks a dataset folder: every checksum, and every invariant that its readers rely on."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from vbbench.errors import FileError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_fields import ALWAYS
+from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.tables import file_sha256
+from vbbench.geometry import IntArray
+from vbbench.parsing.json_text import read_json
+from vbbench.sequence import Sequence
+
+
+def verify(folder: Path | str, truth: Path | str | None = None) -> str:
+    """What was checked, as one line of text.
+
+    Raises
+    ------
+    FileError
+        At the first table whose bytes differ from what was written, or whose rows contradict one another.
+    """
+    dataset = Dataset(folder, truth)
+    checked = list(_check_sums(dataset))
+    people = [_check_sequence(dataset, sequence) for sequence in dataset.sequences()]
+    _check_counts(dataset, np.concatenate(people))
+    known = f"; truth is the published one, SHA-256 {dataset.info.truth_sha256}" if truth else ""
+    told = known if dataset.has_truth else "; truth is withheld and was not checked"
+    return f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written{told}{_undigested(dataset)}"
+
+
+def _undigested(dataset: Dataset) -> str:
+    """What cannot be checked of a dataset that was made before ``dataset.json`` had a digest."""
+    if "digest" in read_json(dataset.folder / INFO_FILE):
+        return ""
+    return (
+        f"; {INFO_FILE} has no digest, as before there was one: its title, caution and scenes' names were not checked"
+    )
+
+
+def _check_sums(dataset: Dataset) -> Iterator[str]:
+    tables = dataset.info.tables
+    missing = [name for name in ALWAYS if name not in tables]
+    if missing:
+        raise FileError(
+            dataset.folder / INFO_FILE, f"key 'tables' lacks {', '.join(missing)}; generate the dataset again"
+        )
+    for name, facts in tables.items():
+        path = dataset.table_path(name)
+        if name.startswith("truth/") and not dataset.has_truth:
+            continue
+        if not path.is_file():
+            raise FileError(path, "the file is missing; generate the dataset again")
+        if file_sha256(path) != facts["sha256"]:
+            raise FileError(path, f"its SHA-256 is not the one in {INFO_FILE}; generate the dataset again")
+        if pq.read_metadata(path).num_rows != facts["rows"]:
+            raise FileError(path, f"has other rows than the {facts['rows']} in {INFO_FILE}; generate the dataset again")
+        yield name
+
+
+def _check_counts(dataset: Dataset, people: IntArray) -> None:
+    """Check the counts against how many people each frame of the dataset shows [F]."""
+    seen = people[people > 0]
+    found = {
+        "sequences": len(dataset),
+        "frames": len(seen),
+        "observations": int(seen.sum()),
+        "people_min": int(seen.min(initial=1 << 30)),
+        "people_max": int(seen.max(initial=0)),
+    }
+    for name, count in found.items():
+        if dataset.info.counts.get(name) != count:
+            problem = f"key 'counts' has {dataset.info.counts.get(name)} {name}, the tables {count}"
+            raise FileError(dataset.folder / INFO_FILE, f"{problem}; generate the dataset again")
+
+
+def _check_sequence(dataset: Dataset, sequence: Sequence) -> IntArray:
+    """Check one sequence; return how many people each frame shows [T]."""
+    where = f"sequence {sequence.index}"
+    boxes, seen = sequence.observations, sequence.observed
+    if not np.isfinite(boxes[seen]).all() or (boxes[seen][:, 2] <= 0).any():
+        raise FileError(dataset.table_path("observations"), f"{where}: a box is not finite or has no height")
+    if np.isnan(sequence.given.poses[:2]).any():
+        raise FileError(dataset.table_path("given"), f"{where}: the observer's first two poses are not given")
+    if (~np.isnan(sequence.given.positions[..., 0]) & ~seen).any():
+        raise FileError(dataset.table_path("given"), f"{where}: a position is given of somebody not observed")
+    if dataset.has_truth:
+        _check_truth(dataset, sequence, where)
+    people: IntArray = seen.sum(axis=1)
+    return people
+
+
+def _check_truth(dataset: Dataset, sequence: Sequence, where: str) -> None:
+    truth, given = dataset.truth(sequence), sequence.given
+    if truth.poses.shape != (sequence.frames, 3) or not np.isfinite(truth.poses).all():
+        raise FileError(dataset.table_path("truth/poses"), f"{where}: wanted {sequence.frames} finite poses")
+    if dataset.info.tier != "tracked" and np.isnan(truth.positions[sequence.observed]).any():
+        raise FileError(dataset.table_path("truth/scenes"), f"{where}: somebody observed is not there")
+    known = ~np.isnan(given.positions)
+    if not np.array_equal(given.positions[known], truth.positions[known]):
+        raise FileError(dataset.table_path("given"), f"{where}: a given position is not the true one")

@@ -1,0 +1,183 @@
+"""Locks: one command at a time writes into a folder. The kernel frees a lock when its process ends, however it ends."""
+
+import errno
+import fcntl
+import json
+import os
+import socket
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from vbbench.errors import VbbenchError, VbbenchWarning, plain_errors
+
+LOCK = ".vbbench-lock"
+"""File in a folder that somebody writes into: locked with ``flock``, and saying by whom."""
+
+_BUSY = {errno.EWOULDBLOCK, errno.EACCES}
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
+_LONGEST = 200
+"""Characters of a command line that are noted."""
+
+
+class BusyError(VbbenchError):
+    """Somebody else is writing there."""
+
+
+@contextmanager
+def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
+    """Make ``folder`` if it is not there, and hold its lock while the block runs; what is made and left empty goes.
+
+    Parameters
+    ----------
+    out : what messages call the folder; by default its own path.
+
+    Raises
+    ------
+    BusyError
+        If another command holds the lock, or one on another computer did not give it back.
+    FileError
+        If nothing can be written there.
+    """
+    path, shown = Path(folder) / LOCK, Path(out or folder)
+    made = [place for place in (path.parent, *path.parent.parents) if not os.path.lexists(place)]
+    try:
+        with plain_errors(shown):
+            handle = _acquire(path, shown)
+        try:
+            yield
+        finally:
+            _release(handle, path)
+    finally:
+        with suppress(OSError):  # it holds something
+            for place in made:
+                place.rmdir()
+
+
+def lock_file(handle: int) -> bool:
+    """Lock an open file, and say whether that could be had.
+
+    Raises
+    ------
+    OSError
+        If its file system has no locks.
+    """
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in _BUSY:
+            return False
+        raise
+    return True
+
+
+def is_file_at(handle: int, path: Path) -> bool:
+    """Whether the open file still is the one called ``path``."""
+    try:
+        return os.path.samestat(os.fstat(handle), path.lstat())
+    except FileNotFoundError:
+        return False
+
+
+def _acquire(path: Path, out: Path) -> int:
+    """Lock the file ``path``, which is made with its folder; return its handle."""
+    while True:
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:
+            if not path.parent.is_dir() and os.path.lexists(path.parent):
+                raise
+        try:
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+        except FileNotFoundError:
+            continue  # who held it removed the folder meanwhile
+        try:
+            _claim(handle, path, out)
+        except BusyError:
+            os.close(handle)
+            raise
+        except BaseException:
+            _release(handle, path)
+            raise
+        if is_file_at(handle, path):
+            return handle
+        os.close(handle)
+
+
+def _release(handle: int, path: Path) -> None:
+    """Remove the lock's file before it is unlocked: who waited for it sees that it is gone, and takes a new one."""
+    with suppress(OSError):
+        if is_file_at(handle, path):
+            path.unlink()
+    os.close(handle)
+
+
+def _claim(handle: int, path: Path, out: Path) -> None:
+    free, holder = _is_free(handle, out), _read(handle)
+    if not free:
+        raise BusyError(f"{out} is being written by {_spoken(holder)}; wait until it is done, or choose another folder")
+    if holder.get("host", socket.gethostname()) != socket.gethostname():
+        raise BusyError(
+            f"{out} may be in use by {_spoken(holder)}; if that has ended, remove {path} and run this again"
+        )
+    os.ftruncate(handle, 0)
+    os.pwrite(handle, json.dumps(_myself()).encode(), 0)
+
+
+def _is_free(handle: int, out: Path) -> bool:
+    try:
+        return lock_file(handle)
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+        said = f"the disk of {out} has no locks; let one command at a time write there"
+        warnings.warn(said, VbbenchWarning, stacklevel=2)
+    return True
+
+
+def _myself() -> dict[str, Any]:
+    command = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])[:_LONGEST]
+    since = datetime.now().astimezone().isoformat(" ", "seconds")
+    return {"host": socket.gethostname(), "process": os.getpid(), "since": since, "command": command}
+
+
+def _read(handle: int) -> dict[str, Any]:
+    """What the holder wrote; nothing if it was stopped before it had."""
+    try:
+        values = json.loads(os.pread(handle, 1 << 16, 0))
+    except ValueError:
+        return {}
+    return values if isinstance(values, dict) else {}
+
+
+def _spoken(holder: dict[str, Any]) -> str:
+    if not holder:
+        return "another command"
+    told = {name: _printable(holder.get(name)) for name in ("process", "host", "since", "command")}
+    return f"process {told['process']} on {told['host']} since {told['since']} ({told['command']})"
+
+
+def _printable(value: object) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in str(value))[:_LONGEST]
+
+
+@contextmanager
+def loose_files(folder: Path) -> Iterator[None]:
+    """Write loose files into ``folder`` while the block runs, nobody else at the same time.
+
+    Raises
+    ------
+    VbbenchError
+        If it is a file, a dataset or a submission, or another command writes there.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise VbbenchError(f"{folder} is no folder; choose another --out")
+    for marker in ("dataset.json", "submission.json"):
+        if (folder / marker).is_file():
+            raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder for --out")
+    with locked(folder):
+        yield

@@ -1,0 +1,130 @@
+"""Files that are there whole or not at all: written under a name of their own, then renamed."""
+
+import os
+import re
+import secrets
+import stat
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from vbbench.errors import FileError, plain_errors
+from vbbench.folders.locks import LOCK, is_file_at, lock_file
+
+_NAME = re.compile(r"\..*\.vbbench-[0-9a-f]{8}(\.\w+)?", re.DOTALL)
+_LONGEST = 48
+"""Characters of a file's name that its temporary name repeats: names may have 255 bytes."""
+
+
+@contextmanager
+def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
+    """A temporary name beside ``path``; the file written there becomes ``path`` when the block ends well.
+
+    Where ``path`` is a link, what it points to is replaced. A device or pipe is written to as it is. What a stopped
+    process left in the folder is removed.
+
+    Parameters
+    ----------
+    suffix : what the temporary name is to end in, for those who look at it.
+
+    Raises
+    ------
+    FileError
+        If nothing can be written there, or the disk is full; what was there before is intact.
+    """
+    path = Path(path)
+    with plain_errors(path):
+        if _is_stream(path):
+            yield path
+            return
+        target = Path(os.path.realpath(path))
+        if target.is_dir():
+            raise FileError(path, "is a folder; give the name of a file")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _remove_stale(target.parent)
+        temporary, handle = _new_file(target, suffix)
+    try:
+        with plain_errors(path, temporary):
+            yield temporary
+            os.fsync(handle)
+            temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def write_to_stream(path: Path, data: bytes) -> bool:
+    """Write to ``path`` if it is what this process prints to, after what was printed so far; whether it is."""
+    for number, stream in ((1, sys.stdout), (2, sys.stderr)):
+        with suppress(OSError):
+            if os.path.samestat(path.stat(), os.fstat(number)):
+                stream.flush()
+                with plain_errors(path), os.fdopen(os.dup(number), "wb") as file:
+                    file.write(data)
+                return True
+    return False
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether this is a temporary name of `replacing`."""
+    return _NAME.fullmatch(path.name) is not None
+
+
+def _is_stream(path: Path) -> bool:
+    try:
+        mode = path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def _new_file(target: Path, suffix: str) -> tuple[Path, int]:
+    """A new file beside ``target``, and its handle, locked as long as this process writes it."""
+    while True:
+        name = f".{target.name[:_LONGEST]}.vbbench-{secrets.token_hex(4)}{suffix}"
+        temporary = target.with_name(name)
+        handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        with suppress(OSError):  # a disk without locks: nobody removes what is left there
+            lock_file(handle)
+        if is_file_at(handle, temporary):
+            return temporary, handle
+        os.close(handle)
+
+
+def is_unused(folder: Path) -> bool:
+    """Whether a folder is not there, or holds nothing but what a command left that was stopped as it began."""
+    if not folder.is_dir():
+        return not folder.exists()
+    return all(path.name == LOCK or is_temporary(path) for path in folder.iterdir())
+
+
+@cache
+def _remove_stale(folder: Path) -> None:
+    """Remove what stopped processes left in a folder; once for each folder is enough."""
+    with suppress(OSError):
+        for path in filter(is_temporary, list(folder.iterdir())):
+            with suppress(OSError):
+                _remove_if_stale(path)
+
+
+def _remove_if_stale(path: Path) -> None:
+    handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW)
+    try:
+        if lock_file(handle) and is_file_at(handle, path):
+            path.unlink()
+    finally:
+        os.close(handle)
+
+
+def write_text_atomically(path: Path, text: str) -> None:
+    """Write a small text file so that it is there whole or not at all."""
+    write_bytes_atomically(path, text.encode())
+
+
+def write_bytes_atomically(path: Path, data: bytes) -> None:
+    """Write a file so that it is there whole or not at all; to a device, a pipe or one's own output as it is."""
+    if not write_to_stream(path, data):
+        with replacing(path) as temporary:
+            temporary.write_bytes(data)

@@ -1,0 +1,188 @@
+"""The folder ``OUT.partial`` in which ``OUT`` is made: locked, marked as ours, gone on with, and swapped in whole.
+
+    OUT.partial/.vbbench-lock       who is writing
+    OUT.partial/vbbench-work.json   the mark: which work this is
+    OUT.partial/parts               finished parts of it
+    OUT.partial/new, new-truth      what is to become OUT and OUT.truth
+    OUT.partial/swap.json           they are being put in their places
+    OUT.partial/old, old-truth      what stood there
+
+A folder of that name without the mark is somebody else's and never touched.
+"""
+
+import json
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack, suppress
+from hashlib import sha256
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from vbbench import __version__
+from vbbench.errors import VbbenchError, plain_errors
+from vbbench.folders.locks import LOCK, locked
+from vbbench.folders.replacing import is_temporary, is_unused, write_text_atomically
+from vbbench.folders.swapping import MARK, NEW, NEW_TRUTH, WORK, beside, go_on, is_decided, is_done, real, swap
+
+PARTS = "parts"
+NO_KEY = "0" * 16
+_KEY = re.compile("[0-9a-f]{16}")
+
+
+class WorkFolder:
+    """Where a folder is made; use it in a ``with`` block. What is not published by its end is removed, but for parts.
+
+    Parameters
+    ----------
+    out : the folder to make; where it is a link, what that points to is replaced.
+    check : raises VbbenchError if something is in the way; asked when no other command can write there any more.
+
+    Attributes
+    ----------
+    out : the folder itself, links followed.
+    parts : folder for finished parts of the work.
+    new, new_truth : what is to become ``out``, and its withheld truth.
+    """
+
+    def __init__(self, out: Path | str, check: Callable[[], None] = lambda: None) -> None:
+        self.out, self._shown, self._check = real(out), Path(out), check
+        self._work = beside(self.out, WORK)
+        self.parts, self.new, self.new_truth = (self._work / name for name in (PARTS, NEW, NEW_TRUTH))
+        self._retired: list[Path] = []
+        self._done: set[str] = set()
+        self._placed = False
+        self._lock = ExitStack()
+
+    def __enter__(self) -> Self:
+        with plain_errors(self._shown):
+            _check_ours(self._work, self._shown)
+            self._lock.enter_context(locked(self._work, self._shown))
+        try:
+            self._take_over()
+            if not self._done:
+                self._check()
+        except BaseException:
+            self._leave()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._leave()
+
+    def begin(self, key: str | None = None, *, partitioned: bool = False) -> bool:
+        """Make ready for the work called ``key``, and say whether it is still to be done.
+
+        Finished parts of the same work stay: those in `parts`, or where it is ``partitioned`` those in `new`. If the
+        same work was stopped when all was in its place, there is nothing left to do. Work without a key is done anew.
+        """
+        digest = secrets.token_hex(8) if key is None else sha256(f"{key} {partitioned}".encode()).hexdigest()[:16]
+        if digest in self._done and self.out.exists():
+            return False
+        if self._done:
+            self._check()
+        resumed = _read_key(self._work) == digest
+        kept = {LOCK, MARK, *([NEW if partitioned else PARTS] if resumed else [])}
+        _remove(path for path in self._work.iterdir() if path.name not in kept)
+        _remove(filter(is_temporary, list(self._work.rglob("*"))))
+        _write_mark(self._work, digest)
+        self._placed = False
+        (self.new if partitioned else self.parts).mkdir(exist_ok=True)
+        return True
+
+    def publish(self, carried: Iterable[str] = ()) -> None:
+        """Put the new folder, and its truth, in the place of the old ones; see `swapping.swap`."""
+        swap(self._work, self.out, carried)
+        self._placed = True
+
+    def _take_over(self) -> None:
+        """Finish what a stopped command had decided, and find out which work stood in its place when it was stopped."""
+        beginning = f".{self.out.name}.vbbench-done-"
+        for path in self.out.parent.iterdir():
+            if path.name.startswith(beginning) and _KEY.fullmatch(path.name.removeprefix(beginning)):
+                self._retired.append(path)
+                self._done.add(path.name.removeprefix(beginning))
+        if is_decided(self._work):
+            go_on(self._work, self.out)
+        if is_done(self._work):
+            self._placed = True
+            self._done.add(_read_key(self._work))
+
+    def _leave(self) -> None:
+        """Remove what is of no more use, and let others write."""
+        if self._placed:
+            self._retire()
+        elif not (is_decided(self._work) or self._has_parts()):
+            _remove(path for path in self._work.iterdir() if path.name not in (LOCK, MARK))
+            (self._work / MARK).unlink(missing_ok=True)
+        self._lock.close()
+        if not self._placed:
+            with suppress(OSError):  # it has parts, or somebody else makes something there by now
+                self._work.rmdir()
+        for path in self._retired:
+            shutil.rmtree(path, ignore_errors=True)
+
+    def _has_parts(self) -> bool:
+        return any(self.parts.glob("*.arrows")) or any((self.new / PARTITIONED).glob("part-*"))
+
+    def _retire(self) -> None:
+        """Let the work folder go in one step, its last name saying which work is done, before its files are removed."""
+        retired = self.out.with_name(f".{self.out.name}.vbbench-done-{_read_key(self._work)}")
+        shutil.rmtree(retired, ignore_errors=True)
+        self._work.replace(retired)
+        self._retired.append(retired)
+
+
+def _check_ours(work: Path, out: Path) -> None:
+    """Raise VbbenchError if there is a folder ``work`` that no command of vbbench made."""
+    marked = (work / MARK).is_file() or is_unused(work)
+    if os.path.lexists(work) and (work.is_symlink() or not marked):
+        raise VbbenchError(
+            f"{work} exists and was not made by vbbench, which needs that name to make {out}; move it away"
+        )
+
+
+def _read_key(work: Path) -> str:
+    """Key of the work that the mark names; zeros where that cannot be read."""
+    try:
+        key = json.loads((work / MARK).read_text("utf-8"))["key"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return NO_KEY
+    return key if isinstance(key, str) and _KEY.fullmatch(key) else NO_KEY
+
+
+def _write_mark(work: Path, key: str) -> None:
+    write_text_atomically(work / MARK, json.dumps({"vbbench": __version__, "key": key}) + "\n")
+
+
+def _remove(paths: Iterable[Path]) -> None:
+    for path in list(paths):
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+PARTITIONED = "partitioned"
+"""Folder in a dataset or submission that is still in partitions: its facts, and what each part wrote."""
+
+
+def refuse_partitioned(folder: Path, marker: str) -> None:
+    """Raise VbbenchError if the dataset or submission in ``folder`` is still in partitions."""
+    if not (folder / marker).is_file() and (folder / PARTITIONED / marker).is_file():
+        raise VbbenchError(f"{folder} is partitioned; run 'vbbench merge {folder}'")
+
+
+def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
+    """Raise VbbenchError if ``folder`` is in the way: only one with ``marker``, or in partitions, is ever replaced."""
+    if not folder.exists():
+        return
+    if not any((place / marker).is_file() for place in (folder, folder / PARTITIONED)):
+        raise VbbenchError(f"{folder} exists and is no {what}; choose another folder or remove it")
+    if not overwrite:
+        raise VbbenchError(f"{folder} exists; add --overwrite to replace it")

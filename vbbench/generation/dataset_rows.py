@@ -1,0 +1,102 @@
+"""A generated sequence as rows of the dataset's tables."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vbbench.files.dataset import OBSERVER
+from vbbench.files.schemas import TRACK_TABLE, Columns
+from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
+
+
+def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
+    """The scene in the tables of truth: one row a person and frame, by frame, and one row a person."""
+    frame, column = np.nonzero(scene.present)
+    x, y = scene.positions[frame, column].T
+    people = {"scene": np.full(len(scene.people), number), "person": scene.people, "height": scene.heights}
+    where = {"scene": np.full(len(frame), number), "frame": frame, "person": scene.people[column]}
+    return {"truth/scenes": {**where, "x": x, "y": y}, "truth/people": people}
+
+
+def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
+    """What the sequence is: its row of ``sequences.parquet``."""
+    s = data.sequence
+    return {
+        "sequence": s.index,
+        "scene": s.scene,
+        "observer": s.observer,
+        "first_frame": s.first_frame,
+        "frames": s.frames,
+        "people": len(s.tracks),
+        "split": split,
+    }
+
+
+def observation_rows(data: SequenceData) -> Columns:
+    """One row a box, by frame and track."""
+    s = data.sequence
+    observed = s.observed
+    frame, column = np.nonzero(observed)
+    u, v, length = s.observations[observed].T
+    return {
+        "sequence": np.full(len(frame), s.index, np.int32),
+        "frame": frame.astype(np.int32),
+        "track": s.tracks.astype(np.int32)[column],
+        "u": u,
+        "v": v,
+        "l": length,
+        "visible": s.visible[observed].astype(np.float32),
+    }
+
+
+def given_rows(data: SequenceData) -> Columns:
+    """One row a given position, by frame; the observer, with its yaw, comes first."""
+    s = data.sequence
+    own = np.flatnonzero(~np.isnan(s.given.poses[:, 0]))
+    frame, column = np.nonzero(~np.isnan(s.given.positions[..., 0]))
+    order = np.argsort(np.concatenate([own, frame]), kind="stable")
+    poses, positions = s.given.poses[own], s.given.positions[frame, column]
+    return {
+        "sequence": np.full(len(order), s.index),
+        "frame": np.concatenate([own, frame])[order],
+        "track": np.concatenate([np.full(len(own), OBSERVER), s.tracks[column]])[order],
+        "x": np.concatenate([poses[:, 0], positions[:, 0]])[order],
+        "y": np.concatenate([poses[:, 1], positions[:, 1]])[order],
+        "yaw": np.concatenate([poses[:, 2], np.full(len(frame), np.nan)])[order],
+    }
+
+
+def pose_rows(data: SequenceData) -> Columns:
+    """One row a frame: the true pose."""
+    x, y, yaw = data.truth.poses.T
+    where = {"sequence": np.full(len(x), data.sequence.index), "frame": np.arange(len(x))}
+    return {**where, "x": x, "y": y, "yaw": yaw}
+
+
+def track_rows(data: SequenceData) -> Columns:
+    """One row a box of a track that is somebody, by frame and track; tier `tracked` only."""
+    persons = np.full(data.sequence.observed.shape, -1) if data.persons is None else data.persons
+    frame, column = np.nonzero(data.sequence.observed & (persons >= 0))
+    return {
+        "sequence": np.full(len(frame), data.sequence.index),
+        "frame": frame,
+        "track": data.sequence.tracks[column],
+        "person": persons[frame, column],
+    }
+
+
+ROWS: dict[str, Callable[[SequenceData], Columns]] = {
+    "observations": observation_rows,
+    "given": given_rows,
+    "truth/poses": pose_rows,
+}
+"""The columns of every table that has rows of every sequence."""
+
+
+def sequence_rows(data: SequenceData) -> dict[str, Columns]:
+    """All that is to be written of a sequence, by table."""
+    own_scene = {} if data.scene is None else scene_rows(data.scene, data.sequence.scene)
+    own_tracks = {} if data.persons is None else {TRACK_TABLE: track_rows(data)}
+    return {name: columns(data) for name, columns in ROWS.items()} | own_tracks | own_scene

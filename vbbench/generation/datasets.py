@@ -1,0 +1,206 @@
+"""Makes a dataset folder from a generator's plan."""
+
+from collections import defaultdict
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from vbbench import __version__
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_fields import ALWAYS
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
+from vbbench.files.schemas import SCENE_TABLES, SCHEMAS, TRACK_TABLE, to_arrow
+from vbbench.files.sequence_tables import Ranges, part_ranges
+from vbbench.files.tables import TableWriter
+from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
+from vbbench.generation.dataset_rows import ROWS, scene_rows, sequence_row, sequence_rows
+from vbbench.generation.generator import Generator, Options, Plan, SizedPlan
+from vbbench.geometry import IntArray
+from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
+from vbbench.parallel.parts import Part, write_in_parts
+from vbbench.parallel.workers import check_jobs
+from vbbench.registry import load
+from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
+
+TABLES = ["sequences", *ROWS, *SCENE_TABLES]
+"""The tables of a dataset; the tier `tracked` has one more."""
+
+
+def generate(
+    split: str,
+    out: Path | str,
+    options: Options,
+    *,
+    jobs: int = 1,
+    withhold_truth: bool = False,
+    overwrite: bool = False,
+) -> Dataset:
+    """Make the dataset ``split`` in the folder ``out``; its bytes do not depend on ``jobs``.
+
+    Interrupted work goes on where it stopped when the same call is made again. With ``withhold_truth`` the truth
+    tables and the seed go to the folder ``<out>.truth`` beside it.
+
+    Raises
+    ------
+    VbbenchError
+        If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
+    """
+    check_jobs(jobs)
+    out, generator = Path(out), _generator(split)
+    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
+        _write(_plan(generator, split, options), work, jobs, withhold_truth)
+    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
+
+
+def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
+    """Make every sequence of a plan and write them to the folder ``out``; see `generate`."""
+    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth=False)) as work:
+        _write(plan, work, jobs, withhold_truth=False)
+    return Dataset(out)
+
+
+def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> None:
+    if not work.begin(_key(plan, withhold_truth)):
+        return
+    if withhold_truth:
+        keep_seed(plan.info, work.new_truth)  # of interrupted work: a secret one would otherwise be lost with it
+    tables = table_paths(_tables(plan), work, withhold_truth)
+    streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
+    build = partial(_build_part, plan)
+    facts = write_in_parts(build, _ranges(plan), work.parts, streamed, jobs=jobs, label=plan.info.split)
+    for name, groups in _shared_scenes(plan.scenes).items():
+        with TableWriter(tables[name], name) as writer:
+            for group in groups:
+                writer.add(group)
+    info = replace(_counted(plan, facts), tables=describe_tables(tables))
+    published = withhold(info, work.new_truth) if withhold_truth else info
+    write_text_atomically(work.new / INFO_FILE, published.to_json())
+    work.publish()
+
+
+def generate_partitioned(
+    split: str,
+    out: Path | str,
+    options: Options,
+    *,
+    scheduler: str,
+    tls: Path | None = None,
+    withhold_truth: bool = False,
+    overwrite: bool = False,
+) -> DatasetInfo:
+    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `merging.merge` makes it whole.
+
+    Its address is ``tls://HOST:PORT`` if ``tls`` is the folder of certificates (`cluster.on_cluster`). Otherwise as
+    `generate`.
+    """
+    out, generator = Path(out), _generator(split)
+    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
+        plan = _plan(generator, split, options)
+        if work.begin(_key(plan, withhold_truth), partitioned=True):
+            _write_partitions(plan, work, scheduler, tls, withhold_truth)
+    return DatasetInfo.read(out / PARTITIONED)
+
+
+def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, tls: Path | None, withhold_truth: bool) -> None:
+    build = partial(_build_part, plan)
+    facts = write_partitions(build, _ranges(plan), work.new, scheduler, tls=tls, label=plan.info.split)
+    parts = [part_name(first) for first, _ in _ranges(plan)]
+    if plan.scenes:
+        write_partition(work.new, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), SCENES))
+        parts.append(SCENES)
+    layout = Layout(marker=INFO_FILE, tables=_tables(plan), parts=parts, withheld=withhold_truth)
+    write_layout(work.new, layout, _counted(plan, facts).to_json())
+    work.publish()
+
+
+def _generator(split: str) -> Generator:
+    found: Generator = load("generator", split)
+    return found
+
+
+def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
+    check_free(out, INFO_FILE, "dataset", overwrite)
+    if withhold_truth:
+        check_truth_free(truth_folder_beside(out), overwrite)
+
+
+def _plan(generator: Generator, split: str, options: Options) -> Plan:
+    plan = generator.plan(options)
+    if not len(plan):
+        raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
+    return plan
+
+
+def _tables(plan: Plan) -> list[str]:
+    return [*ALWAYS, TRACK_TABLE] if plan.info.tier == "tracked" else [*ALWAYS]
+
+
+def _ranges(plan: Plan) -> Ranges:
+    return part_ranges(len(plan), plan.expected_rows if isinstance(plan, SizedPlan) else None)
+
+
+def _key(plan: Plan, withhold_truth: bool) -> str:
+    return f"{plan.info.id} {__version__} {withhold_truth}"
+
+
+def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:
+    return replace(plan.info, counts=_total(facts), package_version=__version__)
+
+
+def _build_part(plan: Plan, first: int, last: int) -> Part:
+    """The row groups of some sequences, one built after the other, and the sums that `vbbench info` is made from."""
+    groups: dict[str, list[pa.Table]] = defaultdict(list)
+    built = [_add_rows(groups, plan.build(index), plan.info.split) for index in range(first, last)]
+    rows = [row for row, _ in built]
+    groups["sequences"].append(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
+    people = np.concatenate([seen for _, seen in built])
+    people = people[people > 0]
+    facts = {"sequences": len(built), "frames": len(people), "observations": int(people.sum())}
+    facts |= {"least": int(people.min(initial=1 << 30)), "most": int(people.max(initial=0))}
+    return Part(groups=dict(groups), facts=facts)
+
+
+def _add_rows(groups: dict[str, list[pa.Table]], data: SequenceData, split: str) -> tuple[dict[str, Any], IntArray]:
+    """Add a sequence's row groups; return its row of ``sequences`` and how many people each frame shows [T]."""
+    for name, columns in sequence_rows(data).items():
+        groups[name].append(to_arrow(name, columns))
+    return sequence_row(data, split), data.sequence.observed.sum(axis=1)
+
+
+def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
+    """Counts over the frames in which anybody is observed; the observer is not counted among the people."""
+    return {
+        "sequences": sum(part["sequences"] for part in facts),
+        "frames": sum(part["frames"] for part in facts),
+        "observations": sum(part["observations"] for part in facts),
+        "people_min": min(part["least"] for part in facts),
+        "people_max": max(part["most"] for part in facts),
+    }
+
+
+def _shared_scenes(scenes: tuple[Scene, ...]) -> dict[str, list[pa.Table]]:
+    """Row groups of the scenes that sequences share, by table."""
+    groups: dict[str, list[pa.Table]] = defaultdict(list)
+    for number, scene in enumerate(scenes):
+        for name, columns in scene_rows(scene, number).items():
+            groups[name].append(to_arrow(name, columns))
+    return dict(groups)
+
+
+def who_knows(split: str, seed: int) -> str | None:
+    """Why withholding the truth of a dataset would keep no secret; ``None`` if it does."""
+    generator: Generator = load("generator", split)
+    if generator.card.sources:
+        known = f"{split} is a public recording, and who has it knows its truth"
+        return f"{known}; withhold sim, street or a recording of your own (custom), with --seed secret"
+    if seed.bit_length() <= GUESSABLE_BITS:
+        return f"seed {seed} can be guessed, and who does makes this truth again; use --seed secret"
+    return None

@@ -1,0 +1,163 @@
+"""What a split's generator must offer, and what a user may ask of it. It registers under ``vbbench.generators``."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, Protocol, runtime_checkable
+
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.sources import Source
+from vbbench.geometry import IntArray
+from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
+
+Engine = Literal["numba", "pysocialforce"]
+MOST_PEOPLE = 10_000
+"""People of the largest crowd."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulation:
+    """What is asked of a simulated crowd; ``None`` leaves it to the scenario.
+
+    Parameters
+    ----------
+    scenario : name of a scenario, or path of a scenario file.
+    sequences : number of sequences.
+    people : numbers of people K; the sequences take them in turn.
+    engine : which implementation of the social force walks the crowd.
+    """
+
+    scenario: str | None = None
+    sequences: int | None = None
+    people: tuple[int, ...] | None = None
+    engine: Engine = "numba"
+
+
+def as_simulation(
+    scenario: str | None, sequences: int | None, people: str | None, engine: Engine | None
+) -> Simulation | None:
+    """What a command line asks of a simulated crowd; ``None`` where it asks for nothing."""
+    if all(asked is None for asked in (scenario, sequences, people, engine)):
+        return None
+    counts = None if people is None else parse_people(people)
+    return Simulation(scenario=scenario, sequences=sequences, people=counts, engine=engine or "numba")
+
+
+def parse_people(text: str) -> tuple[int, ...]:
+    """Numbers of people from ``K``, ``A:B`` (both ends included) or ``A:B:STEP``.
+
+    Raises
+    ------
+    VbbenchError
+        If it is none of these, or no crowd.
+    """
+    form = re.fullmatch(r"([0-9]{1,9})(?::([0-9]{1,9})(?::([0-9]{1,9}))?)?", text)
+    first, last, step = (int(form[1]), int(form[2] or form[1]), int(form[3] or 1)) if form else (0, 0, 1)
+    if not 2 <= first <= last <= MOST_PEOPLE or step < 1:
+        wanted = f"a number from 2 to {MOST_PEOPLE:,}, A:B, or A:B:STEP such as 10:50:10"
+        raise VbbenchError(f"numbers of people are {wanted}, not '{text}'")
+    return tuple(range(first, last + 1, step))
+
+
+Tier = Literal["ideal", "noisy", "occluded", "tracked"]
+Look = Literal["motion", "wander"]
+FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
+"""How long a frame may last."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the user asks of a generator.
+
+    Parameters
+    ----------
+    camera : what everybody is seen with; ``None`` for the split's own.
+    tier : how observations are corrupted.
+    height_std : σ_h in m of the people's heights.
+    seed : the one seed; 0 is a seed like any other.
+    limit : only the first so many sequences; ``None`` for all.
+    look : whether the camera looks where its bearer walks, or wanders about that.
+    source : file or folder that holds the source files; ``None`` to search the usual places.
+    dt : seconds a frame of a user's own file.
+    homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
+    simulation : what is asked of a simulated crowd; ``None`` for the split's own.
+
+    Raises
+    ------
+    VbbenchError
+        If a number lies outside its range.
+    """
+
+    camera: Camera | None = None
+    tier: Tier = "ideal"
+    height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
+    seed: Annotated[int, Within(0, 2**256)] = 0
+    limit: Annotated[int, Within(1, 2**31)] | None = None
+    look: Look = "motion"
+    source: Path | None = None
+    dt: Annotated[float, FRAME_TIME] | None = None
+    homography: Path | None = None
+    simulation: Simulation | None = None
+
+    def __post_init__(self) -> None:
+        try:
+            check_ranges(self)
+        except ValueError as error:
+            raise VbbenchError(str(error)) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class Card:
+    """What a person wants to know of a split before making it."""
+
+    name: str
+    title: str
+    licence: str
+    citation: str
+    sources: tuple[Source, ...]
+    caution: str | None = None
+
+
+class Plan(Protocol):
+    """A dataset before it is made. Any sequence can be built on its own, in any process, in any order.
+
+    A plan without shared scenes is endless: it builds sequences of any number, and its length is a wish.
+    """
+
+    @property
+    def info(self) -> DatasetInfo:
+        """The published facts, without counts."""
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """The scenes that sequences share, with heights; none where every sequence brings its own."""
+
+    def __len__(self) -> int:
+        """Number of sequences."""
+
+    def build(self, index: int) -> SequenceData:
+        """Make one sequence."""
+
+
+@runtime_checkable
+class SizedPlan(Plan, Protocol):
+    """A plan that knows how large its sequences are before they are built: work is then cut by rows."""
+
+    @property
+    def expected_rows(self) -> IntArray:
+        """[N] observations of each sequence, or about so many."""
+
+
+class Generator(Protocol):
+    """The maker of one split."""
+
+    @property
+    def card(self) -> Card:
+        """Source, licence and citation."""
+
+    def plan(self, options: Options) -> Plan:
+        """Read the sources and lay out the sequences; nothing is written."""

@@ -1,0 +1,62 @@
+"""The figures that the paper prints, from ``paper.toml``: quoted, never measured here."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quoted:
+    """One row of the paper's Tables 2 to 4, which are one-step.
+
+    Parameters
+    ----------
+    table : its number.
+    split, tier : what it is about; the centre lines of Table 4 are tier `ideal`, its tracker's boxes `tracked`.
+    solver : as the paper calls it.
+    figures : metric → mean in m or rad; some rows have Δx alone.
+    """
+
+    table: int
+    split: str
+    tier: str = "ideal"
+    solver: str
+    figures: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Counts:
+    """A split's row of Table 1: sequences, mean frames, and people in a frame, as printed."""
+
+    sequences: int
+    frames: str
+    people: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paper:
+    """All that is quoted, and where it stands."""
+
+    source: str
+    link: str
+    table1: Mapping[str, Counts]
+    rows: tuple[Quoted, ...]
+
+    def select(self, split: str, tier: str = "ideal") -> tuple[Quoted, ...]:
+        """The rows on a split in a tier."""
+        return tuple(row for row in self.rows if (row.split, row.tier) == (split, tier))
+
+
+@cache
+def the_paper() -> Paper:
+    """Read ``paper.toml``."""
+    values: dict[str, Any] = tomllib.loads((files("vbbench") / "paper.toml").read_text("utf-8"))
+    return Paper(
+        source=values["source"],
+        link=values["link"],
+        table1={split: Counts(**row) for split, row in values["table1"].items()},
+        rows=tuple(Quoted(**row) for row in values["row"]),
+    )

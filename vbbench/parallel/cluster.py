@@ -1,0 +1,259 @@
+"""Runs parts of work on a Dask cluster through joblib; every result crosses the network, no disk is shared.
+
+`distributed` is the optional dependency ``vbbench[dask]``; it is imported where it is needed.
+"""
+
+import logging
+import os
+import pickle
+import platform
+import re
+import ssl
+import sys
+import threading
+import uuid
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from joblib import Parallel, delayed, parallel_config
+from joblib._dask import DaskDistributedBackend
+
+from vbbench.errors import FileError, VbbenchError
+from vbbench.parallel.partitions import PackedPart, pack, part_name
+from vbbench.parallel.parts import Work
+
+PATIENCE = 10
+"""Seconds to wait for the scheduler, and for a first worker."""
+
+PARTS_A_CORE = 16
+"""Parts a core that are sent at a time: so many results at most, about 1 MB each, wait here to be written."""
+
+PACKAGES = ("vbbench", "numpy", "scipy", "numba")
+"""What results may depend on: the same versions are asked of all workers."""
+
+CERTIFICATES = {"tls_ca_file": "ca.pem", "tls_client_cert": "cert.pem", "tls_client_key": "key.pem"}
+"""What a folder of certificates holds, by Dask's name for it."""
+
+ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+/?")
+"""What a scheduler prints; anything else would keep Dask waiting, and end in a traceback of its own."""
+
+_opened = threading.local()
+
+
+def on_cluster(
+    work: Work, ranges: Sequence[tuple[int, int]], scheduler: str, tls: Path | None = None
+) -> Iterator[PackedPart]:
+    """Do the work on ranges of sequences, in any order.
+
+    Parameters
+    ----------
+    scheduler : address; ``tls://`` is encrypted.
+    tls : folder of the certificates that a ``tls://`` address needs (`CERTIFICATES`).
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such cluster, its workers run other versions, too many of them were lost, or address and
+        certificates do not go together.
+    """
+    with _client(scheduler, tls) as client, _plain_errors(scheduler), _published(client, work) as name:
+        _check_workers(client)
+        make, left = delayed(partial(_run_part, name, versions())), list(ranges)
+        while left:
+            size = PARTS_A_CORE * max(1, sum(client.ncores().values()))
+            now, left = left[:size], left[size:]
+            with parallel_config(backend=_Backend(client=client)):
+                run = Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="3*n_jobs")
+                yield from run(make(first, last) for first, last in now)
+
+
+def versions() -> dict[str, str]:
+    """Versions of what results may depend on."""
+    found = {"Python": ".".join(platform.python_version_tuple()[:2])}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "missing"
+    return found
+
+
+class _Backend(DaskDistributedBackend):  # type: ignore[misc]
+    """joblib's own backend, which waits for ever for a part that the cluster gave up: here it hears of it.
+
+    One core alone is work for the cluster, too; joblib would do it in this process.
+    """
+
+    def submit(self, func: Any, callback: Any = None) -> Any:
+        future = super().submit(func, callback)
+        future.add_done_callback(partial(_report_failure, callback))
+        return future
+
+    def retrieve_result_callback(self, out: Any) -> Any:
+        if isinstance(out, BaseException):
+            raise out
+        return super().retrieve_result_callback(out)
+
+    def effective_n_jobs(self, n_jobs: int = -1) -> int:
+        cores: int = super().effective_n_jobs(n_jobs)
+        return max(2, cores)
+
+
+def _report_failure(callback: Any, future: "Future[Any]") -> None:
+    error = future.exception()
+    if error is not None:
+        callback(error)
+
+
+@contextmanager
+def _client(scheduler: str, tls: Path | None) -> Iterator[Any]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise VbbenchError("a cluster needs the package distributed: pip install 'vbbench[dask]'") from error
+    if not ADDRESS.fullmatch(scheduler):
+        raise VbbenchError(f"a scheduler is an address such as tcp://127.0.0.1:8786, not '{scheduler}'")
+    security = _security(scheduler, tls)
+    with _silence():
+        try:
+            client = Client(scheduler, timeout=PATIENCE, set_as_default=False, security=security)
+        except (OSError, ValueError, TypeError) as error:
+            if isinstance(error.__cause__, ssl.SSLError):
+                raise VbbenchError(f"{tls}: the scheduler at {scheduler} has other certificates") from error
+            raise VbbenchError(
+                f"no Dask scheduler answers at {scheduler}; "
+                "start one with 'dask scheduler' and give the address it prints"
+            ) from error
+        with client:
+            try:
+                client.wait_for_workers(1, timeout=PATIENCE)
+            except TimeoutError as error:
+                raise VbbenchError(
+                    f"the Dask scheduler at {scheduler} has no workers; start some with 'dask worker {scheduler}'"
+                ) from error
+            yield client
+
+
+def _security(scheduler: str, tls: Path | None) -> Any:
+    """How Dask is to encrypt, ``None`` for not at all; a connection that is not encrypted is refused otherwise."""
+    from distributed import Security
+
+    encrypted = scheduler.startswith("tls://")
+    if tls is None:
+        if encrypted:
+            raise VbbenchError(f"{scheduler} needs certificates: name the folder that holds {_listed()} (tls)")
+        return None
+    if not encrypted:
+        raise VbbenchError(f"certificates are for an address tls://HOST:PORT, and {scheduler} is not encrypted")
+    files = {role: tls / name for role, name in CERTIFICATES.items()}
+    for path in files.values():
+        if not path.is_file():
+            raise FileError(path, f"the file is missing; a folder of certificates holds {_listed()}")
+    security = Security(require_encryption=True, **{role: str(path) for role, path in files.items()})
+    try:
+        security.get_connection_args("client")
+    except OSError as error:
+        raise VbbenchError(f"{tls}: the certificates cannot be used ({error}); make them again") from error
+    return security
+
+
+def _listed() -> str:
+    return "{}, {} and {}".format(*CERTIFICATES.values())
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """What Dask logs about lost connections is said in one line here."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client", "tornado.application")]
+    levels = {logger: logger.level for logger in loggers}
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
+
+
+@contextmanager
+def _plain_errors(scheduler: str) -> Iterator[None]:
+    """What goes wrong with a cluster as one line."""
+    from asyncio import CancelledError
+
+    from distributed import KilledWorker
+    from distributed.client import FutureCancelledError
+    from distributed.comm import CommClosedError
+    from distributed.scheduler import NoValidWorkerError, NoWorkerError
+
+    after = "finished parts are kept, and the same command goes on with the others"
+    try:
+        yield
+    except KilledWorker as error:
+        raise VbbenchError(
+            f"cluster {scheduler}: one part's workers died again and again (out of memory?); {after}"
+        ) from error
+    except (NoValidWorkerError, NoWorkerError) as error:
+        raise VbbenchError(f"cluster {scheduler}: no workers are left; {after}") from error
+    except (FutureCancelledError, CancelledError, CommClosedError) as error:
+        raise VbbenchError(f"cluster {scheduler}: the scheduler was lost; {after}") from error
+
+
+@contextmanager
+def _published(client: Any, work: Work) -> Iterator[str]:
+    """Hand the work to every worker once, those that join later, too; tasks then name it."""
+    from distributed import WorkerPlugin
+    from distributed.protocol.pickle import dumps
+
+    class Published(WorkerPlugin):  # type: ignore[misc]
+        """Holds the work, and lets solvers be found where the user stands."""
+
+        def __init__(self, work: bytes, place: str) -> None:
+            self.work, self.place = work, place
+
+        def setup(self, worker: Any) -> None:  # noqa: ARG002
+            sys.path.append(self.place)
+
+        def teardown(self, worker: Any) -> None:  # noqa: ARG002
+            sys.path.remove(self.place)
+
+    name = f"vbbench-{uuid.uuid4().hex}"
+    client.register_plugin(Published(dumps(work), os.getcwd()), name=name)  # noqa: PTH109
+    try:
+        yield name
+    finally:
+        if client.status == "running":
+            client.unregister_worker_plugin(name)
+
+
+def _check_workers(client: Any) -> None:
+    """Workers without vbbench, or with other versions, are found before any work is done."""
+    for worker, answer in client.run(_differences, versions(), on_error="return").items():
+        if isinstance(answer, BaseException):
+            raise VbbenchError(f"worker {worker} cannot run vbbench: {answer}; install the same version there")
+        if answer:
+            raise VbbenchError(f"worker {worker} {answer}")
+
+
+def _differences(wanted: dict[str, str]) -> str:
+    """What differs here from the client's versions, as the end of a sentence."""
+    here = versions()
+    differing = [f"{name} {here[name]} (here {wanted[name]})" for name in wanted if here[name] != wanted[name]]
+    return f"has {', '.join(differing)}; results might differ: install the same versions" if differing else ""
+
+
+def _run_part(name: str, wanted: dict[str, str], first: int, last: int) -> PackedPart:
+    """Runs on a worker, which may have joined after the others were checked."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    problem = _differences(wanted)
+    if problem:
+        raise VbbenchError(f"worker {worker.address} {problem}")
+    if getattr(_opened, "name", None) != name:  # a thread keeps its own: open tables are not to be shared
+        _opened.work, _opened.name = pickle.loads(worker.plugins[name].work), name  # noqa: S301
+    return pack(_opened.work(first, last), part_name(first))

@@ -1,0 +1,229 @@
+"""Partitioned datasets and submissions: a folder a table, a Parquet file a part, as a cluster of workers leaves them.
+
+Beside the tables' folders stands the folder ``partitioned``: a JSON file a part, written when all its tables are there,
+the facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
+"""
+
+import json
+import re
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset_fields import ALWAYS
+from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.schemas import OPTIONAL, TRACK_TABLE, table_schema
+from vbbench.files.sequence_tables import Ranges
+from vbbench.files.submission import SUBMISSION_FILE
+from vbbench.files.tables import table_bytes
+from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
+from vbbench.folders.swapping import finish_swaps
+from vbbench.folders.work_folder import PARTITIONED
+from vbbench.parallel.parts import Part, Work, progress_bar
+from vbbench.parsing.json_text import read_json
+
+LAYOUT_FILE = "layout.json"
+SCENES = "scenes"
+"""Name of the part with the scenes that sequences share; the others are called by `part_name`."""
+
+_PART = re.compile(rf"part-\d{{8}}|{SCENES}")
+_KNOWN: dict[str, tuple[list[str], list[str]]] = {
+    INFO_FILE: ([*ALWAYS], [TRACK_TABLE]),
+    SUBMISSION_FILE: (["poses", "positions"], ["heights"]),
+}
+"""By marker the tables that there must be, and those that there may be."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PackedPart:
+    """One part as files: the bytes of its Parquet files and their columns, by table, and facts that go to JSON."""
+
+    name: str
+    files: dict[str, bytes]
+    columns: dict[str, list[str]]
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """What a partitioned folder holds.
+
+    Parameters
+    ----------
+    marker : the file that its merged form has: ``dataset.json`` or ``submission.json``.
+    tables : names of the tables that its merged form has.
+    parts : names of the parts, in order.
+    withheld : whether the truth tables are to go elsewhere.
+    """
+
+    marker: str
+    tables: list[str]
+    parts: list[str]
+    withheld: bool = False
+
+
+def part_name(first: int) -> str:
+    """Name of the part that begins with the sequence ``first``."""
+    return f"part-{first:08d}"
+
+
+def pack(part: Part, name: str) -> PackedPart:
+    """Encode a part; a table without rows makes no file."""
+    columns = part.columns
+    full = {table: groups for table, groups in part.groups.items() if any(len(group) for group in groups)}
+    return PackedPart(
+        name=name,
+        files={table: table_bytes(table, groups, columns[table]) for table, groups in full.items()},
+        columns={table: sorted(columns[table]) for table in full},
+        facts=part.facts,
+    )
+
+
+def write_partitions(
+    work: Work, ranges: Ranges, folder: Path, scheduler: str, *, tls: Path | None, label: str
+) -> list[dict[str, Any]]:
+    """Have the work, cut into ``ranges``, done by a cluster (`cluster.on_cluster`); return every part's facts in order.
+
+    Parts that are whole in ``folder`` are not made again.
+    """
+    from vbbench.parallel.cluster import on_cluster
+
+    left = [(first, last) for first, last in ranges if not _facts_path(folder, part_name(first)).is_file()]
+    sizes = {part_name(first): last - first for first, last in ranges}
+    count = sum(sizes.values())
+    with progress_bar(count, label, done=count - sum(last - first for first, last in left)) as bar:
+        for part in on_cluster(work, left, scheduler, tls) if left else ():
+            write_partition(folder, part)
+            bar.update(sizes[part.name])
+    return [_read_json(_facts_path(folder, name))["facts"] for name in sizes]
+
+
+def write_partition(folder: Path, part: PackedPart) -> None:
+    """Write one part's files; the one that says that all are there comes last."""
+    for table, data in part.files.items():
+        write_bytes_atomically(_table_path(folder, table, part.name), data)
+    digests = {table: sha256(data).hexdigest() for table, data in part.files.items()}
+    text = json.dumps({"facts": part.facts, "columns": part.columns, "sha256": digests})
+    write_text_atomically(_facts_path(folder, part.name), text)
+
+
+def write_layout(folder: Path, layout: Layout, facts: str) -> None:
+    """Declare a partitioned folder complete; ``facts`` is the text of its ``dataset.json`` or ``submission.json``."""
+    write_text_atomically(folder / PARTITIONED / layout.marker, facts)
+    write_text_atomically(folder / PARTITIONED / LAYOUT_FILE, json.dumps(asdict(layout), indent=2) + "\n")
+
+
+def read_layout(folder: Path) -> Layout:
+    """What the partitioned ``folder`` holds.
+
+    Raises
+    ------
+    VbbenchError
+        If it is none, or its layout is damaged.
+    """
+    path = folder / PARTITIONED / LAYOUT_FILE
+    finish_swaps(folder)
+    if not path.is_file():
+        raise VbbenchError(
+            f"{folder} is not partitioned; 'vbbench merge' takes what 'generate' and 'solve' make with --scheduler"
+        )
+    try:
+        layout = Layout(**_read_json(path))
+        problem = _problem(layout)
+    except TypeError as error:
+        problem = str(error)
+    if problem:
+        raise FileError(path, f"is damaged ({problem}); copy the partitions again")
+    return layout
+
+
+def _problem(layout: Layout) -> str | None:
+    """What of a layout no command of ours would have written: names are parts of paths."""
+    if not isinstance(layout.marker, str) or layout.marker not in _KNOWN:
+        return f"marker is {layout.marker!r}"
+    needed, extra = _KNOWN[layout.marker]
+    if not _are_names(layout.tables) or not set(needed) <= set(layout.tables) <= {*needed, *extra}:
+        return f"tables are {layout.tables!r}"
+    if not _are_names(layout.parts) or not all(map(_PART.fullmatch, layout.parts)):
+        return f"parts are {layout.parts!r}"
+    return None if isinstance(layout.withheld, bool) else f"withheld is {layout.withheld!r}"
+
+
+def _are_names(values: object) -> bool:
+    """Whether this is a list of texts, each of them there once."""
+    return isinstance(values, list) and all(isinstance(v, str) for v in values) and len(set(values)) == len(values)
+
+
+class PartitionedTable:
+    """One table of a partitioned folder, read part by part; every file is checked against its SHA-256."""
+
+    def __init__(self, folder: Path, name: str, parts: Iterable[str]) -> None:
+        self._folder, self._name = folder, name
+        self._facts = {part: _read_facts(folder, part, name) for part in parts}
+        self.columns = {column for columns, _ in self._facts.values() for column in columns}
+
+    def groups(self, part: str) -> Iterable[pa.Table]:
+        """The row groups of one part.
+
+        Raises
+        ------
+        FileError
+            If its file is missing or damaged.
+        """
+        columns, digest = self._facts[part]
+        if digest is None:
+            return
+        path = _table_path(self._folder, self._name, part)
+        if not path.is_file():
+            raise FileError(path, "the file is missing; copy the partitions again")
+        data = path.read_bytes()
+        if sha256(data).hexdigest() != digest:
+            raise FileError(path, "SHA-256 differs from what was written; copy the partitions again")
+        try:
+            file = pq.ParquetFile(pa.BufferReader(data))
+            if file.schema_arrow != table_schema(self._name, columns):
+                raise FileError(path, f"has the columns {file.schema_arrow.names}; copy the partitions again")
+            for number in range(file.num_row_groups):
+                yield file.read_row_group(number, use_threads=False).combine_chunks()
+        except (pa.ArrowException, OSError) as error:
+            raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
+
+
+def _read_facts(folder: Path, part: str, table: str) -> tuple[list[str], str | None]:
+    """Columns and SHA-256 of a table's file in one part, ``None`` where that has none."""
+    path = _facts_path(folder, part)
+    known = _read_json(path)
+    columns, digests = known.get("columns"), known.get("sha256")
+    if not isinstance(columns, dict) or not isinstance(digests, dict):
+        raise FileError(path, "is damaged (columns or sha256 are missing); copy the partitions again")
+    own, digest = columns.get(table, []), digests.get(table)
+    allowed = set(table_schema(table, OPTIONAL.get(table, pa.schema([])).names).names)
+    if not _are_names(own) or not set(own) <= allowed or not isinstance(digest, str | None):
+        raise FileError(path, f"is damaged (no columns or SHA-256 of {table}); copy the partitions again")
+    return own, digest
+
+
+def _table_path(folder: Path, table: str, part: str) -> Path:
+    return folder / table / f"{part}.parquet"
+
+
+def _facts_path(folder: Path, part: str) -> Path:
+    return folder / PARTITIONED / f"{part}.json"
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise FileError(path, "the file is missing; copy the partitions again")
+    try:
+        values = read_json(path)
+    except ValueError as error:
+        raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "is damaged (no JSON object); copy the partitions again")
+    return values

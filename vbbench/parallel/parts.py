@@ -1,0 +1,171 @@
+"""Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
+
+The work on N sequences is cut into parts of a fixed number of sequences, or fewer where these are large, so that
+neither who makes a part nor who writes it into the tables holds more than some megabytes. A worker writes its part's
+tables, one Arrow stream after the other, into a file that gets its final name when it is whole; the tables are then
+written from the parts in order. How the work is cut leaves no trace in them but for the row groups of ``sequences``,
+one a part; it follows from the work alone.
+"""
+
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import pyarrow as pa
+
+from vbbench.errors import plain_errors
+from vbbench.files.schemas import OPTIONAL, table_schema, with_columns
+from vbbench.files.sequence_tables import Ranges
+from vbbench.files.tables import TableWriter
+from vbbench.parallel.workers import in_parallel
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+
+PATIENCE = 5.0
+"""Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
+
+
+HELD = 1 << 26
+"""Bytes of parts that may be held in memory: those after them are kept in files, however soon they are made."""
+
+_END = b"\xff\xff\xff\xff\0\0\0\0"
+"""Last bytes of an Arrow stream that was written to its end."""
+
+NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
+"""Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One part's row groups (a table a sequence), by table name, and facts about it that go to JSON."""
+
+    groups: dict[str, list[pa.Table]]
+    facts: dict[str, Any]
+
+    @property
+    def columns(self) -> dict[str, set[str]]:
+        """By table the columns that any of its row groups has."""
+        return {name: {c for group in groups for c in group.column_names} for name, groups in self.groups.items()}
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its row groups in memory."""
+        return sum(group.get_total_buffer_size() for groups in self.groups.values() for group in groups)
+
+
+Work = Callable[[int, int], Part]
+"""Makes the part of sequences first ≤ index < last."""
+
+
+def progress_bar(total: int, label: str, *, done: int = 0, unit: str = "seq") -> "tqdm[NoReturn]":
+    """A progress bar on stderr where that is a terminal."""
+    from tqdm import tqdm
+
+    return tqdm(total=total, initial=done, desc=label, unit=unit, disable=None)
+
+
+def write_in_parts(
+    work: Work, ranges: Ranges, parts: Path, tables: dict[str, Path], *, jobs: int = 1, label: str
+) -> list[dict[str, Any]]:
+    """Do the work, cut into ``ranges``, and write ``tables`` (path by name); return every part's facts in order.
+
+    Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
+    """
+    make = partial(_make_part, work, parts)
+    made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
+    parts_made = list(_with_progress(made, ranges, label))
+    with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
+        for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
+            with TableWriter(path, name, _columns(parts_made, name)) as writer:
+                for part in parts_made:
+                    for group in _groups(part, name):
+                        writer.add(group)
+                    bar.update()
+    return [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
+
+
+def _columns(made: Iterable[Part | Path], name: str) -> set[str]:
+    """Optional columns of a table that any part has."""
+    if name not in OPTIONAL:
+        return set()
+    every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in made)
+    return {column for columns in every for column in columns[name]}
+
+
+def _metadata(path: Path, key: bytes) -> dict[str, Any]:
+    """What every stream of a part's file says of the whole part."""
+    with pa.memory_map(str(path)) as file:
+        values: dict[str, Any] = json.loads(pa.ipc.open_stream(file).schema.metadata[key])
+    return values
+
+
+def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Part | Path]:
+    started, held = perf_counter(), 0
+    for first, last in ranges:
+        part = make(first, last, keep=held > HELD or perf_counter() - started > PATIENCE)
+        held += part.nbytes if isinstance(part, Part) else 0
+        yield part
+
+
+def _make_elsewhere(make: Callable[..., Part | Path], ranges: Ranges, jobs: int) -> Iterator[Part | Path]:
+    return in_parallel(partial(make, keep=True), ranges, jobs)
+
+
+def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:
+    with progress_bar(ranges[-1][1] if ranges else 0, label) as bar:
+        for (first, last), part in zip(ranges, made, strict=True):
+            yield part
+            bar.update(last - first)
+
+
+def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
+    """Make one part unless its file is there, and whole: after a power cut a file may be cut short."""
+    path = parts / f"{first:08d}-{last:08d}.arrows"
+    if _is_whole(path):
+        return path
+    part = work(first, last)
+    if not keep:
+        return part
+    draft = path.with_suffix(".half")
+    with plain_errors(path), pa.OSFile(str(draft), "wb") as file:
+        _write_streams(part, file)
+    draft.replace(path)
+    return path
+
+
+def _is_whole(path: Path) -> bool:
+    if not path.is_file() or path.stat().st_size < len(_END):
+        return False
+    with path.open("rb") as file:
+        file.seek(-len(_END), os.SEEK_END)
+        return file.read() == _END
+
+
+def _write_streams(part: Part, file: pa.OSFile) -> None:
+    columns = part.columns
+    common = {FACTS: json.dumps(part.facts), COLUMNS: json.dumps({name: sorted(c) for name, c in columns.items()})}
+    for name, groups in part.groups.items():
+        schema = table_schema(name, columns[name])
+        with pa.ipc.new_stream(file, schema.with_metadata({NAME: name, **common})) as stream:
+            for group in groups:
+                stream.write_table(with_columns(group, schema))
+
+
+def _groups(part: Part | Path, name: str) -> Iterator[pa.Table]:
+    """The row groups of one table of a part."""
+    if isinstance(part, Part):
+        yield from part.groups.get(name, ())
+        return
+    with pa.memory_map(str(part)) as file:
+        while file.tell() < file.size():
+            stream = pa.ipc.open_stream(file)
+            for batch in stream:
+                if stream.schema.metadata[NAME] == name.encode():
+                    yield pa.Table.from_batches([batch]).replace_schema_metadata()

@@ -1,0 +1,89 @@
+"""JSON that strangers write: read within bounds, and one canonical text of its values for digests."""
+
+import hashlib
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from vbbench.errors import one_line, quoted
+
+LARGEST_FILE = 64 * 2**20
+"""Bytes of a JSON file that is read: the largest that vbbench writes has some hundred kilobytes."""
+
+DEEPEST = 64
+"""Objects and lists within one another; a parser or writer that recurses is safe there."""
+
+
+def read_json(path: Path, *, finite: bool = True) -> Any:
+    """The value in a JSON file.
+
+    Parameters
+    ----------
+    finite : refuse numbers that JSON does not have: NaN, Infinity, and what is too large to be a float.
+
+    Raises
+    ------
+    ValueError
+        If the file is no UTF-8, no JSON, larger or deeper than anything sensible, or an object has a key twice; the
+        message is one short line.
+    OSError
+        If it cannot be read.
+    """
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        raise ValueError(f"{size} bytes; a file of this kind has {LARGEST_FILE} at most")
+    hooks: dict[str, Any] = {"parse_constant": _refuse, "parse_float": _finite} if finite else {}
+    try:
+        value = json.loads(path.read_text("utf-8-sig"), object_pairs_hook=_unique, **hooks)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is no UTF-8") from None
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
+    _check_depth(value)
+    return value
+
+
+def canonical_digest(values: dict[str, Any]) -> str:
+    """SHA-256, in hex, of the canonical text: keys sorted, no spaces, numbers as Python prints them, UTF-8.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+    text = json.dumps(values, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+_TOO_DEEP = f"is nested more than {DEEPEST} levels deep"
+
+
+def _check_depth(value: Any) -> None:
+    level = [value]
+    for _ in range(DEEPEST):
+        parts = (part.values() if isinstance(part, dict) else part for part in level if isinstance(part, (dict, list)))
+        level = [child for part in parts for child in part]
+        if not level:
+            return
+    raise ValueError(_TOO_DEEP)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    values = dict(pairs)
+    if len(values) != len(pairs):
+        names = sorted(name for name, _ in pairs)
+        again = next(name for name, following in pairwise(names) if name == following)
+        raise ValueError(f"key {quoted(again)} stands twice")
+    return values
+
+
+def _refuse(text: str) -> Any:
+    raise ValueError(f"{text} is no JSON number")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if value in (float("inf"), float("-inf")):
+        raise ValueError(f"{one_line(text, 20)} is too large a number")
+    return value

@@ -1,0 +1,94 @@
+"""Numbers from outside: their one grammar in text, and ranges that stand beside the fields they are for.
+
+A frozen dataclass writes ``dt: Annotated[float, Within(0.001, 60.0, "s")]`` and calls `check_ranges` when it is made.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+from numbers import Real
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from vbbench.errors import quoted
+
+
+@dataclass(frozen=True)
+class Within:
+    """A closed range; NaN is outside of every one.
+
+    Parameters
+    ----------
+    least, most : its ends.
+    unit : of the number.
+    what : what it is in words, where the field's name does not say it.
+    """
+
+    least: float
+    most: float
+    unit: str = ""
+    what: str = ""
+
+    def __str__(self) -> str:
+        return f"{_shown(self.least)} to {_shown(self.most)} {self.unit}".strip()
+
+    def check(self, name: str, value: float) -> None:
+        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside or is no number."""
+        called = f"{name}, {self.what}," if self.what else name
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise ValueError(f"{called} must be a number, {self}, not {quoted(value)}")
+        if not self.least <= value <= self.most:
+            raise ValueError(f"{called} must be {self}, not {_shown(value)}")
+
+
+def check_ranges(values: object) -> None:
+    """Check every number of a dataclass against the `Within` in its annotation; numbers in tuples as well.
+
+    Raises
+    ------
+    ValueError
+        At the first number that lies outside.
+    """
+    kind: Any = type(values)
+    for name, hint in _hints(kind).items():
+        _check(name, getattr(values, name), hint)
+
+
+@cache
+def _hints(kind: type[Any]) -> dict[str, Any]:
+    return get_type_hints(kind, include_extras=True)
+
+
+def _check(name: str, value: Any, hint: Any) -> None:
+    """Check ``value`` by whatever ranges its annotation holds."""
+    if value is None:
+        return
+    if get_origin(hint) is Annotated:
+        for limit in hint.__metadata__:
+            limit.check(name, value)
+    elif get_origin(hint) is tuple:
+        for item in value:
+            _check(name, item, get_args(hint)[0])
+    else:
+        for option in get_args(hint):
+            _check(name, value, option)
+
+
+def _shown(value: float) -> str:
+    """A number in few characters."""
+    if isinstance(value, int):
+        return f"{value:,}" if abs(value) < 10**15 else f"a whole number of {value.bit_length()} bits"
+    return f"{value:,.6g}" if math.isfinite(value) else str(value)
+
+
+_NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf)", re.IGNORECASE | re.ASCII)
+
+
+def parse_number(text: str) -> float | None:
+    """The decimal number in a cell, blanks and tabs around it; ``None`` where there is none.
+
+    ``nan`` and ``inf`` are read, so that a message can say what they are. Python's underscores (``0_2``), its
+    ``infinity``, hexadecimals and digits of other scripts are no numbers.
+    """
+    text = text.strip(" \t")
+    return float(text) if _NUMBER.fullmatch(text) else None

@@ -1,0 +1,1 @@
+"""Pictures, films and recordings of one sequence, and what a renderer must offer."""

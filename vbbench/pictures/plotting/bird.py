@@ -1,0 +1,164 @@
+"""The bird's-eye view: observer, people, truth, estimate and what was given, in metres."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Wedge
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+
+from vbbench.camera import PerspectiveCamera
+from vbbench.geometry import FloatArray
+from vbbench.pictures.plotting import labels, style
+from vbbench.pictures.plotting.moment import Moment
+
+_MARGIN = 1.0  # m around everything drawn
+_ARROW = 0.11  # of the height of the map
+_OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
+
+
+def draw_bird(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
+    """Draw the map of one moment; ``colours`` maps distance in m to the colour a person has in both views."""
+    _set_window(axes, moment)
+    _draw_field_of_view(axes, moment)
+    _draw_tracks(axes, moment, colours)
+    _draw_given(axes, moment)
+    _draw_people(axes, moment, colours)
+    _draw_observer(axes, moment)
+    _draw_labels(axes, moment)
+
+
+def _set_window(axes: Axes, moment: Moment) -> None:
+    seen = moment.observed
+    real = np.vstack([moment.known[seen], moment.known_pose[None, :2], moment.given.poses[:, :2]])
+    guessed = moment.estimated[seen]
+    if moment.truth is not None:
+        real = np.vstack([real, moment.truth.poses[:, :2]])
+        guessed = guessed.clip(np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER)
+    points = np.vstack([real, guessed])
+    low, high = np.nanmin(points, axis=0) - _MARGIN, np.nanmax(points, axis=0) + _MARGIN
+    # The window fills the axes at equal scale, so that places in points are known before anything is drawn.
+    box = axes.get_window_extent()
+    spans = max(np.ptp([low, high], axis=0) / (box.width, box.height)) * np.array([box.width, box.height])
+    low, high = (low + high - spans) / 2.0, (low + high + spans) / 2.0
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
+    axes.set_aspect("equal")
+    step = float(np.diff(MaxNLocator(12, steps=[1, 2, 5, 10]).tick_values(0.0, spans.max()))[0])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step))
+    axes.grid(color=style.FAINT, linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _draw_field_of_view(axes: Axes, moment: Moment) -> None:
+    camera, pose = moment.info.camera, moment.known_pose
+    if np.isnan(pose[0]) and moment.estimate is not None:
+        pose = moment.estimate.poses[moment.frame]
+    if not isinstance(camera, PerspectiveCamera) or np.isnan(pose).any():
+        return
+    right, left = np.degrees(np.arctan([(camera.width - camera.cx) / camera.focal, camera.cx / camera.focal]))
+    yaw, reach = np.degrees(pose[2]), float(np.nanmax(moment.distances, initial=5.0)) + _MARGIN
+    wedge = Wedge(
+        (pose[0], pose[1]), reach, yaw - right, yaw + left, facecolor="#f3efe2", edgecolor="#cbbf98", zorder=0.5
+    )
+    axes.add_patch(wedge).set_gid("field-of-view")
+
+
+def _draw_tracks(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
+    now, seen = moment.frame + 1, moment.observed
+    recent = slice(max(0, now - style.TAIL_FRAMES), now)
+    if moment.truth is not None:
+        paths = np.swapaxes(moment.truth.positions, 0, 1)
+        _draw_lines(axes, paths, style.TRUTH_FAINT, 0.7, 2.0)
+        _draw_lines(axes, paths[seen, recent], style.TRUTH_TAIL, 0.9, 2.1)
+        axes.plot(*moment.truth.poses[:, :2].T, color=style.TRUTH, linewidth=1.4, zorder=2.5)
+    if moment.estimate is not None:
+        shown = np.where(moment.sequence.observed[..., None], moment.estimate.positions, np.nan)
+        hues = colours.to_rgba(moment.distances[seen])
+        _draw_lines(axes, np.swapaxes(shown, 0, 1)[seen, recent], hues, 1.0, 2.6)
+        axes.plot(*moment.estimate.poses[:now, :2].T, color=style.ESTIMATE, linewidth=1.4, zorder=2.7)
+
+
+def _draw_given(axes: Axes, moment: Moment) -> None:
+    given = moment.given
+    points = np.vstack([given.positions[:, moment.observed].reshape(-1, 2), given.poses[:, :2]])
+    look = {"s": 9, "marker": "D", "facecolors": "none", "edgecolors": style.GIVEN, "linewidths": 0.6, "zorder": 2.4}
+    _draw_points(axes, points, "given", **look)
+
+
+def _draw_people(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
+    seen, known = moment.observed, moment.known
+    hues = colours.to_rgba(moment.distances[seen])
+    _draw_points(axes, known[~seen], "unseen", s=12, c="white", edgecolors="#b5b5b5", linewidths=0.8, zorder=3)
+    if moment.estimate is None:
+        _draw_points(axes, known[seen], "truth", s=26, c=hues, edgecolors=style.TRUTH, linewidths=0.6, zorder=4)
+        return
+    _draw_points(axes, known[seen], "truth", s=34, c="white", edgecolors=style.TRUTH, linewidths=1.0, zorder=3.5)
+    _draw_lines(axes, np.stack([known[seen], moment.estimated[seen]], axis=1), style.INK, 1.1, 3.8).set_gid("errors")
+    _draw_points(axes, moment.estimated[seen], "estimate", s=16, c=hues, linewidths=0, zorder=4)
+
+
+def _draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
+    axes.scatter(points[:, 0], points[:, 1], gid=gid, **look)
+
+
+def _draw_lines(axes: Axes, lines: FloatArray, colours: Any, width: float, zorder: float) -> LineCollection:
+    drawn = LineCollection(list(lines), colors=colours, linewidths=width, zorder=zorder)
+    axes.add_collection(drawn, autolim=False)
+    return drawn
+
+
+def _draw_observer(axes: Axes, moment: Moment) -> None:
+    _draw_pose(axes, moment.known_pose, style.TRUTH, "observer-truth")
+    if moment.estimate is not None:
+        pose = moment.estimate.poses[moment.frame]
+        ends = np.stack([moment.known_pose[:2], pose[:2]])
+        axes.plot(*ends.T, color=style.INK, linewidth=1.1, zorder=5)
+        _draw_pose(axes, pose, style.ESTIMATE, "observer-estimate")
+
+
+def _draw_pose(axes: Axes, pose: FloatArray, colour: str, gid: str) -> None:
+    if np.isnan(pose).any():
+        return
+    x, y = float(pose[0]), float(pose[1])
+    ahead = _arrow(axes, pose)
+    head = {"arrowstyle": "-|>,head_width=0.28,head_length=0.5", "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}
+    arrow = {**head, "color": colour, "linewidth": 2.0}
+    axes.annotate("", xy=(x + ahead[0], y + ahead[1]), xytext=(x, y), arrowprops=arrow, zorder=6)
+    axes.plot(x, y, marker="o", markersize=7.5, color=colour, markeredgecolor="white", zorder=6.5, gid=gid)
+
+
+def _arrow(axes: Axes, pose: FloatArray) -> FloatArray:
+    """Viewing direction, long enough to see."""
+    return np.asarray(_ARROW * np.ptp(axes.get_ylim()) * np.array([np.cos(pose[2]), np.sin(pose[2])]))
+
+
+def _draw_labels(axes: Axes, moment: Moment) -> None:
+    places = np.where(np.isnan(moment.estimated), moment.known, moment.estimated)
+    inside = [axes.viewLim.contains(x, y) for x, y in places]
+    shown = np.flatnonzero(moment.observed & np.array(inside, bool))
+    order = shown[np.argsort(moment.distances[shown])][: style.MOST_LABELS]
+    texts = [str(track) for track in moment.sequence.tracks[order]]
+    offsets = labels.beside(
+        _in_points(axes, places[order]),
+        labels.text_extent(texts, style.LABEL_SIZE),
+        _in_points(axes, np.vstack([places[order], moment.known[order], _along_arrow(axes, moment)])),
+        clearance=3.5,
+    )
+    halo = [withStroke(linewidth=1.6, foreground="white")]
+    look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": style.LABEL_SIZE, "path_effects": halo}
+    for text, (x, y), (right, up) in zip(texts, places[order], offsets, strict=True):
+        if np.isfinite(right):
+            axes.annotate(text, (x, y), (right, up), textcoords="offset points", gid=f"id-{text}", zorder=7, **look)
+
+
+def _along_arrow(axes: Axes, moment: Moment) -> FloatArray:
+    pose = moment.known_pose if moment.estimate is None else moment.estimate.poses[moment.frame]
+    return np.asarray(pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose))
+
+
+def _in_points(axes: Axes, places: FloatArray) -> FloatArray:
+    return np.asarray(axes.transData.transform(places)) * 72.0 / axes.figure.dpi

@@ -1,0 +1,168 @@
+"""Pictures of a sequence by any renderer: opening one, and films of what the observer sees beside the map."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from vbbench import __version__
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.tables import file_sha256
+from vbbench.parallel.parts import progress_bar
+from vbbench.pictures.renderer import Picture, Renderer, RendererFactory
+from vbbench.pictures.video import Codec, write_mp4, write_png_folder
+from vbbench.registry import load
+from vbbench.scene import Scene
+from vbbench.sequence import Sequence
+
+AUTO = "auto"
+"""The backend that chooses among the others."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Backend:
+    """Who draws, and what.
+
+    Parameters
+    ----------
+    name : a registered renderer, or ``module:attribute`` of a `RendererFactory`.
+    surroundings : whether there is more than ground and sky.
+    seed : of looks and surroundings.
+    """
+
+    name: str = AUTO
+    surroundings: bool = True
+    seed: int = 0
+
+
+def silent(_text: str) -> None:
+    """Say nothing."""
+
+
+@contextmanager
+def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], object] = silent) -> Iterator[Renderer]:
+    """A renderer of one scene, closed at the end; ``announce`` is told once what draws.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such backend, it cannot work on this machine, or the seed is negative.
+    """
+    if backend.seed < 0:
+        raise VbbenchError(f"--seed must be 0 or more, not {backend.seed}")
+    factory: RendererFactory = load("renderer", backend.name)
+    if not callable(factory):
+        raise VbbenchError(f"renderer '{backend.name}' is no class or function; see RendererFactory")
+    with closing(factory(scene, seed=backend.seed, surroundings=backend.surroundings)) as renderer:
+        announce(f"rendering with {backend.name} on {renderer.device}")
+        yield renderer
+
+
+def pictures(
+    dataset: Dataset, sequence: Sequence, renderer: Renderer, wanted: Iterable[int] | None = None
+) -> Iterator[Picture]:
+    """What the observer really sees in the ``wanted`` frames (``None``: in all), each rendered when it is asked for.
+
+    Raises
+    ------
+    VbbenchError
+        If the truth is withheld.
+    """
+    poses, camera = dataset.truth(sequence).poses, dataset.info.camera
+    for frame in range(sequence.frames) if wanted is None else wanted:
+        yield renderer.render(sequence.first_frame + frame, camera, poses[frame], observer=sequence.observer)
+
+
+def scene_of(dataset: Dataset, number: int) -> Scene:
+    """A scene of a dataset with everybody in it, from its truth.
+
+    Raises
+    ------
+    VbbenchError
+        If the truth is withheld.
+    """
+    people, positions, heights = dataset.scene(number)
+    names = dataset.info.scenes
+    name = names[number] if number < len(names) else f"{dataset.info.split}-{number}"
+    return Scene(name=name, dt=dataset.info.dt, people=people, positions=positions, heights=heights)
+
+
+def render_to_file(
+    dataset: Dataset,
+    sequence: int,
+    out: Path | str,
+    *,
+    backend: Backend | None = None,
+    submission: Path | str | None = None,
+    fps: float | None = None,
+    codec: Codec | None = None,
+    announce: Callable[[str], object] = silent,
+) -> Path:
+    """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
+
+    Frames are written as they are made, so that the memory needed does not grow with their number. A folder of PNG
+    files that was begun by the same call is gone on with.
+
+    Parameters
+    ----------
+    dataset : where the sequence lies, with its truth.
+    sequence : its number.
+    out : an ``.mp4`` file, or a folder for one PNG file a frame.
+    backend : who draws; by default the best that works.
+    submission : folder of a submission to draw over the truth.
+    fps : frames a second of an mp4; ``None`` for real time, one frame every dt seconds.
+    codec : of an mp4; see `write_mp4`.
+    announce : is told once what draws.
+
+    Returns
+    -------
+    ``out``.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence, backend or codec, the truth is withheld, the submission answers another dataset,
+        or ``out`` cannot be written.
+    """
+    from vbbench.pictures.film.frames import Film
+    from vbbench.pictures.film.reel import load_reel
+
+    out, backend = _checked(Path(out)), backend or Backend()
+    estimates = None if submission is None else SubmittedEstimates(dataset, submission)
+    scene = scene_of(dataset, dataset.sequence(sequence).scene)
+    film = Film(load_reel(dataset, sequence, scene, estimates))
+    count = film.reel.sequence.frames
+    with (
+        open_renderer(backend, scene, announce) as renderer,
+        progress_bar(count, "frames", unit="frame") as bar,
+    ):
+        frames = partial(film.frames, renderer)
+        if out.suffix == ".mp4":
+            write_mp4(out, frames, count, 1.0 / dataset.info.dt if fps is None else fps, codec, bar.update)
+        else:
+            key = _key(dataset, sequence, submission, {**asdict(backend), "device": renderer.device})
+            write_png_folder(out, frames, count, key, bar.update)
+    return out
+
+
+def _checked(out: Path) -> Path:
+    if out.suffix not in ("", ".mp4") and not out.is_dir():
+        raise VbbenchError(f"{out}: a film is a file that ends in .mp4, or a folder of PNG files")
+    if out.suffix == ".mp4" and out.is_dir():
+        raise VbbenchError(f"{out} is a folder; name a file that ends in .mp4, or a folder that does not")
+    return out
+
+
+def _key(dataset: Dataset, sequence: int, submission: Path | str | None, made_by: dict[str, Any]) -> str:
+    """What the pictures follow from, as a line of text."""
+    facts = {"dataset": dataset.info.id, "sequence": sequence, "vbbench": __version__, **made_by}
+    if submission is not None:
+        sums = [(path.name, file_sha256(path)) for path in sorted(Path(submission).iterdir()) if path.is_file()]
+        facts["submission"] = hashlib.sha256(json.dumps(sums).encode()).hexdigest()
+    return json.dumps(facts) + "\n"

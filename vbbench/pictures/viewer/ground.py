@@ -1,0 +1,130 @@
+"""Marks on the ground plane, each drawn twice: in the world, and on the map from above.
+
+Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.pictures.viewer.palette import Colour, Colours
+from vbbench.pictures.viewer.tape import Tape
+
+WORLD, MAP = "world", "map"
+_LIFT = 0.02  # m over the ground, so that marks do not sink into it
+_MAP_WIDTH = 40.0  # points of the screen on the map for a metre in the world
+_ABOVE_LINES = 31.0  # rerun draws what has a higher number later; points have 30 by themselves, lines 20
+_FLIP = np.array([1.0, -1.0])
+
+GIRTH = 0.22
+"""Half a person's width in m, as they are drawn; only heights are known."""
+
+
+@dataclass(frozen=True)
+class People:
+    """How people are marked: colours [K, 4], and texts [K], which show at once or when pointed at."""
+
+    colours: Colours
+    labels: list[str] | None = None
+    shown: bool = False
+
+    def rows(self, there: BoolArray) -> dict[str, Any]:
+        """Components of those who are there [T, K], all frames on end."""
+        person = np.nonzero(there)[1]
+        labels = {} if self.labels is None else {"labels": np.array(self.labels, dtype=str)[person]}
+        return {"colors": self.colours[person], **labels}
+
+
+class Ground:
+    """The ground plane of a recording; what is NaN in a frame is not there in that frame.
+
+    Parameters
+    ----------
+    tape : where it is recorded.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+
+    def dots(self, path: str, places: FloatArray, look: People, points: float) -> None:
+        """Dots of a radius in points of the screen, on the map alone, small ones on top: places [T, K, 2] in m."""
+        rr, there = self.tape.rr, _there(places)
+        radius = rr.Radius.ui_points(points)
+        fields = {"radii": radius, "show_labels": look.shown, "draw_order": _ABOVE_LINES - 0.1 * points}
+        self.tape.always(f"{MAP}/{path}", rr.Points2D.from_fields(**fields))
+        values = {"positions": places[there] * _FLIP, **look.rows(there)}
+        self.tape.many(f"{MAP}/{path}", rr.Points2D, there.sum(axis=1), **values)
+
+    def bodies(self, path: str, places: FloatArray, heights: FloatArray, look: People, *, solid: bool) -> None:
+        """Upright ellipsoids, or wire frames of them, in the world alone: places [T, K, 2] and heights [K] in m."""
+        rr, there = self.tape.rr, _there(places)
+        fill = rr.components.FillMode.Solid if solid else rr.components.FillMode.MajorWireframe
+        fields = {"fill_mode": fill, "line_radii": 0.01, "show_labels": look.shown}
+        self.tape.always(f"{WORLD}/{path}", rr.Ellipsoids3D.from_fields(**fields))
+        half = 0.5 * np.broadcast_to(heights, there.shape)[there]
+        values = {
+            "centers": np.column_stack([places[there], half]),
+            "half_sizes": np.column_stack([np.full((len(half), 2), GIRTH), half]),
+            **look.rows(there),
+        }
+        self.tape.many(f"{WORLD}/{path}", rr.Ellipsoids3D, there.sum(axis=1), **values)
+
+    def rings(self, path: str, places: FloatArray, colour: Colour, radius: float) -> None:
+        """Circles of a radius in m: places [T, K, 2] in m."""
+        covariances = np.broadcast_to(np.eye(2) * radius**2, (*places.shape, 2))
+        self.ellipses(path, places, covariances, colour, reach=1.0)
+
+    def ellipses(self, path: str, places: FloatArray, covariances: FloatArray, colour: Colour, *, reach: float) -> None:
+        """Ellipses at ``reach`` standard deviations: places [T, K, 2] in m, covariances [T, K, 2, 2] in m²."""
+        there = _there(places) & np.isfinite(covariances).all(axis=(-2, -1))
+        variances, axes = np.linalg.eigh(covariances[there])
+        turn = np.linspace(0.0, 2.0 * np.pi, 25)
+        circle = reach * np.stack([np.cos(turn), np.sin(turn)])
+        outline = (axes * np.sqrt(np.clip(variances, 0.0, None))[:, None, :]) @ circle
+        self.strips(path, there.sum(axis=1), places[there][:, None] + np.swapaxes(outline, 1, 2), colour, 0.01)
+
+    def lines(self, path: str, starts: FloatArray, ends: FloatArray, colour: Colour, radius: float) -> None:
+        """Straight lines from starts to ends, both [T, K, 2] in m."""
+        there = _there(starts) & _there(ends)
+        self.strips(path, there.sum(axis=1), np.stack([starts[there], ends[there]], axis=1), colour, radius)
+
+    def trails(self, path: str, places: FloatArray, now: BoolArray, colour: Colour, past: int) -> None:
+        """The last ``past`` steps of everybody who is there ``now`` [T, K]: places [T, K, 2] in m."""
+        frame, person = np.nonzero(now & _there(places))
+        window = np.maximum(frame[:, None] + np.arange(-past, 1), 0)
+        strips = _held(places)[window, person[:, None]]
+        self.strips(path, np.bincount(frame, minlength=len(places)), strips, colour, 0.015)
+
+    def strips(self, path: str, counts: IntArray, strips: FloatArray, colour: Colour, radius: float) -> None:
+        """Lines through as many points each, [N, P, 2] in m, so many in each frame; on the map as wide at any zoom."""
+        rr = self.tape.rr
+        lifted = np.concatenate([strips, np.full((*strips.shape[:2], 1), _LIFT)], axis=2)
+        for root, kind, values in ((WORLD, rr.LineStrips3D, lifted), (MAP, rr.LineStrips2D, strips * _FLIP)):
+            width = rr.Radius.ui_points(radius * _MAP_WIDTH) if root == MAP else radius
+            self.tape.always(f"{root}/{path}", kind.from_fields(radii=width, colors=colour))
+            self.tape.many(f"{root}/{path}", kind, counts, strips=values)
+
+    def arrows(self, path: str, poses: FloatArray, colour: Colour, length: float, height: float) -> None:
+        """Where an observer stands and looks: poses [T, 3] in m and rad; in the world at a height in m."""
+        rr, there = self.tape.rr, np.isfinite(poses).all(axis=1)
+        x, y, yaw = poses[there].T
+        ahead = length * np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+        level, feet = np.zeros(len(x)), np.stack([x, y], axis=1)
+        lifted = {"origins": np.column_stack([feet, level + height]), "vectors": np.column_stack([ahead, level])}
+        flat = {"origins": feet * _FLIP, "vectors": ahead * _FLIP}
+        for root, kind, values in ((WORLD, rr.Arrows3D, lifted), (MAP, rr.Arrows2D, flat)):
+            self.tape.always(f"{root}/{path}", kind.from_fields(colors=colour, radii=0.04))
+            self.tape.many(f"{root}/{path}", kind, np.asarray(there, np.int64), **values)
+
+
+def _there(places: FloatArray) -> BoolArray:
+    return np.asarray(np.isfinite(places).all(axis=-1))
+
+
+def _held(places: FloatArray) -> FloatArray:
+    """Places [T, K, 2] with gaps filled: where somebody was last, and before that where they are first."""
+    row = np.where(_there(places), np.arange(len(places))[:, None], -1)
+    last, first = np.maximum.accumulate(row, axis=0), np.argmax(row >= 0, axis=0)
+    return np.asarray(np.take_along_axis(places, np.where(last < 0, first, last)[..., None], axis=0))

@@ -1,0 +1,91 @@
+"""The demo: the whole way from trajectories to numbers and pictures, in one folder."""
+
+from pathlib import Path
+
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import describe
+from vbbench.folders.locks import locked
+from vbbench.folders.replacing import is_unused, write_text_atomically
+from vbbench.folders.work_folder import check_free
+from vbbench.generation import generate
+from vbbench.generation.generator import Generator, Options
+from vbbench.generation.sources import is_here
+from vbbench.pictures.plotting import plot_to_file
+from vbbench.protocol import PROTOCOLS
+from vbbench.registry import load, registered
+from vbbench.scoring import score
+from vbbench.scoring.scorecard import Score
+from vbbench.solving import solve
+
+REAL, MADE = "hotel", "demo"
+"""The real split where its source is at hand, and the made one otherwise."""
+PAGE = "index.md"
+DRAWN_SOLVER = "vb-cv"
+COLUMNS = (("dx_rel", "Δx̃ (m)"), ("dx", "Δx (m)"), ("dr", "Δr (rad)"), ("dt", "Δt (m)"))
+
+
+def run_demo(out: Path | str, *, jobs: int = 1) -> str:
+    """Generate, solve with every solver under every protocol, score and draw; the table as text.
+
+    The folder ``out`` then holds ``dataset``, a submission for each protocol and solver, pictures, and ``index.md``.
+    """
+    out = Path(out)
+    if not is_unused(out):
+        check_free(out, PAGE, "demo", overwrite=True)
+    with locked(out):
+        if not (out / PAGE).exists():  # the next demo may go on in this folder, whatever becomes of this one
+            write_text_atomically(out / PAGE, "# vbbench demo\n\nIt was not made to its end; make it again.\n")
+        return _fill(out, jobs)
+
+
+def _fill(out: Path, jobs: int) -> str:
+    split = REAL if _at_hand(REAL) else MADE
+    dataset = generate(split, out / "dataset", Options(), jobs=jobs, overwrite=True)
+    scores = [
+        _solve_and_score(dataset, solver, protocol, out, jobs)
+        for protocol in PROTOCOLS
+        for solver in sorted(registered("solver"))
+    ]
+    table = score_table(scores)
+    pictures = [_draw(dataset, protocol, out) for protocol in PROTOCOLS]
+    write_text_atomically(out / PAGE, _page(dataset, table, pictures))
+    return f"{describe(dataset.info)}\n\n{table}\n\nPictures and files: {out / 'index.md'}"
+
+
+def score_table(scores: list[Score]) -> str:
+    """Scores as a Markdown table, a row a protocol and solver: means over sequences, and seconds a frame."""
+    lines = [
+        f"| protocol | solver | {' | '.join(title for _, title in COLUMNS)} | coverage | µs a frame |",
+        f"|---|---|{'---:|' * (len(COLUMNS) + 2)}",
+    ]
+    for s in scores:
+        figures = " | ".join(f"{s.summaries[name].mean:.3f}" for name, _ in COLUMNS)
+        cost = 1e6 * (s.info.seconds_per_frame or 0.0)
+        lines.append(f"| {s.protocol.name} | {s.info.solver} | {figures} | {s.coverage:.0%} | {cost:.0f} |")
+    return "\n".join(lines)
+
+
+def _at_hand(split: str) -> bool:
+    generator: Generator = load("generator", split)
+    return all(map(is_here, generator.card.sources))
+
+
+def _solve_and_score(dataset: Dataset, solver: str, protocol: str, out: Path, jobs: int) -> Score:
+    submission = solve(dataset, solver, protocol, out / f"{protocol}-{solver}", jobs=jobs, overwrite=True)
+    return score(submission, dataset.folder)
+
+
+def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:
+    """The sequence of median length with the most people, as the drawn solver sees it."""
+    frames, people = dataset.rows["frames"], dataset.rows["people"]
+    typical = abs(frames - sorted(frames)[len(frames) // 2]) <= 2
+    index = int((people * typical).argmax())
+    submission = out / f"{protocol}-{DRAWN_SOLVER}"
+    return plot_to_file(dataset, index, out / f"{protocol}.png", submission=submission)
+
+
+def _page(dataset: Dataset, table: str, pictures: list[Path]) -> str:
+    shown = "\n\n".join(
+        f"## {picture.stem}, {DRAWN_SOLVER}\n\n![{picture.stem}]({picture.name})" for picture in pictures
+    )
+    return f"# vbbench demo\n\n```\n{describe(dataset.info)}\n```\n\n{table}\n\n{shown}\n"

@@ -1,0 +1,203 @@
+"""The result of scoring: figures of each sequence and of the split, as JSON, as text and as CSV."""
+
+import csv
+import io
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.submission import SubmissionInfo
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.protocol import Protocol
+from vbbench.scoring.statistics import Summary
+
+METRICS = {"dx_rel": "Δx̃  m", "dx": "Δx  m", "dr": "Δr  rad", "dt": "Δt  m"}
+"""Metrics by key, with their name and unit, in the order of the paper's tables."""
+
+ON_PEOPLE = ("dx_rel", "dx")
+
+DRIFTS = {"drift_m": "drift m/s", "drift_rad": "drift rad/s"}
+"""Relative pose error over one second, likewise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PerSequence:
+    """Figures of every scored sequence.
+
+    Parameters
+    ----------
+    sequence : [N] its number in the dataset.
+    frames, positions : [N] scored poses and positions.
+    posed, placed : [N] how many of them were submitted.
+    figures : metric → [N] mean over the sequence's frames (or person-frames), NaN where it has none.
+    """
+
+    sequence: IntArray
+    frames: IntArray
+    positions: IntArray
+    posed: IntArray
+    placed: IntArray
+    figures: dict[str, FloatArray]
+
+    def scored(self) -> "PerSequence":
+        """Only the sequences that have a scored frame."""
+        keep = self.frames > 0
+        counts = {name: values[keep] for name, values in vars(self).items() if name != "figures"}
+        return PerSequence(**counts, figures={name: values[keep] for name, values in self.figures.items()})
+
+    @staticmethod
+    def join(parts: "list[PerSequence]") -> "PerSequence":
+        """One table of several."""
+        names = [field.name for field in fields(PerSequence) if field.name != "figures"]
+        counts = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return PerSequence(**counts, figures=join_figures([part.figures for part in parts]))
+
+    @property
+    def coverage(self) -> FloatArray:
+        """[N] share of scored rows that were submitted: of poses or of positions, whichever is smaller."""
+        return np.minimum(_share(self.posed, self.frames), _share(self.placed, self.positions))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """A submission's score on a dataset.
+
+    Parameters
+    ----------
+    info : what the submission declares.
+    dataset : facts of the dataset.
+    protocol : the protocol it was scored under.
+    total_sequences : in the dataset; those without a scored frame have no figures.
+    fallback_frames : scored frames in which the observer's own prior decided; ``None`` = not reported.
+    per_sequence : figures of each scored sequence.
+    summaries : metric → figures of the split.
+    """
+
+    info: SubmissionInfo
+    dataset: DatasetInfo
+    protocol: Protocol
+    total_sequences: int
+    fallback_frames: int | None
+    per_sequence: PerSequence
+    summaries: dict[str, Summary]
+
+    @property
+    def sequences(self) -> int:
+        """Number of scored sequences."""
+        return len(self.per_sequence.sequence)
+
+    @property
+    def frames(self) -> int:
+        """Number of scored frames."""
+        return int(self.per_sequence.frames.sum())
+
+    @property
+    def coverage(self) -> float:
+        """Share of all scored rows that were submitted: of poses or of positions, whichever is smaller."""
+        return min(self.pose_coverage, self.position_coverage)
+
+    @property
+    def pose_coverage(self) -> float:
+        """Share of scored poses that were submitted."""
+        return float(_share(self.per_sequence.posed.sum(), self.per_sequence.frames.sum()))
+
+    @property
+    def position_coverage(self) -> float:
+        """Share of scored positions that were submitted."""
+        return float(_share(self.per_sequence.placed.sum(), self.per_sequence.positions.sum()))
+
+    def values(self) -> dict[str, Any]:
+        """The score as the command line prints it with ``--json``."""
+        values: dict[str, Any] = {
+            "dataset": self.info.dataset,
+            "protocol": self.protocol.name,
+            "protocol_version": self.protocol.version,
+            "solver": self.info.solver,
+            "solver_version": self.info.version,
+            "split": self.dataset.split,
+            "sequences": self.sequences,
+            "sequences_in_dataset": self.total_sequences,
+            "frames": self.frames,
+            "positions": int(self.per_sequence.positions.sum()),
+            "fallback_frames": self.fallback_frames,
+            "coverage": self.coverage,
+            "pose_coverage": self.pose_coverage,
+            "position_coverage": self.position_coverage,
+            "failure_policy": self.info.failure_policy,
+            "seconds_per_frame": self.info.seconds_per_frame,
+            "metrics": {name: self.summaries[name].to_dict() for name in METRICS},
+            "drift": {name: self.summaries[name].to_dict() for name in DRIFTS},
+        }
+        return values if self.dataset.caution is None else {**values, "caution": self.dataset.caution}
+
+    def to_json(self) -> str:
+        """`values` as text."""
+        return json.dumps(self.values(), indent=2, ensure_ascii=False)
+
+    def table(self) -> str:
+        """The score as a table for people; a caution of the dataset stands under it."""
+        rows = [
+            _line(title, self.summaries[name], self.position_coverage if name in ON_PEOPLE else self.pose_coverage)
+            for name, title in (METRICS | DRIFTS).items()
+        ]
+        caution = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
+        return "\n".join([*self._heading(), _HEADER, *rows, *caution])
+
+    def to_csv(self) -> str:
+        """Figures of each sequence as CSV, NaN as an empty cell."""
+        own = self.per_sequence
+        names = [*METRICS, *DRIFTS]
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["sequence", "frames", "positions", "coverage", *names])
+        figures = np.stack([own.figures[name] for name in names], axis=-1)
+        for head, values in zip(
+            zip(own.sequence, own.frames, own.positions, own.coverage.tolist(), strict=True), figures, strict=True
+        ):
+            writer.writerow([*head, *("" if np.isnan(value) else repr(float(value)) for value in values)])
+        return text.getvalue()
+
+    def write_per_sequence(self, path: Path | str) -> None:
+        """Write `to_csv` to a file, whole or not at all."""
+        write_text_atomically(Path(path), self.to_csv())
+
+    def _heading(self) -> list[str]:
+        info, data = self.info, self.dataset
+        sequences = f"{self.sequences} of {self.total_sequences} sequences scored"
+        fallback = "" if self.fallback_frames is None else f" ({self.fallback_frames} by fallback)"
+        speed = "" if info.seconds_per_frame is None else f", {1e3 * info.seconds_per_frame:.3g} ms a frame"
+        return [
+            f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, seed "
+            f"{data.spoken_seed}, {info.dataset}), {self.protocol.id}",
+            f"{sequences}, {self.frames} frames{fallback}, {self.per_sequence.positions.sum()} positions{speed}; "
+            f"missing rows: {info.failure_policy}",
+        ]
+
+
+_HEADER = (
+    f"{'':<12}{'mean':>9}{'± std':>9}{'95 % interval':>18}{'median':>9}{'p95':>9}{'over frames':>18}{'coverage':>10}"
+)
+
+
+def _line(title: str, summary: Summary, coverage: float) -> str:
+    wide = 12 + title.count("\u0303")
+    interval = f"{summary.ci95[0]:.4f}–{summary.ci95[1]:.4f}"
+    frames = f"{summary.frame_mean:.4f} ±{summary.frame_std:.4f}"
+    return (
+        f"{title:<{wide}}{summary.mean:>9.4f}{summary.std:>9.4f}{interval:>18}{summary.median:>9.4f}{summary.p95:>9.4f}"
+        f"{frames:>18}{coverage:>10.2%}"
+    )
+
+
+def join_figures(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
+    """Figures by metric, several parts on end."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _share(part: Any, whole: Any) -> FloatArray:
+    return np.where(np.asarray(whole) > 0, np.divide(part, np.maximum(whole, 1)), 1.0)

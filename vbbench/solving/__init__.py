@@ -1,0 +1,12 @@
+"""Runs solvers: what they are shown, where they run, and the submission that is written."""
+
+from typing import TYPE_CHECKING
+
+from vbbench import lazy_names
+
+if TYPE_CHECKING:
+    from vbbench.solving.submissions import hardware, solve, solver_version
+
+__all__ = ["hardware", "solve", "solver_version"]
+
+__getattr__ = lazy_names(__name__, dict.fromkeys(__all__, "submissions"))

@@ -1,0 +1,130 @@
+"""Starts a solver's process, asks it, and checks every answer; this is the side that may hold truth."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from vbbench.errors import VbbenchWarning
+from vbbench.solving.isolation import landlock
+from vbbench.solving.isolation.grants import device_paths, readable_paths
+from vbbench.solving.isolation.kernel_cache import CACHES_VARIABLE, LOCATOR, keep_files, user_caches
+from vbbench.solving.isolation.remote import Child, RemoteFrameSolver, RemoteSequenceSolver, pipe_of
+from vbbench.solving.solver_source import source_places
+
+BOOT = (
+    "import json, os, sys\n"
+    "requests = open(os.dup(0), 'rb')\n"
+    "facts = json.loads(requests.readline())\n"
+    "sys.path[:] = facts['path']\n"
+    "from vbbench.solving.isolation.child import main\n"
+    "main(requests, facts)\n"
+)
+
+PASSED_ON = re.compile(
+    r"PATH|LANG|LANGUAGE|LC_\w+|TZ|USER|LOGNAME|LD_LIBRARY_PATH|DYLD_\w+|SYSTEMROOT|WINDIR|PYTHON(HASHSEED|HOME|UTF8|"
+    r"IOENCODING|WARNINGS|NOUSERSITE)|(NUMBA|OMP|OPENBLAS|MKL|BLIS|KMP|CUDA|NVIDIA|TORCH|PYTORCH|XLA|JAX|TF)_\w+"
+)
+"""Names of variables that a solver gets to see: what libraries are set with."""
+
+
+class IsolatedSolver:
+    """A solver in a process of its own; use it in a ``with`` block, which gives the solver to drive.
+
+    Parameters
+    ----------
+    name : registered, or ``module:attribute``; it is never imported here.
+    hidden : files and folders that it must not read, besides every folder beside it that looks like a dataset.
+    compiled : folder, there or not, for what numba compiles before the solver has seen any data (`keep_compiled`).
+
+    Raises
+    ------
+    VbbenchError
+        If the solver cannot be loaded, fails, ends, or answers with anything but the arrays it was asked for.
+    """
+
+    def __init__(self, name: str, hidden: Sequence[Path] = (), *, compiled: Path | None = None) -> None:
+        self._name, self._hidden, self._compiled = name, [path.resolve() for path in hidden], compiled
+
+    def __enter__(self) -> RemoteFrameSolver | RemoteSequenceSolver:
+        self._folder = Path(tempfile.mkdtemp(prefix="vbbench-solver-")).resolve()
+        try:
+            self._child = Child(self._name, self._start())
+            return self._child.introduced(self.keep_compiled)
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def __exit__(self, *_error: object) -> None:
+        child = self.__dict__.pop("_child", None)
+        if child is not None:
+            child.end()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def keep_compiled(self) -> None:
+        """Keep what numba has compiled until now, for the processes that are given the same folder ``compiled``.
+
+        No process of another solver loads it, and this one neither. Whatever a solver has seen by now it can tell those
+        processes: nothing but made data.
+        """
+        if self._compiled is not None and not self._compiled.exists():
+            keep_files(self._folder / "numba", self._compiled)
+
+    def _start(self) -> "subprocess.Popen[bytes]":
+        if self._compiled is not None and self._compiled.is_dir():
+            shutil.copytree(self._compiled, self._folder / "numba", symlinks=True)
+        needed = [*source_places(self._name), *map(Path, user_caches())]
+        facts = {
+            "name": self._name,
+            "parent": os.getpid(),
+            "path": [str(Path(entry or os.curdir).absolute()) for entry in sys.path],
+            "readable": readable_paths(self._hidden, needed),
+            "writable": [*device_paths(), str(self._folder)],
+        }
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-c", BOOT],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            cwd=self._folder,
+            env=self._environment(),
+            start_new_session=True,  # what a terminal sends on Ctrl-C is for this process alone
+        )
+        with suppress(BrokenPipeError):  # it is said why when the answer is read
+            pipe_of(process.stdin).write(json.dumps(facts).encode() + b"\n")
+            pipe_of(process.stdin).flush()
+        return process
+
+    def _environment(self) -> dict[str, str]:
+        secret = [str(path) for path in self._hidden]
+        passed = {
+            name: value
+            for name, value in os.environ.items()
+            if PASSED_ON.fullmatch(name) and not any(path in value for path in secret)
+        }
+        own = {
+            **dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), str(self._folder)),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "NUMBA_CACHE_DIR": str(self._folder / "numba"),
+            "NUMBA_CACHE_LOCATOR_CLASSES": LOCATOR,
+            CACHES_VARIABLE: os.pathsep.join(user_caches()),
+        }
+        return {**passed, **own}
+
+
+def warn_of_open_files() -> None:
+    """Say so where the kernel cannot keep files from a solver."""
+    if not landlock.version():
+        warnings.warn(
+            "this system cannot keep files from an isolated solver (it takes Linux 5.13 or later, with Landlock): "
+            "truth is in neither its memory nor its messages, but it could be read from the disk",
+            VbbenchWarning,
+            stacklevel=3,
+        )

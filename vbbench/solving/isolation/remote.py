@@ -1,0 +1,225 @@
+"""Asks a solver in another process, and checks every answer before anything is made of it."""
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from threading import Thread
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.camera import camera_to_dict
+from vbbench.errors import VbbenchError
+from vbbench.geometry import FloatArray
+from vbbench.sequence import Given
+from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
+from vbbench.solving.isolation.messages import (
+    BOOL,
+    FLOAT,
+    TEXT_LIMIT,
+    ClosedError,
+    MessageError,
+    Shapes,
+    plain,
+    read_message,
+    write_message,
+)
+
+LAST_WORDS = 4096
+"""Bytes that are kept of what a solver prints."""
+
+
+class Child:
+    """A running process and its pipes."""
+
+    def __init__(self, name: str, process: "subprocess.Popen[bytes]") -> None:
+        self._name, self._process = name, process
+        self._printed = bytearray()
+        self._listener = Thread(target=self._listen, daemon=True)
+        self._listener.start()
+        self.working_on = "loading"
+
+    def introduced(self, keep_compiled: Callable[[], None]) -> "RemoteFrameSolver | RemoteSequenceSolver":
+        """The solver to drive, of the kind that the process says it is."""
+        facts, _ = self._receive({})
+        variants = facts.get("held_out")
+        if facts["said"] != "ready" or not isinstance(variants, dict):
+            raise self._nonsense("a greeting without its variants")
+        held_out = {str(split): plain(str(name), 200) for split, name in variants.items()}
+        match facts.get("solver"):
+            case "frame":
+                return RemoteFrameSolver(self, keep_compiled, held_out)
+            case "sequence":
+                return RemoteSequenceSolver(self, keep_compiled, held_out)
+            case other:
+                kind = plain(str(other), 80)
+                raise VbbenchError(f"{kind} is no solver: it has neither start and step nor solve")
+
+    def call(
+        self,
+        facts: Mapping[str, Any],
+        arrays: Mapping[str, NDArray[Any]],
+        expected: Shapes,
+        needed: Sequence[str] = (),
+    ) -> dict[str, NDArray[Any]]:
+        """Ask for one thing; the answer is some of the arrays that are expected, those needed among them."""
+        try:
+            write_message(pipe_of(self._process.stdin), facts, arrays)
+        except OSError as error:
+            raise self._ended() from error
+        said, answer = self._receive(expected)
+        if said["said"] != "done":
+            raise self._nonsense("something else than an answer")
+        for name in needed:
+            if name not in answer:
+                raise self._nonsense(f"an answer without '{name}'")
+        return answer
+
+    def end(self) -> None:
+        """Kill the process, and whatever it has started that stayed in its group."""
+        with suppress(OSError):
+            if os.name == "posix":
+                os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.kill()
+        self._process.wait()
+        with suppress(OSError):  # bytes that it did not take
+            pipe_of(self._process.stdin).close()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+    def _receive(self, expected: Shapes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        try:
+            facts, arrays = read_message(pipe_of(self._process.stdout), expected)
+        except ClosedError as error:
+            raise self._ended() from error
+        except MessageError as error:
+            raise self._nonsense(str(error)) from error
+        if not isinstance(facts.get("said"), str):
+            raise self._nonsense("a message that says nothing")
+        text = plain(str(facts.get("text", "")), TEXT_LIMIT, lines=True)
+        if facts["said"] == "refused":
+            raise VbbenchError(text)
+        if facts["said"] == "failed":
+            raise VbbenchError(f"solver '{self._name}' failed while {self.working_on}:", *text.splitlines())
+        return facts, arrays
+
+    def _nonsense(self, what: str) -> VbbenchError:
+        return VbbenchError(f"solver '{self._name}' sent {what}, while {self.working_on}; its answers are not used")
+
+    def _ended(self) -> VbbenchError:
+        """The error that says how the process ended, and what it printed last."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=1)
+        self._listener.join(timeout=1)
+        printed = plain(" ".join(self._printed.decode("utf-8", "replace").split()), 300)
+        said = f"; it printed last: {printed}" if printed else ""
+        return VbbenchError(f"solver '{self._name}' {_how(self._process.poll())} while {self.working_on}{said}")
+
+    def _listen(self) -> None:
+        with pipe_of(self._process.stderr) as pipe:
+            while text := os.read(pipe.fileno(), 1 << 16):
+                self._printed = (self._printed + text)[-LAST_WORDS:]
+
+
+def _how(status: int | None) -> str:
+    """How a process ended, as part of a sentence."""
+    if status is None:
+        return "closed its pipe"
+    if status >= 0:
+        return f"left with exit status {status}"
+    try:
+        return f"was ended by {signal.Signals(-status).name}"
+    except ValueError:
+        return f"was ended by signal {-status}"
+
+
+def pipe_of(pipe: IO[bytes] | None) -> IO[bytes]:
+    """A pipe of a process that was started with all three."""
+    if pipe is None:
+        raise VbbenchError("the solver's process has no pipe")
+    return pipe
+
+
+class Remote:
+    """What a driver of solvers sees of one in another process.
+
+    Parameters
+    ----------
+    keep_compiled : see `IsolatedSolver.keep_compiled`.
+    held_out : its variants for splits that it was fitted on, as in `registry.held_out`.
+    """
+
+    def __init__(self, child: Child, keep_compiled: Callable[[], None], held_out: dict[str, str]) -> None:
+        self._child, self.keep_compiled, self.held_out = child, keep_compiled, held_out
+
+
+class RemoteFrameSolver(Remote):
+    """One that works frame by frame."""
+
+    def start(self, problem: Problem) -> None:
+        """As `FrameSolver.start`."""
+        self._child.working_on = f"solving sequence {problem.sequence}"
+        self._expected = _frame_shapes(len(problem.tracks))
+        self._child.call({"call": "start", **_facts(problem)}, {"tracks": problem.tracks}, {})
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        """As `FrameSolver.step`."""
+        shown = {
+            "index": np.array(frame.index),
+            "observations": frame.observations,
+            "poses": frame.given.poses,
+            "positions": frame.given.positions,
+        }
+        answer: dict[str, Any] = self._child.call({"call": "step"}, shown, self._expected, ("pose", "positions"))
+        for mark in answer.keys() & {"fallback", "converged"}:
+            answer[mark] = bool(answer[mark])
+        return FrameEstimate(**answer)
+
+
+class RemoteSequenceSolver(Remote):
+    """One that sees whole sequences."""
+
+    def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
+        """As `SequenceSolver.solve`."""
+        self._child.working_on = f"solving sequence {problem.sequence}"
+        shown = {
+            "tracks": problem.tracks,
+            "observations": observations,
+            "poses": given.poses,
+            "positions": given.positions,
+        }
+        expected = _sequence_shapes(*given.positions.shape[:2])
+        answer = self._child.call({"call": "solve", **_facts(problem)}, shown, expected, ("poses", "positions"))
+        return Estimate(**answer)
+
+
+def _facts(problem: Problem) -> dict[str, Any]:
+    values = {name: value for name, value in vars(problem).items() if name not in ("camera", "tracks")}
+    return {"problem": values, "camera": camera_to_dict(problem.camera)}
+
+
+def _frame_shapes(people: int) -> Shapes:
+    """The arrays of a `FrameEstimate`."""
+    return {
+        "pose": (FLOAT, (3,)),
+        "positions": (FLOAT, (people, 2)),
+        "pose_covariance": (FLOAT, (3, 3)),
+        "position_covariances": (FLOAT, (people, 2, 2)),
+        **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
+        **dict.fromkeys(("fallback", "converged"), (BOOL, ())),
+    }
+
+
+def _sequence_shapes(frames: int, people: int) -> Shapes:
+    """The arrays of an `Estimate`."""
+    return {
+        "poses": (FLOAT, (frames, 3)),
+        "positions": (FLOAT, (frames, people, 2)),
+        "pose_covariances": (FLOAT, (frames, 3, 3)),
+        "position_covariances": (FLOAT, (frames, people, 2, 2)),
+        **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
+        **dict.fromkeys(("fallback", "converged"), (BOOL, (frames,))),
+    }

@@ -1,0 +1,88 @@
+"""Answers, in the solver's process, what `process` asks over the pipe."""
+
+import traceback
+from collections.abc import Callable
+from dataclasses import fields
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from vbbench.camera import camera_from_dict
+from vbbench.errors import VbbenchError
+from vbbench.registry import load, make_solver
+from vbbench.sequence import Given
+from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
+from vbbench.solving.isolation.messages import TEXT_LIMIT, ClosedError, read_message, write_message
+
+Arrays = dict[str, NDArray[Any]]
+
+HINT = "; isolated, it reads what is installed and what lies beside it, but nothing in the folder of a dataset"
+"""What a solver that runs elsewhere may miss here."""
+
+
+def serve(name: str, requests: IO[bytes], answers: IO[bytes]) -> None:
+    """Make the solver, say what it is, and do what is asked until the pipe closes."""
+    try:
+        solver = make_solver(name)
+        held_out = dict(getattr(load("solver", name), "held_out", {}))
+    except VbbenchError as error:
+        hint = HINT if "cannot be imported" in str(error) else ""
+        write_message(answers, {"said": "refused", "text": f"{error}"[:TEXT_LIMIT] + hint})
+        return
+    write_message(answers, {"said": "ready", "solver": _kind(solver), "held_out": held_out})
+    while True:
+        try:
+            facts, arrays = read_message(requests)
+        except ClosedError:
+            return
+        try:
+            answer = _CALLS[facts["call"]](solver, facts, arrays)
+        except Exception:
+            write_message(answers, {"said": "failed", "text": traceback.format_exc()[-TEXT_LIMIT:]})
+        else:
+            write_message(answers, {"said": "done"}, answer)
+
+
+def _kind(solver: object) -> str:
+    if isinstance(solver, FrameSolver):
+        return "frame"
+    return "sequence" if isinstance(solver, SequenceSolver) else type(solver).__name__
+
+
+def _start(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
+    threadpool_limits(1)  # what was loaded on the way, too, is on one thread from here on
+    solver.start(_problem(facts, arrays))
+    return {}
+
+
+def _step(solver: Any, _facts: dict[str, Any], arrays: Arrays) -> Arrays:
+    given = Given(poses=arrays["poses"], positions=arrays["positions"])
+    frame = Frame(index=int(arrays["index"]), observations=arrays["observations"], given=given)
+    return _told(solver.step(frame), FrameEstimate)
+
+
+def _solve(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
+    threadpool_limits(1)
+    given = Given(poses=arrays["poses"], positions=arrays["positions"])
+    return _told(solver.solve(_problem(facts, arrays), arrays["observations"], given), Estimate)
+
+
+_CALLS: dict[str, Callable[[Any, dict[str, Any], Arrays], Arrays]] = {"start": _start, "step": _step, "solve": _solve}
+
+
+def _problem(facts: dict[str, Any], arrays: Arrays) -> Problem:
+    return Problem(**{**facts["problem"], "camera": camera_from_dict(facts["camera"]), "tracks": arrays["tracks"]})
+
+
+def _told(answer: object, kind: type[FrameEstimate] | type[Estimate]) -> Arrays:
+    """What a solver reports, by name; marks are bool, everything else is float64."""
+    if not isinstance(answer, kind):
+        raise TypeError(f"the solver returned a {type(answer).__name__}, no {kind.__name__}")
+    values = {field.name: getattr(answer, field.name) for field in fields(kind)}
+    return {
+        name: np.asarray(value, bool if name in ("fallback", "converged") else np.float64)
+        for name, value in values.items()
+        if value is not None
+    }

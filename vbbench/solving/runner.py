@@ -1,0 +1,161 @@
+"""Drives a solver through one sequence under a protocol, showing it nothing but what the protocol gives.
+
+Every array that a solver gets is a copy: neither its values nor its memory lead to truth.
+"""
+
+from collections.abc import Iterator
+from time import perf_counter
+from typing import TypeVar
+
+import numpy as np
+
+from vbbench.errors import VbbenchError
+from vbbench.estimate import LARGEST, is_credible
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.protocol import START_FRAMES, Protocol, scored_frames, scored_positions
+from vbbench.sequence import Given, Sequence, Truth
+from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
+
+WINDOW = 2
+"""Past frames that a solver is shown beside the current one."""
+
+Answer = TypeVar("Answer", FrameEstimate, Estimate)
+
+
+def run_sequence(
+    solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequence, protocol: Protocol, truth: Truth | None
+) -> tuple[Estimate, float]:
+    """The solver's estimate for a sequence, and the seconds it took.
+
+    Parameters
+    ----------
+    truth : needed where the protocol reveals past frames; only these reach the solver.
+
+    Raises
+    ------
+    VbbenchError
+        If the solver has neither ``step`` nor ``solve``, or leaves out or garbles what is scored.
+    """
+    given = protocol.select_given(sequence.given)
+    if protocol.needs_truth and truth is None:
+        raise VbbenchError(f"'{protocol.name}' shows a solver the truth of past frames, and no truth is at hand")
+    known = given if truth is None or not protocol.needs_truth else reveal(given, sequence.observed, truth)
+    if isinstance(solver, FrameSolver):
+        estimate, seconds = _run_frames(solver, problem, sequence, given, known)
+    elif isinstance(solver, SequenceSolver):
+        run = _run_prefixes if protocol.needs_truth else _run_whole
+        estimate, seconds = run(solver, problem, sequence, given, known)
+    else:
+        raise VbbenchError(f"{type(solver).__name__} is no solver: it has neither start and step nor solve")
+    _check_complete(estimate, sequence, given)
+    return estimate, seconds
+
+
+def reveal(given: Given, observed: BoolArray, truth: Truth) -> Given:
+    """Everything true about past frames: all poses, and the positions of whoever was observed ([T, K])."""
+    positions = np.where(observed[..., None], truth.positions, given.positions)
+    return Given(poses=truth.poses, positions=positions)
+
+
+def frames_of(sequence: Sequence, given: Given, known: Given) -> Iterator[Frame]:
+    """The frames as a solver sees them: ``known`` of the two before each, ``given`` of the frame itself."""
+    for t in range(sequence.frames):
+        window = Given(
+            poses=_window(known.poses, given.poses, t), positions=_window(known.positions, given.positions, t)
+        )
+        yield Frame(index=t, observations=sequence.observations[t].copy(), given=window)
+
+
+def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:
+    window = np.full((WINDOW + 1, *known.shape[1:]), np.nan)
+    past = min(t, WINDOW)
+    window[WINDOW - past : WINDOW] = known[t - past : t]
+    if known is given or t < START_FRAMES:
+        window[WINDOW] = given[t]
+    return window
+
+
+def _run_frames(
+    solver: FrameSolver, problem: Problem, sequence: Sequence, given: Given, known: Given
+) -> tuple[Estimate, float]:
+    answers: list[FrameEstimate] = []
+    seconds = 0.0
+    solver.start(problem)
+    for frame in frames_of(sequence, given, known):
+        started = perf_counter()
+        answer = solver.step(frame)
+        seconds += perf_counter() - started
+        answers.append(_checked_kind(answer, FrameEstimate, sequence))
+    return Estimate.of_frames(answers), seconds
+
+
+def _run_whole(
+    solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, _known: Given
+) -> tuple[Estimate, float]:
+    return _timed_solve(solver, problem, sequence, sequence.frames, given)
+
+
+def _run_prefixes(
+    solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, known: Given
+) -> tuple[Estimate, float]:
+    """One call a frame, on everything up to it, with the truth of all frames before it."""
+    answers = [
+        Estimate(poses=given.poses, positions=given.positions).frame(t)
+        for t in range(min(START_FRAMES, sequence.frames))
+    ]
+    seconds = 0.0
+    for t in range(START_FRAMES, sequence.frames):
+        past = np.arange(t + 1) < t
+        shown = Given(
+            poses=np.where(past[:, None], known.poses[: t + 1], np.nan),
+            positions=np.where(past[:, None, None], known.positions[: t + 1], np.nan),
+        )
+        estimate, spent = _timed_solve(solver, problem, sequence, t + 1, shown)
+        answers.append(estimate.frame(t))
+        seconds += spent
+    return Estimate.of_frames(answers), seconds
+
+
+def _timed_solve(
+    solver: SequenceSolver, problem: Problem, sequence: Sequence, frames: int, given: Given
+) -> tuple[Estimate, float]:
+    shown = Given(poses=given.poses.copy(), positions=given.positions.copy())
+    observations = sequence.observations[:frames].copy()
+    started = perf_counter()
+    estimate = solver.solve(problem, observations, shown)
+    seconds = perf_counter() - started
+    _checked_kind(estimate, Estimate, sequence)
+    if estimate.positions.shape != shown.positions.shape:
+        raise VbbenchError(
+            f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
+            f"not {list(shown.positions.shape)}"
+        )
+    return estimate, seconds
+
+
+def _checked_kind(answer: Answer, kind: type[Answer], sequence: Sequence) -> Answer:
+    if not isinstance(answer, kind):
+        raise VbbenchError(
+            f"sequence {sequence.index}: the solver returned a {type(answer).__name__}, no {kind.__name__}"
+        )
+    return answer
+
+
+def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
+    """Whatever is scored must be there and credible."""
+    if estimate.positions.shape != given.positions.shape:
+        raise VbbenchError(
+            f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
+            f"not {list(given.positions.shape)}"
+        )
+    wanted = {
+        "pose": scored_frames(sequence.observed)[:, None] & ~is_credible(estimate.poses),
+        "position": scored_positions(sequence.observed, given)[..., None] & ~is_credible(estimate.positions),
+    }
+    for what, bad in wanted.items():
+        if bad.any():
+            place = tuple(np.argwhere(bad)[0])
+            value = {"pose": estimate.poses, "position": estimate.positions}[what][place]
+            fault = f"{value:g}, beyond ±{LARGEST:.0f} m or rad" if np.isfinite(value) else "not finite"
+            whose = f" of track {sequence.tracks[place[1]]}" if what == "position" else ""
+            raise VbbenchError(f"sequence {sequence.index}, frame {place[0]}: the solver's {what}{whose} is {fault}")

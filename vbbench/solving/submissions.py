@@ -1,0 +1,238 @@
+"""Runs a solver over a whole dataset and writes its submission."""
+
+import os
+import platform
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+from threadpoolctl import threadpool_limits
+
+from vbbench import __version__
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.schemas import to_arrow
+from vbbench.files.sequence_tables import Ranges, part_ranges
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.files.submission_rows import answer_rows
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.folders.work_folder import WorkFolder, check_free
+from vbbench.generation.sources import data_folders
+from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
+from vbbench.parallel.parts import Part, Work, write_in_parts
+from vbbench.parallel.workers import check_jobs
+from vbbench.protocol import Protocol, get_protocol
+from vbbench.registry import held_out, make_solver, registered
+from vbbench.solving.isolation.grants import beside
+from vbbench.solving.isolation.process import IsolatedSolver, warn_of_open_files
+from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.solving.runner import run_sequence
+from vbbench.solving.solver_source import source_digest
+from vbbench.solving.warming import begin, warm_up
+
+TABLES = ("poses", "positions", "heights")
+
+
+def solve(
+    dataset: Dataset,
+    solver: str,
+    protocol: str,
+    out: Path | str,
+    *,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    tls: Path | None = None,
+    isolate: bool = False,
+    covariance: bool = False,
+    overwrite: bool = False,
+) -> Path:
+    """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
+
+    A solver that was fitted on the dataset's split is run as the variant that was not (`registry.held_out`).
+    Interrupted work goes on where it stopped when the same call is made again.
+
+    Parameters
+    ----------
+    scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
+        submission is then partitioned, and `merging.merge` makes it whole.
+    tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
+    isolate : run the solver in a process of its own, fed over a pipe, that truth does not reach; where the kernel has
+        Landlock it cannot read the dataset's files, either.
+    covariance : write the covariances of poses and positions, too.
+
+    Raises
+    ------
+    VbbenchError
+        If a name is unknown, truth is needed but withheld, covariances are wanted of a solver that reports none, or
+        ``out`` is in the way.
+    """
+    check_jobs(jobs)
+    if tls and scheduler is None:
+        raise VbbenchError("certificates are for a cluster; give its scheduler's address, tls://HOST:PORT")
+    out, rules = Path(out), get_protocol(protocol)
+    if rules.needs_truth and not dataset.has_truth:
+        raise VbbenchError(
+            f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
+        )
+    opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
+    run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
+    source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
+    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
+    job = _Job(
+        work=partial(_solve_part, dataset, run_as, opened, rules, covariance),
+        ranges=part_ranges(len(dataset), dataset.cells),
+        label=f"{solver} {protocol}",
+        declare=partial(_declared, dataset, solver, run_as, protocol),
+    )
+    with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
+        if work.begin(key, partitioned=scheduler is not None):
+            if scheduler is None:
+                _solve_here(job, work, jobs)
+            else:
+                _solve_on_cluster(job, work, scheduler, tls)
+            work.publish()
+    return out
+
+
+Opened = AbstractContextManager[Any]
+"""A solver to drive, as long as the context lasts."""
+
+
+def _opened_here(name: str) -> Opened:
+    return nullcontext(make_solver(name))
+
+
+def _isolated(dataset: Dataset, out: Path, scheduler: str | None) -> Callable[[str], Opened]:
+    """How to open a solver that can read neither the dataset nor anything it is made of, nor what others answered."""
+    warn_of_open_files()
+    hidden = [*beside(dataset.folder), *beside(dataset.truth_folder), *beside(out), *data_folders()]
+    compiled = None if scheduler else WorkFolder(out).parts / "compiled"
+    return partial(IsolatedSolver, hidden=hidden, compiled=compiled)
+
+
+def _held_out_apart(opened: Callable[[str], Opened], solver: str, split: str) -> str:
+    """As `registry.held_out`, without importing the solver here."""
+    with opened(solver) as running:
+        variants: dict[str, str] = running.held_out
+    return variants.get(split, solver)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Job:
+    """What is to be done, cut into ``ranges``, and how its facts become ``submission.json``."""
+
+    work: Work
+    ranges: Ranges
+    label: str
+    declare: Callable[[list[dict[str, Any]]], SubmissionInfo]
+
+
+def _solve_here(job: _Job, work: WorkFolder, jobs: int) -> None:
+    tables = {name: work.new / f"{name}.parquet" for name in TABLES}
+    facts = write_in_parts(job.work, job.ranges, work.parts, tables, jobs=jobs, label=job.label)
+    for name in tables.keys() - _reported(facts):
+        tables[name].unlink()
+    write_text_atomically(work.new / SUBMISSION_FILE, job.declare(facts).to_json())
+
+
+def _solve_on_cluster(job: _Job, work: WorkFolder, scheduler: str, tls: Path | None) -> None:
+    facts = write_partitions(job.work, job.ranges, work.new, scheduler, tls=tls, label=job.label)
+    parts = [part_name(first) for first, _ in job.ranges]
+    layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
+    write_layout(work.new, layout, job.declare(facts).to_json())
+
+
+def _reported(facts: list[dict[str, Any]]) -> list[str]:
+    """The tables of a submission: heights only where a part has some."""
+    return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
+
+
+def _declared(dataset: Dataset, solver: str, run_as: str, protocol: str, facts: list[dict[str, Any]]) -> SubmissionInfo:
+    seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
+    return SubmissionInfo(
+        solver=solver,
+        version=solver_version(solver),
+        dataset=dataset.info.id,
+        protocol=protocol,
+        seconds_per_frame=seconds / max(frames, 1),
+        hardware="; ".join(sorted({part["hardware"] for part in facts})),
+        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on {dataset.info.split}",
+    )
+
+
+def solver_version(solver: str) -> str:
+    """Version of the distribution that a solver comes from, or ``unknown``."""
+    point = registered("solver").get(solver)
+    module = (point.value if point else solver).partition(".")[0].partition(":")[0]
+    names = [point.dist.name] if point and point.dist else packages_distributions().get(module, [])
+    try:
+        return version(names[0]) if names else "unknown"
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def hardware() -> str:
+    """What the solver ran on, for the reader of its seconds a frame."""
+    names = [line.partition(":")[2].strip() for line in _cpu_lines() if line.startswith("model name")]
+    return f"{names[0] if names else platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+
+
+def _cpu_lines() -> list[str]:
+    path = Path("/proc/cpuinfo")
+    return path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
+
+
+def _solve_part(
+    dataset: Dataset,
+    name: str,
+    opened: Callable[[str], Opened],
+    protocol: Protocol,
+    covariance: bool,
+    first: int,
+    last: int,
+) -> Part:
+    groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
+    seconds, frames = 0.0, 0
+    with _warm_solver(dataset, name, opened, protocol, covariance, first) as solver:
+        for sequence in dataset.sequences(first, last):
+            truth = dataset.truth(sequence) if protocol.needs_truth else None
+            problem = dataset.problem(sequence, covariances=covariance)
+            estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
+            for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
+                groups[table].append(to_arrow(table, rows))
+            seconds, frames = seconds + spent, frames + sequence.frames
+    facts = {"seconds": seconds, "frames": frames, "heights": bool(groups["heights"]), "hardware": hardware()}
+    return Part(groups=groups, facts=facts)
+
+
+@contextmanager
+def _warm_solver(
+    dataset: Dataset, name: str, opened: Callable[[str], Opened], protocol: Protocol, covariance: bool, first: int
+) -> Iterator[Any]:
+    """The solver, warm, and on one thread: rounding differs with their number, and with it what is ill-posed.
+
+    A process is warmed up once, by a solver object of its own: what the one that counts has seen, and with it its
+    answers, must not depend on which process makes which part.
+    """
+    sample = dataset.sequence(first)
+    problem, longest = dataset.problem(sample, covariances=covariance), int(dataset.rows["frames"].max())
+    run = (dataset.info.id, name, protocol.name, covariance)
+    with opened(name) as solver:
+        if isinstance(solver, RemoteFrameSolver | RemoteSequenceSolver):
+            warm_up(solver, problem, protocol, longest)
+            solver.keep_compiled()
+        elif run not in _warm:
+            _warm.add(run)
+            warm_up(make_solver(name), problem, protocol, longest)
+        begin(solver, problem, sample, protocol)
+        with threadpool_limits(1):
+            yield solver
+
+
+_warm: set[tuple[str, str, str, bool]] = set()
+"""What this process was warmed up for: dataset, solver, protocol, and whether covariances are asked for."""

@@ -1,0 +1,96 @@
+"""Warms a solver up before its seconds are counted: it answers a made sequence, which is then forgotten.
+
+What a solver compiles, imports or loads when it first comes to it would be counted among its seconds otherwise. The
+made sequence leads it down every path of the protocol: many people and few, nobody, late arrivals, who leaves and comes
+back, positions that are given and not; with the dataset's camera, frame rate, noise and covariances.
+"""
+
+import warnings
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, world_to_relative
+from vbbench.protocol import START_FRAMES, Protocol, arrivals_given
+from vbbench.sequence import Given, Sequence, Truth
+from vbbench.solver import FrameSolver, Problem, SequenceSolver
+from vbbench.solving.runner import run_sequence
+
+FRAMES = 14
+"""Frames of the made sequence, where the dataset has any so long: longer than what a solver may keep in mind of it."""
+
+PEOPLE = 8
+"""People in it; the number changes from frame to frame."""
+
+PACE = 1.3
+"""In m/s, of the observer, whom the others accompany."""
+
+
+def warm_up(solver: FrameSolver | SequenceSolver, problem: Problem, protocol: Protocol, frames: int = FRAMES) -> None:
+    """Answer a made sequence like those of ``problem``, of at most ``frames`` frames.
+
+    A solver that fails here does not fail: it is told apart from the others by the sequences that count.
+    """
+    sequence, truth = made_sequence(problem, min(frames, FRAMES))
+    _answer(solver, replace(problem, tracks=sequence.tracks), sequence, protocol, truth)
+
+
+def begin(solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequence, protocol: Protocol) -> None:
+    """Answer the first frame of a sequence that is asked for: what every new solver object has to load.
+
+    The frames before it are given under every protocol.
+    """
+    frames = slice(START_FRAMES + 1)
+    given = Given(poses=sequence.given.poses[frames], positions=sequence.given.positions[frames])
+    opening = replace(
+        sequence, observations=sequence.observations[frames], visible=sequence.visible[frames], given=given
+    )
+    past = Truth(poses=given.poses, positions=given.positions, heights=np.full(len(sequence.tracks), np.nan))
+    _answer(solver, problem, opening, protocol, past)
+
+
+def _answer(
+    solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequence, protocol: Protocol, truth: Truth
+) -> None:
+    with warnings.catch_warnings(), suppress(Exception):
+        warnings.simplefilter("ignore")
+        run_sequence(solver, problem, sequence, protocol, truth)
+
+
+def made_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
+    """People who walk before an observer, and come, go and hide."""
+    rng, time = np.random.default_rng(0), np.arange(frames) * problem.dt
+    poses = np.column_stack((PACE * time, np.zeros(frames), 0.1 * np.sin(time)))
+    ahead, aside = 2.5 + 0.7 * np.arange(PEOPLE), 0.9 * (np.arange(PEOPLE) % 4 - 1.5)
+    start, velocity = np.column_stack((ahead, aside)), (PACE, 0.0) + 0.1 * rng.normal(size=(PEOPLE, 2))
+    positions = start + velocity * time[:, None, None] + 0.01 * rng.normal(size=(frames, PEOPLE, 2))
+    heights = problem.height_mean + problem.height_std * rng.normal(size=PEOPLE)
+    boxes = problem.camera.project(world_to_relative(positions, poses), np.broadcast_to(heights, (frames, PEOPLE)))
+    boxes = boxes + problem.pixel_std * rng.normal(size=boxes.shape)
+    boxes[~_shown(frames)] = np.nan
+    observed, truth = ~np.isnan(boxes[..., 2]), Truth(poses=poses, positions=positions, heights=heights)
+    sequence = Sequence(
+        index=problem.sequence,
+        scene=0,
+        observer=PEOPLE,
+        first_frame=0,
+        tracks=np.arange(PEOPLE),
+        observations=boxes,
+        visible=np.where(observed, 1.0, np.nan),
+        given=arrivals_given(truth, observed),
+    )
+    return sequence, truth
+
+
+def _shown(frames: int) -> BoolArray:
+    """[T, K] who is shown.
+
+    Nobody in frame 3, and one person in frame 5; the nearest two arrive in frames 4 and 7, the last hides from 6 to 8.
+    """
+    shown, t = np.ones((frames, PEOPLE), np.bool_), np.arange(frames)
+    shown[t == 3] = False
+    shown[t == 5, 1:] = False
+    shown[t < 4, 0] = shown[t < 7, 1] = False
+    shown[(t >= 6) & (t <= 8), -1] = False
+    return shown
