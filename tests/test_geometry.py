@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from vbbench.camera import (
     NEAREST,
+    CentralCamera,
     PanoramaCamera,
     PerspectiveCamera,
     camera_from_dict,
@@ -112,6 +113,57 @@ def test_borders_of_the_picture(relative: tuple[float, float], seen: bool) -> No
     boxes = PerspectiveCamera().project(np.array([relative]), np.array([1.7]))
     assert np.isfinite(boxes).all() == seen
     assert np.isnan(boxes).all() != seen
+
+
+tilts = st.fixed_dictionaries({"pitch": st.floats(-0.4, 0.4), "roll": st.floats(-0.4, 0.4)})
+
+
+@given(tilts, st.floats(-3.0, 3.0), st.floats(2.0, 30.0), st.floats(1.2, 2.1), st.floats(300.0, 1200.0))
+def test_a_tilted_pinhole_shows_people_where_they_are(
+    tilt: dict[str, float], right: float, forward: float, height: float, vertical_focal: float
+) -> None:
+    camera = PerspectiveCamera(vertical_focal=vertical_focal, **tilt)
+    relative, heights = np.array([right, forward]), np.array(height)
+    box = camera.project_unbounded(relative, heights)
+    np.testing.assert_allclose(camera.unproject(box, heights), relative, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(camera.unproject(box, 2.0 * heights), 2.0 * relative, rtol=1e-8, atol=1e-8)
+
+
+@given(tilts, st.floats(-3.0, 3.0), st.floats(1.0, 30.0))
+def test_a_tilted_panorama_does_so_to_a_thousandth(tilt: dict[str, float], azimuth: float, reach: float) -> None:
+    camera = PanoramaCamera(**{name: angle / 4.0 for name, angle in tilt.items()})
+    relative, height = reach * np.array([np.sin(azimuth), np.cos(azimuth)]), np.array(1.7)
+    found = camera.unproject(camera.project(relative, height), height)
+    np.testing.assert_allclose(found, relative, atol=1e-3 * reach)
+
+
+@given(st.one_of(panoramas, perspectives), st.floats(-2.0, 2.0), st.floats(2.0, 30.0))
+def test_the_closed_forms_are_those_of_any_central_camera(
+    camera: PanoramaCamera | PerspectiveCamera, right: float, forward: float
+) -> None:
+    relative, height = np.array([right, forward]), np.array(1.7)
+    box = camera.project_unbounded(relative, height)
+    np.testing.assert_allclose(CentralCamera.project_unbounded(camera, relative, height), box, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(CentralCamera.unproject(camera, box, height), relative, rtol=1e-6, atol=1e-6)
+
+
+@given(tilts, st.floats(-0.6, 0.6), st.floats(2.0, 30.0))
+def test_what_is_as_high_as_the_mount_stands_on_the_horizon(
+    tilt: dict[str, float], azimuth: float, reach: float
+) -> None:
+    relative = reach * np.array([np.sin(azimuth), np.cos(azimuth)])
+    for camera in (PerspectiveCamera(**tilt), PanoramaCamera(**tilt)):
+        column, row = camera.pixels(camera.to_camera(np.array([relative[0], 0.0, relative[1]])))
+        np.testing.assert_allclose(camera.horizon(column), row, atol=1e-6)
+
+
+def test_pitch_looks_up_and_roll_hangs_to_the_right() -> None:
+    ahead = np.array([0.0, 0.0, 1.0])
+    camera = PerspectiveCamera(pitch=0.1)
+    assert camera.pixels(camera.to_camera(ahead))[1] > camera.cy  # what lies ahead sinks in the picture
+    camera = PerspectiveCamera(roll=0.1)
+    left, right = camera.horizon(np.array([0.0, 1280.0]))
+    assert right < left  # the world turns the other way
 
 
 def test_nobody_on_top_of_the_panorama_is_seen() -> None:

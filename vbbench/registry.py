@@ -1,4 +1,4 @@
-"""Finds generators, renderers, detectors, trackers, solvers and commands by entry point; imports none until asked."""
+"""Finds cameras, generators, renderers, solvers and other plugins by entry point; imports none until asked."""
 
 import warnings
 from collections.abc import Iterable, Mapping
@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
 
-Kind = Literal["generator", "renderer", "detector", "tracker", "solver", "command"]
+Kind = Literal["camera", "generator", "renderer", "detector", "tracker", "solver", "command"]
 _SPOKEN = {"generator": "split"}
 
 

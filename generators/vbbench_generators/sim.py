@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from vbbench.camera import CAMERAS
+from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Card, Engine, Look, Options, Simulation
@@ -117,7 +117,7 @@ def plan_simulation(
     scenario = _as_asked(get_scenario(asked.scenario or default_scenario), asked)
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
-    corruption, camera = corrupting(options.tier), options.camera or CAMERAS[scenario.camera]()
+    corruption, camera = corrupting(options.tier), options.camera or make_camera(scenario.camera)
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",

@@ -82,7 +82,7 @@ def generate(
         withhold_truth: Put the truth tables and the seed into OUT.truth beside the dataset, which keeps their hashes.
         overwrite: Replace the dataset that is there.
     """
-    from vbbench.camera import CAMERAS
+    from vbbench.camera import make_camera
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset_info import describe
     from vbbench.files.withholding import secret_seed
@@ -96,7 +96,7 @@ def generate(
     if tls and scheduler is None:
         raise VbbenchError("--tls is for a cluster; add --scheduler tls://HOST:PORT")
     options = Options(
-        camera=None if camera is None else CAMERAS[camera](),
+        camera=None if camera is None else make_camera(camera),
         tier=tier,
         height_std=sigma_h,
         look=look,

@@ -31,14 +31,14 @@ def figure_sigma(
         jobs: Processes; the numbers do not depend on it.
         overwrite: Make and solve everything again.
     """
-    from vbbench.camera import CAMERAS
+    from vbbench.camera import make_camera
     from vbbench.reproduction.sigma_report import reproduce_sigma
     from vbbench.reproduction.study import SOLVERS, SigmaStudy
 
     study = SigmaStudy(
         solvers=solver or tuple(SOLVERS),
         protocol=protocol,
-        camera=None if camera is None else CAMERAS[camera](),
+        camera=None if camera is None else make_camera(camera),
         tier=tier,
         sequences=sequences,
         seed=seed,

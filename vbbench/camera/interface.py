@@ -1,0 +1,70 @@
+"""What everybody may ask of a camera, whatever its model."""
+
+from typing import Protocol, runtime_checkable
+
+from vbbench.geometry import FloatArray
+
+
+@runtime_checkable
+class Camera(Protocol):
+    """Intrinsics, mount height and tilt. All methods take any leading shape and map NaN to NaN."""
+
+    @property
+    def kind(self) -> str:
+        """Name used on the command line and in files."""
+
+    @property
+    def focal(self) -> float:
+        """Focal length in px: pixels per radian in the middle of the picture, along a row where the two differ."""
+
+    @property
+    def mount_height(self) -> float:
+        """Height h0 of the optical centre over the ground, in m."""
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Width and height in px of the camera's picture."""
+
+    @property
+    def period(self) -> float | None:
+        """Width in px of a picture that closes on itself, as a panorama's does; ``None`` for one with borders."""
+
+    @property
+    def view(self) -> tuple[float, float] | None:
+        """Azimuths in rad, clockwise from forward, of the view's left and right border; ``None`` for all around."""
+
+    def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
+        """Boxes of people: relative [..., 2] (right, forward) m, heights [...] m → [..., 3] (u, v, l) px.
+
+        NaN where the person is behind the camera or absent, or the box's centre lies outside the picture.
+        """
+
+    def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
+        """As `project`, wherever the box's centre lies."""
+
+    def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
+        """Ground positions of boxes: [..., 3] px and heights [...] m → [..., 2] (right, forward) m.
+
+        They are linear in the heights.
+        """
+
+    def depth(self, relative: FloatArray) -> FloatArray:
+        """Distance [...] in m by which people hide one another; NaN behind the camera and on top of it."""
+
+    def wrap_column(self, u: FloatArray) -> FloatArray:
+        """Columns as they stand in a file: in a picture that closes on itself, wrapped into it."""
+
+    def horizon(self, u: FloatArray) -> FloatArray:
+        """Row [...] in px of the horizon in the columns u [...]: where everything as high as the mount appears."""
+
+    def pixels(self, directions: FloatArray) -> FloatArray:
+        """Pixels [..., 2] (u, v) that show directions [..., 3] (right, down, forward) of the camera; NaN where none."""
+
+    def directions(self, pixels: FloatArray) -> FloatArray:
+        """The way back: a direction [..., 3] (right, down, forward) of the camera, of any length, for each pixel."""
+
+    def to_camera(self, directions: FloatArray) -> FloatArray:
+        """Directions [..., 3] (right, down, forward) of a level camera in the frame of this one."""
+
+    def to_level(self, directions: FloatArray) -> FloatArray:
+        """The way back from `to_camera`."""

@@ -1,0 +1,90 @@
+"""The pinhole camera."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from vbbench.camera.central import NEAREST, CentralCamera, Focal, MountHeight, PrincipalPoint, Size, Tilt
+from vbbench.geometry import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class PerspectiveCamera(CentralCamera):
+    """Pinhole camera: u = cx + f·right/forward, v = cy + f_v·(h0 − h/2)/forward, l = f_v·h/forward where it is level.
+
+    Parameters
+    ----------
+    width, height : image size in px.
+    focal : focal length f in px.
+    cx, cy : principal point in px.
+    mount_height : h0 in m.
+    pitch, roll : tilt in rad, up and clockwise positive.
+    vertical_focal : f_v in px where pixels are not square.
+    """
+
+    kind: ClassVar[str] = "perspective"
+    width: Size = 1280
+    height: Size = 720
+    focal: Focal = 640.0
+    cx: PrincipalPoint = 640.0
+    cy: PrincipalPoint = 360.0
+    mount_height: MountHeight = 1.6
+    pitch: Tilt = 0.0
+    roll: Tilt = 0.0
+    vertical_focal: Focal | None = None
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """See `Camera.picture_size`."""
+        return self.width, self.height
+
+    @property
+    def view(self) -> tuple[float, float]:
+        """See `Camera.view`; roll and pitch are left out."""
+        return float(-np.arctan(self.cx / self.focal)), float(np.arctan((self.width - self.cx) / self.focal))
+
+    @property
+    def rows_focal(self) -> float:
+        """The vertical focal length f_v in px."""
+        return self.focal if self.vertical_focal is None else self.vertical_focal
+
+    def pixels(self, directions: FloatArray) -> FloatArray:
+        """See `Camera.pixels`; NaN behind the camera."""
+        right, down, forward = np.moveaxis(directions, -1, 0)
+        forward = np.where(forward > 0.0, forward, np.nan)
+        return np.stack([self.cx + self.focal * right / forward, self.cy + self.rows_focal * down / forward], axis=-1)
+
+    def directions(self, pixels: FloatArray) -> FloatArray:
+        """See `Camera.directions`."""
+        right = (pixels[..., 0] - self.cx) / self.focal
+        down = (pixels[..., 1] - self.cy) / self.rows_focal
+        return np.stack([right, down, np.ones_like(right)], axis=-1)
+
+    def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
+        """See `Camera.project_unbounded`; in closed form where the camera is level."""
+        if not self.level:
+            return super().project_unbounded(relative, heights)
+        depth = self.depth(relative)
+        scale = self.rows_focal / depth
+        u = self.cx + self.focal / depth * relative[..., 0]
+        v = self.cy + scale * (self.mount_height - 0.5 * heights)
+        return np.stack([u, v, scale * heights], axis=-1)
+
+    def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
+        """See `Camera.unproject`: forward = f_v·h/l, right = (u − cx)·forward/f where the camera is level."""
+        if not self.level:
+            return super().unproject(observations, heights)
+        forward = self.rows_focal * heights / observations[..., 2]
+        return np.stack([(observations[..., 0] - self.cx) * forward / self.focal, forward], axis=-1)
+
+    def depth(self, relative: FloatArray) -> FloatArray:
+        """Distance straight ahead, NaN behind the camera."""
+        forward = relative[..., 1]
+        return np.where(forward > NEAREST, forward, np.nan)
+
+    def horizon(self, u: FloatArray) -> FloatArray:
+        """See `Camera.horizon`; a straight line."""
+        right, down, forward = self.to_camera(np.array([0.0, 1.0, 0.0]))
+        rows: FloatArray = self.cy - self.rows_focal * ((np.asarray(u) - self.cx) / self.focal * right + forward) / down
+        return rows
