@@ -11,12 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from vbbench.tum import export_dataset_tum
 
 from tests.stopping import contents, names, stopped_at
 from tests.test_merging import last_part_first
 from vbbench.cli import main
 from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.exchange.tum import export_dataset_tum
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import LOCK, BusyError, locked
 from vbbench.folders.work_folder import WorkFolder
@@ -133,7 +133,7 @@ def test_many_at_once_make_it_once(room: Path, tmp_path: Path) -> None:
     for (_, errors), status in ended:
         if status:
             assert (status, errors.count("\n")) == (2, 1), errors
-            assert "is being written by" in errors or "exists; add --overwrite" in errors
+            assert "is being written by" in errors or "exists; set overwrite" in errors
     assert contents(tmp_path / "out") == contents(room / "data")
     assert names(tmp_path) == ["out"]
 

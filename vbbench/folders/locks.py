@@ -175,9 +175,9 @@ def loose_files(folder: Path) -> Iterator[None]:
         If it is a file, a dataset or a submission, or another command writes there.
     """
     if folder.exists() and not folder.is_dir():
-        raise VbbenchError(f"{folder} is no folder; choose another --out")
+        raise VbbenchError(f"{folder} is not a folder; choose another place to write to")
     for marker in ("dataset.json", "submission.json"):
         if (folder / marker).is_file():
-            raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder for --out")
+            raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder to write to")
     with locked(folder):
         yield
