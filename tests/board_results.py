@@ -7,8 +7,8 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.scorecard import PerSequence
 from vbbench.statistics import summarise
-from vbbench_leaderboards.ranking import RANKED
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.ranking import RANKED
+from vbbench_leaderboards.results.result import Board, Result
 
 BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 

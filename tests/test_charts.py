@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vbbench_leaderboards.charts.axis import axis_over, short
+from vbbench_leaderboards.charts.svg import axis_over, short
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
-from vbbench_leaderboards.block import decode, encode
-from vbbench_leaderboards.checking import ResultsError, check
+from vbbench_leaderboards.results.sealed_json import decode, encode
+from vbbench_leaderboards.checks.checking import ResultsError, check
 
 NOT_FROM_SEQUENCES = {
     ("seconds_per_frame",),

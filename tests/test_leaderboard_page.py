@@ -13,15 +13,15 @@ import pytest
 from tests.board_results import BOARD, result
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
-from vbbench_leaderboards.building import MARKER, build
-from vbbench_leaderboards.dataset_record import BoardDataset
-from vbbench_leaderboards.page.files import provided, site_files
-from vbbench_leaderboards.page.markup import is_web_address
+from vbbench_leaderboards.page.building import MARKER, build
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.page.building import provided, site_files
+from vbbench_leaderboards.markup import is_web_address
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import definitions
-from vbbench_leaderboards.ranking import rank
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.results_folder import published_results
+from vbbench_leaderboards.results.ranking import rank
+from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.folder import published_results
 
 HOSTILE = "\"><img src=x onerror=alert(1)></script><!--&'"
 FIRST_PAGE, AIM = 300_000, 180_000
@@ -298,8 +298,8 @@ def test_a_failure_halfway_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     def fail(*_: object) -> None:
         raise VbbenchError("no more")
 
-    monkeypatch.setattr("vbbench_leaderboards.building.site_files", fail)
-    monkeypatch.setattr("vbbench_leaderboards.building.rank", lambda rows: {})
+    monkeypatch.setattr("vbbench_leaderboards.page.building.site_files", fail)
+    monkeypatch.setattr("vbbench_leaderboards.page.building.rank", lambda rows: {})
     with pytest.raises(VbbenchError, match="no more"):
         build(tmp_path / "out", published_results())
     assert not list(tmp_path.iterdir())

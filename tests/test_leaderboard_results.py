@@ -14,13 +14,13 @@ from jsonschema import Draft202012Validator
 
 from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.errors import FileError
-from vbbench_leaderboards import json_file
-from vbbench_leaderboards.block import decode, encode
-from vbbench_leaderboards.dataset_record import read_dataset, write_dataset
-from vbbench_leaderboards.rerunning import bundled_solvers
-from vbbench_leaderboards.result import Board
-from vbbench_leaderboards.result_file import read_result, write_result
-from vbbench_leaderboards.results_folder import published_results, read_datasets, read_results
+from vbbench_leaderboards.results import sealed_json as json_file
+from vbbench_leaderboards.results.sealed_json import decode, encode
+from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
+from vbbench_leaderboards.checks.rerunning import bundled_solvers
+from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.results.result import read_result, write_result
+from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
 
 
 @pytest.fixture(scope="module")

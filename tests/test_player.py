@@ -22,12 +22,12 @@ from vbbench.scorecard import PerSequence
 from vbbench.scoring import score
 from vbbench.solver import Estimate
 from vbbench_leaderboards import player
-from vbbench_leaderboards.player.choice import choose_sequences
+from vbbench_leaderboards.player.playable import choose_sequences
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.coding import LARGEST, pack, quantise
+from vbbench_leaderboards.player.clip import LARGEST, pack, quantise
 from vbbench_leaderboards.player.pictures import WIDTH
 from vbbench_leaderboards.player.writing import FOLDER, Films, player_assets, write_player
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.result import Board, Result
 
 Results = dict[Board, tuple[Result, ...]]
 

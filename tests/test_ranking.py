@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from tests.board_results import result
 from vbbench.arrays import FloatArray
-from vbbench_leaderboards.ranking import LEVEL, RANKED, Ranking, holm, rank
+from vbbench_leaderboards.results.ranking import LEVEL, RANKED, Ranking, holm, rank
 
 RNG = np.random.default_rng(7)
 EASY = RNG.gamma(4.0, 0.02, 60)

@@ -9,8 +9,8 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.made_site import HOSTILE, STRANGER, TWIN
 from vbbench.reproduction.paper import the_paper
-from vbbench_leaderboards.ranking import rank
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.ranking import rank
+from vbbench_leaderboards.results.result import Board, Result
 
 Boards = Mapping[Board, tuple[Result, ...]]
 Open = Callable[..., Page]

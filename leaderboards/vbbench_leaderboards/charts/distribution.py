@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_leaderboards.charts.axis import Axis, axis_over, short
+from vbbench_leaderboards.charts.svg import Axis, axis_over, short
 from vbbench_leaderboards.charts.svg import Series, clip, figure, label, line, mark
 
 _WIDTH, _ROW = 460, 62

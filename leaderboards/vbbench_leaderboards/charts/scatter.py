@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from vbbench_leaderboards.charts.axis import Axis, axis_over, short
+from vbbench_leaderboards.charts.svg import Axis, axis_over, short
 from vbbench_leaderboards.charts.svg import Series, clip, figure, label, line, mark
 
 _WIDTH, _HEIGHT = 460, 330

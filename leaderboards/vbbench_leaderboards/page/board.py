@@ -9,12 +9,12 @@ from vbbench.statistics import known
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series
-from vbbench_leaderboards.page.markup import code, text
+from vbbench_leaderboards.markup import code, text
 from vbbench_leaderboards.page.pairs import pair_tables
 from vbbench_leaderboards.page.site import Site, key
 from vbbench_leaderboards.page.table import board_table
 from vbbench_leaderboards.page.words import METRICS, PROTOCOLS, TIERS, term_of
-from vbbench_leaderboards.result import Board
+from vbbench_leaderboards.results.result import Board
 
 
 def board_html(site: Site, board: Board) -> str:

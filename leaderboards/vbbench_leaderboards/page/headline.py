@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 from vbbench.protocol import PROTOCOLS
-from vbbench_leaderboards.page.markup import NONE, decimals, text
+from vbbench_leaderboards.markup import NONE, decimals, text
 from vbbench_leaderboards.page.site import Site, key
 from vbbench_leaderboards.page.words import HEADLINE_METRIC, HEADLINE_TIER
 from vbbench_leaderboards.page.words import PROTOCOLS as WORDS
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.result import Board, Result
 
 
 def headline_table(site: Site) -> str:

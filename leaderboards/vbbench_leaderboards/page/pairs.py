@@ -2,9 +2,9 @@
 
 import math
 
-from vbbench_leaderboards.page.markup import NONE, decimals, text
+from vbbench_leaderboards.markup import NONE, decimals, text
 from vbbench_leaderboards.page.words import METRICS
-from vbbench_leaderboards.ranking import LEVEL, Pair, Ranking
+from vbbench_leaderboards.results.ranking import LEVEL, Pair, Ranking
 
 
 def pair_tables(rankings: dict[str, Ranking]) -> str:

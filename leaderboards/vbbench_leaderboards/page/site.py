@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vbbench.protocol import PROTOCOLS
-from vbbench_leaderboards.dataset_record import BoardDataset
+from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.page.words import HEADLINE_TIER, TIERS
-from vbbench_leaderboards.ranking import Ranking
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.ranking import Ranking
+from vbbench_leaderboards.results.result import Board, Result
 
 SPLITS = ("sim", "hotel", "eth", "eth-15fps", "students", "students-resampled")
 """Splits in the order of the page; others follow by name."""

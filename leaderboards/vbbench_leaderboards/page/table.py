@@ -3,15 +3,16 @@
 import json
 from collections.abc import Iterator
 from typing import Any
-
 from vbbench.reproduction.paper import Quoted, the_paper
-from vbbench_leaderboards.page.markup import NONE, decimals, link, text
+from vbbench_leaderboards.markup import NONE, decimals, link, text
 from vbbench_leaderboards.page.site import Site, key
 from vbbench_leaderboards.page.words import COLUMNS, DRIFTS, METRICS, SUMMARIES, Term
-from vbbench_leaderboards.quoted import quoted
-from vbbench_leaderboards.ranking import RANKED
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.ranking import RANKED
+from vbbench_leaderboards.results.result import Board, Result
+from vbbench.reproduction.paper import Quoted, the_paper
+from vbbench_leaderboards.results.result import Board
 
+# DOC """The paper's rows at a board: quoted beside it, unranked, and never part of its statistics."""
 _MORE = "more"
 """Class of the columns that are shown on request only."""
 
@@ -132,3 +133,12 @@ def _quoted_row(row: Quoted) -> str:
     cells = "".join(mean + more * len(SUMMARIES) for mean in means)
     rest = f"{more * len(DRIFTS)}<td></td><td></td>{more}{more}"
     return f'<tr><td></td><th scope="row" class="name">{text(row.solver)}</th>{cells}{rest}</tr>'
+
+
+PROTOCOL = "one-step"
+"""The reading of the paper's tables that its figures agree with; it does not name a protocol."""
+
+
+def quoted(board: Board) -> tuple[Quoted, ...]:
+    """The paper's rows that stand at ``board``."""
+    return the_paper().select(board.split, board.tier) if board.protocol == PROTOCOL else ()

@@ -3,11 +3,23 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-
 from vbbench.dataset import Dataset
 from vbbench.errors import VbbenchError
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.result import Board, Result
+from collections.abc import Mapping
+import numpy as np
+from vbbench.arrays import IntArray
+from vbbench_leaderboards.results.result import Board, Result
+from collections.abc import Mapping
+from typing import Any
+import numpy as np
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.dataset import Dataset
+from vbbench.protocol import get_protocol
+from vbbench_leaderboards.results.result import Result
 
+# DOC """Which sequences of a split can be played: over all its errors, the best and the worst among them."""
+# DOC """The index of a split: which sequences, boards and solvers can be played, and how well each solver did."""
 Boards = Mapping[Board, tuple[Result, ...]]
 
 
@@ -66,3 +78,86 @@ def _check_same(dataset: Dataset, results: tuple[Result, ...]) -> None:
                 f"{dataset.folder} is dataset {dataset.info.id}, {result.path} is of {result.dataset}; "
                 "run 'vbbench leaderboard rerun' again, or build without --work"
             )
+
+
+_BOARDS = (("sequential", "noisy"), ("sequential", "ideal"))
+"""Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
+
+_METRIC = "dx"
+
+
+def choose_sequences(results: Mapping[Board, tuple[Result, ...]], count: int, available: int) -> IntArray:
+    """Numbers of at most ``count`` sequences, ascending, for all boards of a split.
+
+    They lie evenly over the order of the middle solver's Δx; the smallest and the largest are among them.
+
+    Parameters
+    ----------
+    results : the boards of one split.
+    count : how many are wanted.
+    available : number of sequences in the dataset.
+    """
+    result = _middle(results[_reference(results)])
+    own = result.per_sequence
+    usable = np.isfinite(own.figures[_METRIC]) & (own.sequence < available)
+    numbers, errors = own.sequence[usable], own.figures[_METRIC][usable]
+    ranked = numbers[np.lexsort((numbers, errors))]
+    places = np.unique(np.rint(np.linspace(0, len(ranked) - 1, min(count, len(ranked)))).astype(np.int64))
+    return np.sort(ranked[places])
+
+
+def _reference(results: Mapping[Board, tuple[Result, ...]]) -> Board:
+    boards = sorted(results)
+    for protocol, tier in _BOARDS:
+        found = [board for board in boards if (board.protocol, board.tier) == (protocol, tier) and results[board]]
+        if found:
+            return found[0]
+    return next(board for board in boards if results[board])
+
+
+def _middle(results: tuple[Result, ...]) -> Result:
+    """The result in the middle of the table; of two, the better."""
+    ranked = sorted(results, key=lambda result: (result.score["metrics"][_METRIC]["mean"], result.solver))
+    return ranked[(len(ranked) - 1) // 2]
+
+
+_METRICS = ("dx", "dt")
+_DIGITS = 4
+
+
+def split_index(playable: Playable, chosen: IntArray, pictures: Mapping[str, int]) -> dict[str, Any]:
+    """The index as the page gets it.
+
+    Parameters
+    ----------
+    playable : the split.
+    chosen : [S] numbers of its sequences.
+    pictures : sequence → how many pictures of it there are.
+    """
+    boards = {
+        f"{board.protocol}-{board.tier}": {
+            "tier": board.tier,
+            "given": get_protocol(board.protocol).given,
+            "solvers": {row.solver: _figures(row, chosen) for row in rows},
+        }
+        for board, rows in playable.boards.items()
+    }
+    dataset = next(iter(playable.datasets.values()))
+    return {"split": playable.split, **_facts(dataset, chosen), "pictures": dict(pictures), "boards": boards}
+
+
+def _facts(dataset: Dataset, chosen: IntArray) -> dict[str, list[int]]:
+    columns = {"sequences": "sequence", "frames": "frames", "people": "people"}
+    return {name: dataset.rows[column][chosen].tolist() for name, column in columns.items()}
+
+
+def _figures(result: Result, chosen: IntArray) -> dict[str, list[float | None]]:
+    """A solver's figures in the chosen sequences, None where it has none."""
+    own = result.per_sequence
+    place = np.searchsorted(own.sequence, chosen).clip(max=len(own.sequence) - 1)
+    there = own.sequence[place] == chosen
+    return {name: _rounded(np.where(there, own.figures[name][place], np.nan)) for name in _METRICS}
+
+
+def _rounded(values: FloatArray) -> list[float | None]:
+    return [round(float(value), _DIGITS) if np.isfinite(value) else None for value in values]

@@ -12,12 +12,12 @@ from vbbench.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench.submitted import SubmittedEstimates
 from vbbench.tables import write_text_atomically
-from vbbench_leaderboards.player.choice import choose_sequences
+from vbbench_leaderboards.player.playable import choose_sequences
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.index import split_index
+from vbbench_leaderboards.player.playable import split_index
 from vbbench_leaderboards.player.pictures import copy_pictures, make_pictures
 from vbbench_leaderboards.player.playable import Boards, Playable, find_playable, submission_folder
-from vbbench_leaderboards.result import Board
+from vbbench_leaderboards.results.result import Board
 
 FOLDER = Path("data", "player")
 """Where the data lie in a site."""

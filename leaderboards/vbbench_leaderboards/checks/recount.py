@@ -13,8 +13,8 @@ from vbbench.arrays import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scorecard import DRIFTS, METRICS, ON_PEOPLE
 from vbbench.statistics import known, summarise
-from vbbench_leaderboards.dataset_record import BoardDataset
-from vbbench_leaderboards.result import Result
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.result import Result
 
 TOLERANCE = 1e-6
 _LISTED = 5

@@ -2,23 +2,26 @@
 
 import re
 from pathlib import Path
-
 from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
 from vbbench.scoring import score
 from vbbench.submission import SubmissionInfo
 from vbbench.tables import file_sha256, write_text_atomically
-from vbbench_leaderboards.dataset_record import (
+from vbbench_leaderboards.results.dataset_record import (
     BoardDataset,
     check_same_dataset,
     read_dataset,
     record_path,
     write_dataset,
 )
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.result_file import result_text
-from vbbench_leaderboards.results_folder import published_results
+from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.result import result_text
+from vbbench_leaderboards.results.folder import published_results
+from pathlib import Path
+from vbbench.errors import VbbenchError
+from vbbench.tables import loose_files, write_text_atomically
 
+# DOC """A folder to begin a solver in: copies of the files that lie in ``template`` beside this module."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
 _LINK = re.compile(r"(https?://[^\s<>\"']{1,492})?")
 
@@ -113,3 +116,30 @@ def _checked_link(link: str) -> str:
     if not _LINK.fullmatch(link):
         raise VbbenchError(f"--link {link} is no address; give one that begins with https:// or http://")
     return link
+
+
+TEMPLATE = Path(__file__).parent / "template"
+
+
+def copy_template(out: Path | str) -> list[Path]:
+    """Copy the template into the folder ``out``, made if need be; return the paths of the copies.
+
+    Raises
+    ------
+    VbbenchError
+        If ``out`` is a file, a dataset or a submission, or a file of the template is there already.
+    """
+    out = Path(out)
+    texts = {path.name: path.read_text("utf-8") for path in sorted(TEMPLATE.iterdir()) if path.is_file()}
+    with loose_files(out):
+        there = [name for name, text in texts.items() if not _is_free(out / name, text)]
+        if there:
+            raise VbbenchError(f"{out / there[0]} exists and may be yours; choose another folder")
+        for name, text in texts.items():
+            write_text_atomically(out / name, text)
+    return [out / name for name in texts]
+
+
+def _is_free(path: Path, text: str) -> bool:
+    """Whether nothing is there, or the very copy, of a command that was stopped."""
+    return not path.exists() or (path.is_file() and path.read_bytes() == text.encode())

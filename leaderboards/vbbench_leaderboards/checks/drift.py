@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench_leaderboards.result import Result
+from vbbench_leaderboards.results.result import Result
 
 TOLERANCE = 1e-6
 """How far a figure may lie from the other, in m or rad, or in parts of it where it is larger than one."""

@@ -6,18 +6,18 @@ from pathlib import Path
 from typing import TypeVar
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset, record_path
-from vbbench_leaderboards.recount import count_faults, summary_faults
-from vbbench_leaderboards.rescoring import (
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
+from vbbench_leaderboards.checks.recount import count_faults, summary_faults
+from vbbench_leaderboards.checks.rescoring import (
     datasets_at_hand,
     record_faults,
     rescored,
     submissions_at_hand,
     unmatched,
 )
-from vbbench_leaderboards.result import Result
-from vbbench_leaderboards.result_file import read_result
-from vbbench_leaderboards.results_folder import (
+from vbbench_leaderboards.results.result import Result
+from vbbench_leaderboards.results.result import read_result
+from vbbench_leaderboards.results.folder import (
     Records,
     check_place,
     check_record_place,

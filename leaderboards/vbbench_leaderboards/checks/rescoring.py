@@ -12,10 +12,10 @@ from vbbench.errors import VbbenchError
 from vbbench.parts import progress_bar
 from vbbench.scoring import score
 from vbbench.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench_leaderboards.adding import table_hashes
-from vbbench_leaderboards.dataset_record import BoardDataset
-from vbbench_leaderboards.drift import drift
-from vbbench_leaderboards.result import Result
+from vbbench_leaderboards.submitting import table_hashes
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.checks.drift import drift
+from vbbench_leaderboards.results.result import Result
 
 
 def datasets_at_hand(work: Path | None, named: Sequence[Path]) -> dict[str, Path]:

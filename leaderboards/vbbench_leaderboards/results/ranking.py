@@ -15,7 +15,7 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.scorecard import DRIFTS, METRICS
 from vbbench.statistics import RESAMPLES, bootstrap_means, two_sided_p
-from vbbench_leaderboards.result import Result
+from vbbench_leaderboards.results.result import Result
 
 LEVEL = 0.05
 RANKED = (*METRICS, *DRIFTS)

@@ -18,9 +18,9 @@ from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scored_rows import scored_rows
 from vbbench.truth_rows import NOBODY, TruthRows
-from vbbench_leaderboards.block import decode, encode, whole_columns
-from vbbench_leaderboards.json_file import read_object, write_object
-from vbbench_leaderboards.result import FORMAT_VERSION
+from vbbench_leaderboards.results.sealed_json import decode, encode, whole_columns
+from vbbench_leaderboards.results.sealed_json import read_object, write_object
+from vbbench_leaderboards.results.result import FORMAT_VERSION
 
 SCHEMA = "dataset"
 

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vbbench.errors import FileError
-from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.result_file import read_result
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset
+from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.result import read_result
 
 Records = dict[tuple[str, str], BoardDataset]
 
