@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vbbench_leaderboards.charts.svg import axis_over, short
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
-from vbbench_leaderboards.charts.svg import Series
+from vbbench_leaderboards.charts.svg import Series, axis_over, short
 from vbbench_leaderboards.charts.task import task_drawing
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -19,9 +19,8 @@ from vbbench.solving import solve
 from vbbench_leaderboards.checks.checking import check
 from vbbench_leaderboards.checks.drift import drift
 from vbbench_leaderboards.checks.rerunning import SPLITS, Rerun, bundled_solvers
-from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.result import read_result, write_result
 from vbbench_leaderboards.results.folder import published_results
+from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 SEQUENCES = 40
 """Sequences of Hotel that are solved again; what comes after them does not change them."""
@@ -42,7 +41,7 @@ def test_hotel_scores_as_committed(
     dataset = request.getfixturevalue("hotel")
     own = score(solve(dataset, solver, protocol, tmp_path / "answers"), dataset.folder).per_sequence
     board = Board(split="hotel", tier="ideal", protocol=protocol)
-    kept = read_result(published_results() / board.folder / f"{solver}.json").per_sequence
+    kept = read_result(published_results() / board.key / f"{solver}.json").per_sequence
     rows = np.isin(kept.sequence, own.sequence)
     assert len(own.sequence) == rows.sum() > SEQUENCES // 2
     for name, values in own.figures.items():
@@ -58,7 +57,7 @@ def test_every_bundled_solver_has_its_results() -> None:
         Board(split=split, tier=tier, protocol=protocol)
         for split, tier, protocol in itertools.product(SPLITS, TIERS, PROTOCOLS)
     ]
-    wanted = [board.folder / f"{solver}.json" for board, solver in itertools.product(boards, bundled_solvers())]
+    wanted = [board.key / f"{solver}.json" for board, solver in itertools.product(boards, bundled_solvers())]
     missing = [str(path) for path in wanted if not (published_results() / path).is_file()]
     assert not missing, "write them with make leaderboard"
     assert all((published_results() / path).stat().st_size < 40_000 for path in wanted)

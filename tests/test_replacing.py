@@ -21,8 +21,8 @@ from vbbench.replacing import is_temporary, replacing
 from vbbench.solving import solve
 from vbbench.tables import write_bytes_atomically, write_text_atomically
 from vbbench.video import write_png_folder
-from vbbench_leaderboards.submitting import add
 from vbbench_leaderboards.checks.checking import check
+from vbbench_leaderboards.submitting import add
 
 
 @pytest.fixture(scope="module")

@@ -1,27 +1,20 @@
-"""Adds a submission to the leaderboard: scored, checked against the board's dataset, written as one file."""
+"""What a submitter needs: a folder to begin a solver in, and adding a submission to the leaderboard."""
 
 import re
 from pathlib import Path
+
 from vbbench.dataset import Dataset
 from vbbench.errors import FileError, VbbenchError
 from vbbench.scoring import score
 from vbbench.submission import SubmissionInfo
-from vbbench.tables import file_sha256, write_text_atomically
-from vbbench_leaderboards.results.dataset_record import (
-    BoardDataset,
-    check_same_dataset,
-    read_dataset,
-    record_path,
-    write_dataset,
-)
-from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.result import result_text
+from vbbench.tables import file_sha256, loose_files, write_text_atomically
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.results.folder import published_results
-from pathlib import Path
-from vbbench.errors import VbbenchError
-from vbbench.tables import loose_files, write_text_atomically
+from vbbench_leaderboards.results.result import Board, Result, write_result
 
-# DOC """A folder to begin a solver in: copies of the files that lie in ``template`` beside this module."""
+TEMPLATE = Path(__file__).parent / "template"
+"""The files that `copy_template` copies."""
+
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
 _LINK = re.compile(r"(https?://[^\s<>\"']{1,492})?")
 
@@ -48,28 +41,33 @@ def add(
         cannot be a file's.
     """
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
-    solver, link = _checked_name(name or info.solver), _checked_link(link)
+    solver = name or info.solver
+    if not _NAME.fullmatch(solver):
+        raise VbbenchError(
+            f"'{solver}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
+            "digits and . _ + -, beginning with a letter or digit"
+        )
+    if not _LINK.fullmatch(link):
+        raise VbbenchError(f"--link {link} is not an address; give one that begins with https:// or http://")
     if info.dataset != opened.info.id:
         raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
-    record = board_dataset(opened, results)
-    if record is not None:
-        check_same_dataset(record, opened.info.id, dataset)
-        check_same_dataset(record, info.dataset, submission)
+    record = _record_of(opened, results)
+    if record is not None and record.id != info.dataset:
+        raise VbbenchError(
+            f"{dataset} is dataset {info.dataset}, the boards of {record.split} {record.tier} hold results on "
+            f"{record.id} alone; {record.advice}"
+        )
     board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
-    path = results / board.folder / f"{solver}.json"
+    path = results / board.key / f"{solver}.json"
     if path.exists() and not overwrite:
         raise VbbenchError(f"{path} exists; add --overwrite to replace it, or give another --name")
-    check_sums(opened)
+    _check_sums(opened)
     judged = score(submission, dataset, truth)
-    result = Result.of(judged, table_hashes(submission), name=solver, reference=reference, link=link)
-    text = result_text(result, results)
-    if not (results / record_path(opened.info.split, opened.info.tier)).is_file():
-        write_dataset(record or BoardDataset.of(opened), results)  # first: no result is without its record
-    write_text_atomically(path, text)
-    return path
+    result = Result.of(judged, submission, name=solver, reference=reference, link=link)
+    return write_result(result, results, record or BoardDataset.of(opened))
 
 
-def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:
+def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
     """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none.
 
     A dataset whose truth is withheld is a challenge of its own, not one of the published boards.
@@ -80,7 +78,7 @@ def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:
     return None if place is None else read_dataset(place / path)
 
 
-def check_sums(dataset: Dataset) -> None:
+def _check_sums(dataset: Dataset) -> None:
     """Check that every table, the truth's too, has the SHA-256 that ``dataset.json`` publishes.
 
     Raises
@@ -95,30 +93,6 @@ def check_sums(dataset: Dataset) -> None:
             raise FileError(path, f"the file is missing{where or '; generate the dataset again'}")
         if file_sha256(path) != facts["sha256"]:
             raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")
-
-
-def table_hashes(submission: Path) -> dict[str, str]:
-    """File name → SHA-256 of a submission's tables."""
-    names = (f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
-    return {name: file_sha256(submission / name) for name in names if (submission / name).is_file()}
-
-
-def _checked_name(name: str) -> str:
-    if not _NAME.fullmatch(name):
-        raise VbbenchError(
-            f"'{name}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
-            "digits and . _ + -, beginning with a letter or digit"
-        )
-    return name
-
-
-def _checked_link(link: str) -> str:
-    if not _LINK.fullmatch(link):
-        raise VbbenchError(f"--link {link} is no address; give one that begins with https:// or http://")
-    return link
-
-
-TEMPLATE = Path(__file__).parent / "template"
 
 
 def copy_template(out: Path | str) -> list[Path]:

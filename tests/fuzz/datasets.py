@@ -27,8 +27,8 @@ from vbbench.json_text import canonical_digest
 from vbbench.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
 from vbbench.scoring import score
 from vbbench.verification import verify
-from vbbench_leaderboards.results.sealed_json import digest
 from vbbench_leaderboards.results.folder import read_results
+from vbbench_leaderboards.results.sealed_json import digest
 
 SMALL = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3)
 TRACKED = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3, tier="tracked")

@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from vbbench_leaderboards.charts.svg import Axis, axis_over, short
-from vbbench_leaderboards.charts.svg import Series, clip, figure, label, line, mark
+from vbbench_leaderboards.charts.svg import Axis, Series, axis_over, clip, figure, label, line, mark, short
 
 _WIDTH, _HEIGHT = 460, 330
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 18, 30, 46

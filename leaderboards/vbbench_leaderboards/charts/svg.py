@@ -1,13 +1,15 @@
-"""The pieces that charts share: the frame with its title, texts, and series that keyboards reach."""
+"""The pieces that charts share: the frame with its title, axes, texts, and series that keyboards reach."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
-# DOC """Axes: where a value lies, and which ticks are drawn."""
+_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
+_HEAVY_TAILED = 20.0
+"""Largest over smallest value from which a logarithmic axis is drawn."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Series:
     """Whose a mark is: a solver, with the number of its colour."""
@@ -55,11 +57,6 @@ def number(value: float) -> str:
 def clip(text: str, most: int) -> str:
     """A name that is too long, cut with an ellipsis."""
     return text if len(text) <= most else text[: most - 1] + "…"
-
-
-_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
-_HEAVY_TAILED = 20.0
-"""Largest over smallest value from which a logarithmic axis is drawn."""
 
 
 @dataclass(frozen=True, kw_only=True)

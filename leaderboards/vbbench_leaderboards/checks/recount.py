@@ -14,7 +14,7 @@ from vbbench.protocol import get_protocol
 from vbbench.scorecard import DRIFTS, METRICS, ON_PEOPLE
 from vbbench.statistics import known, summarise
 from vbbench_leaderboards.results.dataset_record import BoardDataset
-from vbbench_leaderboards.results.result import Result
+from vbbench_leaderboards.results.result import FIGURES, Result
 
 TOLERANCE = 1e-6
 _LISTED = 5
@@ -46,7 +46,7 @@ def summary_faults(results: Iterable[Result]) -> Iterator[tuple[Result, str]]:
         }
         fresh = summarise(columns, columns)
         for number, result in enumerate(group):
-            for name in (*METRICS, *DRIFTS):
+            for name in FIGURES:
                 part = "metrics" if name in METRICS else "drift"
                 for fault in _wrong(result.score[part][name], fresh[f"{number} {name}"].to_dict(), result, name):
                     yield result, f"$.score.{part}.{name}.{fault}"

@@ -1,35 +1,28 @@
 """Makes every published result again: datasets, submissions, scores; and says what drifted."""
 
+import hashlib
 import itertools
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
+
+from vbbench import __version__
 from vbbench.dataset import Dataset
 from vbbench.errors import FileError, SourceMissingError
 from vbbench.generation import generate
 from vbbench.generator import Options, Tier
 from vbbench.protocol import PROTOCOLS
-from vbbench.registry import load, registered
+from vbbench.registry import Kind, load, registered
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.submitting import table_hashes
-from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path, write_dataset
-from vbbench_leaderboards.checks.drift import drift
-from vbbench_leaderboards.checks.rescoring import record_faults
-from vbbench_leaderboards.results.result import Result
-from vbbench_leaderboards.results.result import read_result, write_result
-import hashlib
-from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
-from vbbench import __version__
-from vbbench.registry import Kind, registered
 from vbbench.tables import file_sha256, write_text_atomically
-
-# DOC """By which code a folder was made: a note beside it, so that only what is up to date is used again."""
-SPLITS = ("hotel", "sim", "eth", "eth-15fps", "students", "students-resampled")
-"""Splits that results are published of."""
+from vbbench_leaderboards.checks.drift import drift, record_faults
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path, write_dataset
+from vbbench_leaderboards.results.folder import SPLITS, dataset_folder, submission_folder
+from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 REFERENCES = {
     "cv": "Constant-velocity extrapolation, bundled with vbbench (baseline CV of arXiv 2111.05060)",
@@ -60,7 +53,7 @@ class Outcome:
 
     @property
     def text(self) -> str:
-        """A line, and one for each thing that drifted."""
+        """One line, and one more for each thing that drifted."""
         state = "as committed" if not self.found else "written anew" if self.updated else "drifted"
         return "\n  ".join([f"{self.path}: {state}", *self.found])
 
@@ -111,24 +104,26 @@ class Rerun:
 
     def dataset(self, split: str, tier: Tier) -> Dataset:
         """The dataset of a split's boards: its own camera, seed 0."""
-        folder, code = self.work / "datasets" / f"{split}-{tier}", code_of("generator", split)
-        if self.fresh or not is_made_by(code, folder):
-            load("generator", split)
-            forget(folder)
-            generate(split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)
-            note_code(code, folder)
+        folder = dataset_folder(self.work, split, tier)
+        make = partial(generate, split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)
+        self._make(folder, code_of("generator", split), make)
         return Dataset(folder)
 
     def submission(self, dataset: Dataset, protocol: str, solver: str) -> Path:
         """A solver's submission."""
-        info = dataset.info
-        folder = self.work / "submissions" / info.split / f"{protocol}-{info.tier}" / solver
-        code = f"{code_of('solver', solver)} {info.id}"
-        if self.fresh or not is_made_by(code, folder):
-            forget(folder)
-            solve(dataset, solver, protocol, folder, jobs=self.jobs, overwrite=True)
-            note_code(code, folder)
+        board = Board(split=dataset.info.split, tier=dataset.info.tier, protocol=protocol)
+        folder = submission_folder(self.work, board, solver)
+        make = partial(solve, dataset, solver, protocol, folder, jobs=self.jobs, overwrite=True)
+        self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}", make)
         return folder
+
+    def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
+        """Make a folder, unless the note beside it names that code, and every file is as it was then."""
+        note = folder.with_name(folder.name + ".made-by")
+        if self.fresh or not (note.is_file() and note.read_text("utf-8") == _note_text(code, folder)):
+            note.unlink(missing_ok=True)  # what is made next is not up to date before it is whole
+            make()
+            write_text_atomically(note, _note_text(code, folder))
 
     def _record(self, dataset: Dataset) -> Outcome:
         path = record_path(dataset.info.split, dataset.info.tier)
@@ -141,7 +136,7 @@ class Rerun:
     def _result(self, dataset: Dataset, protocol: str, solver: str) -> Outcome:
         folder = self.submission(dataset, protocol, solver)
         judged = score(folder, dataset.folder)
-        fresh = Result.of(judged, table_hashes(folder), name=solver, reference=REFERENCES.get(solver, ""))
+        fresh = Result.of(judged, folder, name=solver, reference=REFERENCES.get(solver, ""))
         kept = self.results / fresh.path
         found = _held_against(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
         if found and self.update:
@@ -171,27 +166,7 @@ def code_of(kind: Kind, name: str) -> str:
     return f"{__version__} {_hash_of_source('vbbench')[:16]} {_hash_of_source(module)[:16]}"
 
 
-def is_made_by(code: str, folder: Path) -> bool:
-    """Whether the note beside ``folder`` names that code, and every file is as it was then."""
-    note = _note(folder)
-    return note.is_file() and note.read_text("utf-8") == _text(code, folder)
-
-
-def note_code(code: str, folder: Path) -> None:
-    """Write the note beside ``folder``."""
-    write_text_atomically(_note(folder), _text(code, folder))
-
-
-def forget(folder: Path) -> None:
-    """Remove the note: what is made next is not up to date before it is whole."""
-    _note(folder).unlink(missing_ok=True)
-
-
-def _note(folder: Path) -> Path:
-    return folder.with_name(folder.name + ".made-by")
-
-
-def _text(code: str, folder: Path) -> str:
+def _note_text(code: str, folder: Path) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return "".join([f"{code}\n", *(f"{file_sha256(path)}  {path.relative_to(folder)}\n" for path in files)])
 

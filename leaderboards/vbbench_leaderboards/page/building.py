@@ -1,27 +1,24 @@
-"""Builds the site from a folder of results: whole, or not at all."""
+"""Builds the site from folders of results: whole, or not at all."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
+
 from vbbench import __version__
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.work_folder import WorkFolder
-from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.player.writing import Films, write_player
-from vbbench_leaderboards.results.ranking import rank
-from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.folder import Records, read_datasets, read_results
-import json
-from collections.abc import Iterator
-from importlib.resources import files
-from typing import Any
+from vbbench_leaderboards.markup import provided
 from vbbench_leaderboards.page.board import board_html
 from vbbench_leaderboards.page.front import front_page
-from vbbench_leaderboards.page.site import Site, key
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.player.writing import Films, write_player
+from vbbench_leaderboards.results.folder import read_datasets, read_results
+from vbbench_leaderboards.results.ranking import rank
 from vbbench_leaderboards.results.result import Board
 
-# DOC """Every file of the site but the player's, as text by its path."""
 MARKER = ".vbbench-site"
 """File that tells a site that was built here from a folder that must not be touched."""
 
@@ -41,7 +38,7 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     VbbenchError
         If ``out`` is there and no site, or if there are no results that can be used.
     """
-    with WorkFolder(out, partial(check_site, out)) as work:
+    with WorkFolder(out, partial(_check_site, out)) as work:
         unusable: list[FileError] = []
         records = read_datasets(*results, unusable=unusable)
         found = read_results(*results, records=records, unusable=unusable)
@@ -53,51 +50,33 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
         work.begin()
         work.new.mkdir()
         (work.new / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
-        site = _write(work.new, found, records, films)
+        site = Site(
+            results=found,
+            datasets=records,
+            rankings={board: rank(rows) for board, rows in found.items()},
+            playable=write_player(work.new, found, films),
+        )
+        for name, text in site_files(site):
+            path = work.new / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8", newline="\n")
         work.publish()
     return site
 
 
-def check_site(folder: Path) -> None:
-    """Raise VbbenchError if ``folder`` is there and was not made by `build`."""
-    if folder.exists() and not (folder / MARKER).is_file():
-        raise VbbenchError(f"{folder} exists and is no site of 'vbbench leaderboard build'; choose another --out")
-
-
-def _write(draft: Path, found: Mapping[Board, tuple[Result, ...]], records: Records, films: Films | None) -> Site:
-    site = Site(
-        results=found,
-        datasets=records,
-        rankings={board: rank(rows) for board, rows in found.items()},
-        playable=write_player(draft, found, films),
-    )
-    for name, text in site_files(site):
-        path = draft / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
-    return site
-
-
 def site_files(site: Site) -> Iterator[tuple[str, str]]:
-    """Path below the site's folder, and text, of every file."""
+    """Path below the site's folder, and text, of every file but the player's."""
     yield "index.html", front_page(site)
     for asset in files("vbbench_leaderboards.page").joinpath("assets").iterdir():
         yield f"assets/{asset.name}", asset.read_text("utf-8")
     for board in site.boards:
-        yield f"data/{key(board)}.js", provided(key(board), _board(site, board))
-
-
-def provided(name: str, value: Any) -> str:
-    """A data file: one call, harmless even if it were pasted into a page."""
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    separators = text.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    return f"vbbench.provide({json.dumps(name)},{separators});\n"
+        yield f"data/{board.key}.js", provided(board.key, _board(site, board))
 
 
 def _board(site: Site, board: Board) -> dict[str, Any]:
     """What the scripts need to know of a board; the player is handed this too."""
     return {
-        "key": key(board),
+        "key": board.key,
         "split": board.split,
         "protocol": board.protocol,
         "tier": board.tier,
@@ -107,3 +86,9 @@ def _board(site: Site, board: Board) -> dict[str, Any]:
         "playable": list(site.playable.get(board, ())),
         "html": board_html(site, board),
     }
+
+
+def _check_site(folder: Path) -> None:
+    """Raise VbbenchError if ``folder`` is there and was not made by `build`."""
+    if folder.exists() and not (folder / MARKER).is_file():
+        raise VbbenchError(f"{folder} exists and is not a site of 'vbbench leaderboard build'; choose another --out")

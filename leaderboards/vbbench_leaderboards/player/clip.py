@@ -1,27 +1,24 @@
 """A sequence, and what a solver says of it, as the page's player gets them.
 
 Millimetres, tenths of a pixel and tenths of a milliradian, counted from a whole metre near the observer's start; in
-long sequences with many people some of these at a time, so that files stay small.
+long sequences with many people some of these at a time, so that files stay small. They are whole numbers as short
+text: differences, zig-zag, bytes of seven bits, deflated, base64. The player's ``scripts/data.js`` reads what is
+written here; tests hold the two against one another.
 """
 
-from collections.abc import Callable
+import base64
+import zlib
+from collections.abc import Callable, Iterable
 from typing import Any
+
 import numpy as np
-from vbbench.arrays import FloatArray, IntArray
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
 from vbbench.geometry import wrap_angle
 from vbbench.sequence import Sequence, Truth
-import base64
-import zlib
-from collections.abc import Iterable
-import numpy as np
-from vbbench.arrays import BoolArray, FloatArray, IntArray
 
-# DOC """Whole numbers as short text: differences, zig-zag, bytes of seven bits, deflated, base64.
-# DOC 
-# DOC The page's ``assets/data.js`` reads what is written here; tests hold the two against one another.
-# DOC """
 POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
 """Quanta of poses (m, m, rad), of places (m) and of boxes (px)."""
 
@@ -36,6 +33,12 @@ _SMOOTH = 2
 
 _ORDERS = (0, 1, 2)
 
+LARGEST = 100_000_000
+"""Quanta beyond which a number is cut off, so that the page can count in 32 bits; 100 km in mm."""
+
+_MOST_BYTES = 5
+_LEVEL = 9
+
 
 def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> dict[str, Any]:
     """What is published of a sequence, and its truth.
@@ -45,7 +48,7 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
     """
 
     def columns(coarse: int) -> list[IntArray]:
-        poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
+        poses, positions = _true_quanta(truth, coarse)
         boxes = quantise(sequence.observations, PIXEL * coarse)
         told = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
         return [*masks, *(differences(values, present, _SMOOTH) for values, present in told)]
@@ -92,7 +95,7 @@ def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_c
 
 def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, FloatArray]:
     """The estimate less the truth as the page reads it: [T, 3] and [T, K, 2]."""
-    poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
+    poses, positions = _true_quanta(truth, coarse)
     pose_error = estimate.poses - _origin(truth) - poses * (POSE * coarse)
     pose_error[:, 2] = wrap_angle(pose_error[:, 2])
     return pose_error, estimate.positions - _origin(truth)[:2] - positions * (METRE * coarse)
@@ -101,6 +104,10 @@ def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, 
 def _origin(truth: Truth) -> FloatArray:
     """A pose at whole metres near the start, so that places far from a map's origin are small numbers, too."""
     return np.append(np.rint(truth.poses[0, :2]), 0.0)
+
+
+def _true_quanta(truth: Truth, coarse: int) -> tuple[IntArray, IntArray]:
+    return _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
 
 
 def _quanta(poses: FloatArray, positions: FloatArray, coarse: int) -> tuple[IntArray, IntArray]:
@@ -119,13 +126,6 @@ def _packed(columns: Callable[[int], list[IntArray]], size: int) -> dict[str, An
 def _bits(columns: list[IntArray]) -> float:
     """About how many bits the numbers need."""
     return float(sum(np.log2(1.0 + 2.0 * np.abs(column)).sum() for column in columns))
-
-
-LARGEST = 100_000_000
-"""Quanta beyond which a number is cut off, so that the page can count in 32 bits; 100 km in mm."""
-
-_MOST_BYTES = 5
-_LEVEL = 9
 
 
 def quantise(values: FloatArray, quantum: float | FloatArray) -> IntArray:

@@ -1,26 +1,27 @@
-"""What can be played: the splits whose datasets and submissions lie in a work folder."""
+"""What can be played: the splits that lie in a work folder, which of their sequences, and the index that says so."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from vbbench.dataset import Dataset
-from vbbench.errors import VbbenchError
-from vbbench_leaderboards.results.result import Board, Result
-from collections.abc import Mapping
-import numpy as np
-from vbbench.arrays import IntArray
-from vbbench_leaderboards.results.result import Board, Result
-from collections.abc import Mapping
 from typing import Any
+
 import numpy as np
+
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.dataset import Dataset
+from vbbench.dataset_info import INFO_FILE
+from vbbench.errors import VbbenchError
 from vbbench.protocol import get_protocol
-from vbbench_leaderboards.results.result import Result
+from vbbench.submission import SUBMISSION_FILE
+from vbbench_leaderboards.results.folder import Boards, dataset_folder, submission_folder
+from vbbench_leaderboards.results.result import Board, Result
 
-# DOC """Which sequences of a split can be played: over all its errors, the best and the worst among them."""
-# DOC """The index of a split: which sequences, boards and solvers can be played, and how well each solver did."""
-Boards = Mapping[Board, tuple[Result, ...]]
+_REFERENCES = (("sequential", "noisy"), ("sequential", "ideal"))
+"""Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
+
+_CHOSEN_BY = "dx"
+_INDEXED = ("dx", "dt")
+_DIGITS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,11 +40,6 @@ class Playable:
     datasets: Mapping[str, Dataset]
 
 
-def submission_folder(work: Path, result: Result) -> Path:
-    """Where the submission of a result lies in the work folder of ``vbbench leaderboard rerun``."""
-    return work / "submissions" / result.board.folder / result.solver
-
-
 def find_playable(work: Path, boards: Boards) -> Iterator[Playable]:
     """The splits of which something can be played.
 
@@ -56,7 +52,7 @@ def find_playable(work: Path, boards: Boards) -> Iterator[Playable]:
         datasets: dict[str, Dataset] = {}
         kept: dict[Board, tuple[Result, ...]] = {}
         for board in sorted(board for board in boards if board.split == split):
-            there = tuple(row for row in boards[board] if (submission_folder(work, row) / "submission.json").is_file())
+            there = tuple(row for row in boards[board] if _has_submission(work, row))
             dataset = datasets.get(board.tier) or _opened(work, board)
             if dataset is not None and there:
                 _check_same(dataset, there)
@@ -65,9 +61,13 @@ def find_playable(work: Path, boards: Boards) -> Iterator[Playable]:
             yield Playable(split=split, boards=kept, datasets=datasets)
 
 
+def _has_submission(work: Path, result: Result) -> bool:
+    return (submission_folder(work, result.board, result.solver) / SUBMISSION_FILE).is_file()
+
+
 def _opened(work: Path, board: Board) -> Dataset | None:
-    folder = work / "datasets" / f"{board.split}-{board.tier}"
-    dataset = Dataset(folder) if (folder / "dataset.json").is_file() else None
+    folder = dataset_folder(work, board.split, board.tier)
+    dataset = Dataset(folder) if (folder / INFO_FILE).is_file() else None
     return dataset if dataset is not None and dataset.has_truth else None
 
 
@@ -80,13 +80,7 @@ def _check_same(dataset: Dataset, results: tuple[Result, ...]) -> None:
             )
 
 
-_BOARDS = (("sequential", "noisy"), ("sequential", "ideal"))
-"""Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
-
-_METRIC = "dx"
-
-
-def choose_sequences(results: Mapping[Board, tuple[Result, ...]], count: int, available: int) -> IntArray:
+def choose_sequences(results: Boards, count: int, available: int) -> IntArray:
     """Numbers of at most ``count`` sequences, ascending, for all boards of a split.
 
     They lie evenly over the order of the middle solver's Δx; the smallest and the largest are among them.
@@ -99,16 +93,16 @@ def choose_sequences(results: Mapping[Board, tuple[Result, ...]], count: int, av
     """
     result = _middle(results[_reference(results)])
     own = result.per_sequence
-    usable = np.isfinite(own.figures[_METRIC]) & (own.sequence < available)
-    numbers, errors = own.sequence[usable], own.figures[_METRIC][usable]
+    usable = np.isfinite(own.figures[_CHOSEN_BY]) & (own.sequence < available)
+    numbers, errors = own.sequence[usable], own.figures[_CHOSEN_BY][usable]
     ranked = numbers[np.lexsort((numbers, errors))]
     places = np.unique(np.rint(np.linspace(0, len(ranked) - 1, min(count, len(ranked)))).astype(np.int64))
     return np.sort(ranked[places])
 
 
-def _reference(results: Mapping[Board, tuple[Result, ...]]) -> Board:
+def _reference(results: Boards) -> Board:
     boards = sorted(results)
-    for protocol, tier in _BOARDS:
+    for protocol, tier in _REFERENCES:
         found = [board for board in boards if (board.protocol, board.tier) == (protocol, tier) and results[board]]
         if found:
             return found[0]
@@ -117,12 +111,8 @@ def _reference(results: Mapping[Board, tuple[Result, ...]]) -> Board:
 
 def _middle(results: tuple[Result, ...]) -> Result:
     """The result in the middle of the table; of two, the better."""
-    ranked = sorted(results, key=lambda result: (result.score["metrics"][_METRIC]["mean"], result.solver))
+    ranked = sorted(results, key=lambda result: (result.score["metrics"][_CHOSEN_BY]["mean"], result.solver))
     return ranked[(len(ranked) - 1) // 2]
-
-
-_METRICS = ("dx", "dt")
-_DIGITS = 4
 
 
 def split_index(playable: Playable, chosen: IntArray, pictures: Mapping[str, int]) -> dict[str, Any]:
@@ -156,7 +146,7 @@ def _figures(result: Result, chosen: IntArray) -> dict[str, list[float | None]]:
     own = result.per_sequence
     place = np.searchsorted(own.sequence, chosen).clip(max=len(own.sequence) - 1)
     there = own.sequence[place] == chosen
-    return {name: _rounded(np.where(there, own.figures[name][place], np.nan)) for name in _METRICS}
+    return {name: _rounded(np.where(there, own.figures[name][place], np.nan)) for name in _INDEXED}
 
 
 def _rounded(values: FloatArray) -> list[float | None]:

@@ -7,19 +7,34 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand be
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-from vbbench import __version__
-from vbbench.scorecard import PerSequence, Score
-from pathlib import Path
+
 import numpy as np
+
+from vbbench import __version__
 from vbbench.errors import FileError
 from vbbench.estimate import LARGEST
 from vbbench.protocol import get_protocol
-from vbbench.scorecard import DRIFTS, METRICS, PerSequence
-from vbbench_leaderboards.results.sealed_json import Block, decode, encode, whole_columns
-from vbbench_leaderboards.results.sealed_json import Values, object_text, read_object, write_object
+from vbbench.scorecard import DRIFTS, METRICS, PerSequence, Score
+from vbbench.tables import file_sha256, write_text_atomically
+from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
+from vbbench_leaderboards.results.sealed_json import (
+    FORMAT_VERSION,
+    Block,
+    Values,
+    decode,
+    encode,
+    read_object,
+    sealed_text,
+    whole_columns,
+)
 
-# DOC """Result files: one JSON a result, ``SPLIT/PROTOCOL-TIER/SOLVER.json`` below the folder of results."""
-FORMAT_VERSION = 1
+SCHEMA = "result"
+COUNTS = ("sequence", "frames", "positions", "posed", "placed")
+FIGURES = (*METRICS, *DRIFTS)
+"""What a result tells of each sequence, and boards are ranked by."""
+
+LARGEST_FIGURE = 10 * LARGEST
+"""No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -31,9 +46,9 @@ class Board:
     protocol: str
 
     @property
-    def folder(self) -> Path:
-        """Where its result files lie below the folder of results."""
-        return Path(self.split, f"{self.protocol}-{self.tier}")
+    def key(self) -> str:
+        """``SPLIT/PROTOCOL-TIER``: in addresses, and where its result files lie below the folder of results."""
+        return f"{self.split}/{self.protocol}-{self.tier}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,19 +86,12 @@ class Result:
     @property
     def path(self) -> Path:
         """Where its file lies below the folder of results."""
-        return self.board.folder / f"{self.solver}.json"
-
-    @property
-    def protocol_id(self) -> str:
-        """Name and version of the protocol, as printed with every score."""
-        return f"{self.board.protocol}/{self.score['protocol_version']}"
+        return Path(self.board.key, f"{self.solver}.json")
 
     @staticmethod
-    def of(
-        score: Score, submission: dict[str, str], *, name: str = "", reference: str = "", link: str = ""
-    ) -> "Result":
-        """The result that a score makes; ``name`` and ``reference`` replace what the submission declares."""
-        info, data = score.info, score.dataset
+    def of(score: Score, submission: Path, *, name: str = "", reference: str = "", link: str = "") -> "Result":
+        """The result that the score of a submission makes; ``name`` and ``reference`` replace what that declares."""
+        info, data, own = score.info, score.dataset, score.per_sequence
         solver = name or info.solver
         return Result(
             board=Board(split=data.split, tier=data.tier, protocol=score.protocol.name),
@@ -96,22 +104,10 @@ class Result:
             seed=data.seed,
             package_version=__version__,
             hardware=info.hardware,
-            submission=submission,
+            submission=table_hashes(submission),
             score={**score.values(), "solver": solver},
-            per_sequence=_to_float32(score.per_sequence),
+            per_sequence=replace(own, figures={n: v.astype("f4").astype("f8") for n, v in own.figures.items()}),
         )
-
-
-def _to_float32(own: PerSequence) -> PerSequence:
-    """The figures as their file will hold them."""
-    return replace(own, figures={name: values.astype("f4").astype("f8") for name, values in own.figures.items()})
-
-
-SCHEMA = "result"
-COUNTS = ("sequence", "frames", "positions", "posed", "placed")
-FIGURES = (*METRICS, *DRIFTS)
-LARGEST_FIGURE = 10 * LARGEST
-"""No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
 
 
 def read_result(path: Path) -> Result:
@@ -129,23 +125,48 @@ def read_result(path: Path) -> Result:
         raise FileError(
             path, f"$.protocol: is {values['protocol']}, this vbbench scores {known}; solve and add it anew"
         )
-    return _result(values, protocol, _per_sequence(values["per_sequence"], path))
+    solver, dataset = values["solver"], values["dataset"]
+    return Result(
+        board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),
+        solver=solver["name"],
+        version=solver["version"],
+        reference=solver["reference"],
+        link=solver["link"],
+        dataset=dataset["id"],
+        camera=dataset["camera"],
+        seed=dataset["seed"],
+        package_version=values["made_with"]["vbbench"],
+        hardware=values["made_with"]["hardware"],
+        submission=values["submission"],
+        score=values["score"],
+        per_sequence=_per_sequence(values["per_sequence"], path),
+    )
 
 
-def write_result(result: Result, results: Path) -> Path:
+def write_result(result: Result, results: Path, record: BoardDataset | None = None) -> Path:
     """Write the file of a result below the folder ``results``, whole or not at all, and return its path.
+
+    Parameters
+    ----------
+    record : of the board's dataset, written first where the folder has none: no result is without its record.
 
     Raises
     ------
     FileError
-        If the result does not keep to the schema.
+        If the result does not keep to the schema; nothing is written then.
     """
-    return write_object(_values(result), results / result.path, SCHEMA)
+    path = results / result.path
+    text = sealed_text(_values(result), path, SCHEMA)
+    if record is not None and not (results / record.path).is_file():
+        write_dataset(record, results)
+    write_text_atomically(path, text)
+    return path
 
 
-def result_text(result: Result, results: Path) -> str:
-    """The text that `write_result` writes; raises what that does."""
-    return object_text(_values(result), results / result.path, SCHEMA)
+def table_hashes(submission: Path) -> dict[str, str]:
+    """File name → SHA-256 of a submission's tables."""
+    names = (f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
+    return {name: file_sha256(submission / name) for name in names if (submission / name).is_file()}
 
 
 def _values(result: Result) -> Values:
@@ -166,31 +187,12 @@ def _values(result: Result) -> Values:
             "camera": result.camera,
             "seed": result.seed,
         },
-        "protocol": result.protocol_id,
+        "protocol": f"{board.protocol}/{result.score['protocol_version']}",
         "made_with": {"vbbench": result.package_version, "hardware": result.hardware},
         "submission": result.submission,
         "score": result.score,
         "per_sequence": encode(columns),
     }
-
-
-def _result(values: Values, protocol: str, per_sequence: PerSequence) -> Result:
-    solver, dataset = values["solver"], values["dataset"]
-    return Result(
-        board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),
-        solver=solver["name"],
-        version=solver["version"],
-        reference=solver["reference"],
-        link=solver["link"],
-        dataset=dataset["id"],
-        camera=dataset["camera"],
-        seed=dataset["seed"],
-        package_version=values["made_with"]["vbbench"],
-        hardware=values["made_with"]["hardware"],
-        submission=values["submission"],
-        score=values["score"],
-        per_sequence=per_sequence,
-    )
 
 
 def _per_sequence(block: Block, path: Path) -> PerSequence:

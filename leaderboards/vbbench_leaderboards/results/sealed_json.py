@@ -1,143 +1,32 @@
-"""JSON files of the leaderboard: read strictly, checked against a published schema, sealed by a digest."""
+"""JSON files of the leaderboard: checked against a published schema, sealed by a digest, with blocks of numbers.
 
+A block holds columns of numbers as text that is small. It is a JSON object: ``columns`` (names), ``rows`` (how many),
+``encoding`` (how to read it) and ``data``.
+"""
+
+import base64
+import binascii
+import hashlib
 import json
+import zlib
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vbbench.arrays import FloatArray, IntArray
 from vbbench.errors import FileError
 from vbbench.json_text import canonical_digest, read_json
-from vbbench.tables import write_text_atomically
+
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
     from jsonschema.exceptions import ValidationError
-import base64
-import binascii
-import hashlib
-import zlib
-from collections.abc import Iterable, Mapping
-from pathlib import Path
-from typing import Any
-import numpy as np
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.errors import FileError
 
-# DOC """Columns of numbers as text that is small: the compressed blocks of result files and dataset records.
-# DOC 
-# DOC A block is a JSON object: ``columns`` (names), ``rows`` (how many), ``encoding`` (how to read it) and ``data``.
-# DOC """
-_SHORT = 160
-"""Characters of a schema's complaint that are printed."""
-
-_DEEPEST = 3
-"""Objects in objects that are laid out by lines."""
-
-Values = dict[str, Any]
-
-
-def read_object(path: Path, schema: str) -> Values:
-    """The object in a JSON file that keeps to the schema called ``schema`` and to its digest.
-
-    Raises
-    ------
-    FileError
-        If it is missing, damaged, or does not keep to them; the first fault is named with its place in the file.
-    """
-    values = _parse(path)
-    _check(values, schema, path)
-    try:
-        fresh = digest(values)
-    except ValueError as error:
-        raise FileError(path, f"a block's data {error}; write the file again") from error
-    if values["digest"] != fresh:
-        raise FileError(
-            path, f"$.digest: is {values['digest']}, what stands here gives {fresh}; it was changed by hand"
-        )
-    return values
-
-
-def write_object(values: Values, path: Path, schema: str) -> Path:
-    """Write ``values`` with their digest, whole or not at all, and return the path.
-
-    Raises
-    ------
-    FileError
-        If they do not keep to the schema; nothing is written then.
-    """
-    write_text_atomically(path, object_text(values, path, schema))
-    return path
-
-
-def object_text(values: Values, path: Path, schema: str) -> str:
-    """The text that `write_object` writes.
-
-    Raises
-    ------
-    FileError
-        If ``values`` do not keep to the schema.
-    """
-    sealed = {**values, "digest": digest(values)}
-    _check(json.loads(json.dumps(sealed)), schema, path)
-    return _lines(sealed) + "\n"
-
-
-def digest(values: Values) -> str:
-    """SHA-256 over the canonical text: no digest, keys sorted, no spaces, each block by what it unfolds to."""
-    facts = {name: _plain(value) for name, value in values.items() if name != "digest"}
-    return canonical_digest(facts)
-
-
-def _check(values: Values, schema: str, path: Path) -> None:
-    fault = next(iter(sorted(_validator(schema).iter_errors(values), key=_place)), None)
-    if fault is not None:
-        raise FileError(path, f"{fault.json_path}: {_complaint(fault)}; see {schema}.schema.json")
-
-
-def _lines(value: Any, depth: int = 0) -> str:
-    """JSON for people and for diffs: a key a line, and what lies deeper than a summary of a metric in one."""
-    if depth == _DEEPEST or not isinstance(value, dict):
-        return json.dumps(value, ensure_ascii=False, allow_nan=False)
-    parts = (f"{' ' * (depth + 1)}{json.dumps(name)}: {_lines(part, depth + 1)}" for name, part in value.items())
-    return "\n".join(["{", ",\n".join(parts), f"{' ' * depth}}}"])
-
-
-def _plain(value: Any) -> Any:
-    if not isinstance(value, dict):
-        return value
-    return fingerprint(value) if "encoding" in value else {name: _plain(part) for name, part in value.items()}
-
-
-def _parse(path: Path) -> Values:
-    try:
-        values = read_json(path)
-    except FileNotFoundError as error:
-        raise FileError(path, "the file is missing") from error
-    except (OSError, ValueError) as error:
-        raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
-    if not isinstance(values, dict):
-        raise FileError(path, "holds no JSON object; write it again with 'vbbench leaderboard add'")
-    return values
-
-
-@cache
-def _validator(schema: str) -> "Draft202012Validator":
-    from jsonschema import Draft202012Validator
-
-    text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
-    return Draft202012Validator(json.loads(text))
-
-
-def _place(fault: "ValidationError") -> tuple[bool, str, str]:
-    """Order of faults: another format version explains all others."""
-    return "format_version" not in fault.json_path, fault.json_path, fault.message
-
-
-def _complaint(fault: "ValidationError") -> str:
-    if fault.json_path == "$.format_version":
-        return f"is {fault.instance!r}, this vbbench reads {fault.validator_value!r}"
-    text = fault.message
-    return text if len(text) <= _SHORT else f"...{text[-_SHORT:]}"
-
+FORMAT_VERSION = 1
+"""Of result files and dataset records."""
 
 ENCODING = (
     "base64 of zlib of little-endian float32, column after column, NaN = none; "
@@ -151,7 +40,58 @@ _LARGEST = 1 << 28
 _LARGEST_COUNT = 10**9
 """The largest number of anything that the schemas know."""
 
+_LONGEST_COMPLAINT = 160
+"""Characters of a schema's complaint that are printed."""
+
+_DEEPEST = 3
+"""Objects in objects that are laid out by lines."""
+
+Values = dict[str, Any]
 Block = dict[str, Any]
+
+
+def read_object(path: Path, schema: str) -> Values:
+    """The object in a JSON file that keeps to the schema called ``schema`` and to its digest.
+
+    Raises
+    ------
+    FileError
+        If it is missing, damaged, or does not keep to them; the first fault is named with its place in the file.
+    """
+    try:
+        values = read_json(path)
+    except FileNotFoundError as error:
+        raise FileError(path, "the file is missing") from error
+    except (OSError, ValueError) as error:
+        raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "is not a JSON object; write it again with 'vbbench leaderboard add'")
+    _check(values, schema, path)
+    try:
+        fresh = digest(values)
+    except ValueError as error:
+        raise FileError(path, f"a block's data {error}; write the file again") from error
+    if values["digest"] != fresh:
+        raise FileError(path, f"$.digest: is {values['digest']}, the contents give {fresh}; it was changed by hand")
+    return values
+
+
+def sealed_text(values: Values, path: Path, schema: str) -> str:
+    """The text of the file ``path`` that holds ``values`` and their digest.
+
+    Raises
+    ------
+    FileError
+        If they do not keep to the schema.
+    """
+    sealed = {**values, "digest": digest(values)}
+    _check(json.loads(json.dumps(sealed)), schema, path)
+    return _lines(sealed) + "\n"
+
+
+def digest(values: Values) -> str:
+    """SHA-256 over the canonical text: no digest, keys sorted, no spaces, each block by what it unfolds to."""
+    return canonical_digest({name: _unfolded(value) for name, value in values.items() if name != "digest"})
 
 
 def encode(columns: Mapping[str, Any]) -> Block:
@@ -192,11 +132,6 @@ def whole_columns(
     return {name: columns[name].astype(np.int64) for name in names}
 
 
-def fingerprint(block: Block) -> Block:
-    """The block with the SHA-256 of its unfolded bytes for its data: the same with any version of zlib."""
-    return {**block, "data": hashlib.sha256(_planes(block)).hexdigest()}
-
-
 def _planes(block: Block) -> bytes:
     size = len(block["columns"]) * block["rows"] * _WIDTH
     if size > _LARGEST:
@@ -209,3 +144,45 @@ def _planes(block: Block) -> bytes:
     if len(planes) != size or not unfold.eof or unfold.unused_data:
         raise ValueError(f"does not hold {len(block['columns'])} columns of {block['rows']} numbers")
     return planes
+
+
+def _unfolded(value: Any) -> Any:
+    """A value with the SHA-256 of its unfolded bytes for each block's data: the same with any version of zlib."""
+    if not isinstance(value, dict):
+        return value
+    if "encoding" in value:
+        return {**value, "data": hashlib.sha256(_planes(value)).hexdigest()}
+    return {name: _unfolded(part) for name, part in value.items()}
+
+
+def _lines(value: Any, depth: int = 0) -> str:
+    """JSON for people and for diffs: a key per line, and what lies deeper than a summary of a metric in one."""
+    if depth == _DEEPEST or not isinstance(value, dict):
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    parts = (f"{' ' * (depth + 1)}{json.dumps(name)}: {_lines(part, depth + 1)}" for name, part in value.items())
+    return "\n".join(["{", ",\n".join(parts), f"{' ' * depth}}}"])
+
+
+def _check(values: Values, schema: str, path: Path) -> None:
+    """Raise FileError at the first fault; another format version explains all others and comes first."""
+
+    def place(fault: "ValidationError") -> tuple[bool, str, str]:
+        return "format_version" not in fault.json_path, fault.json_path, fault.message
+
+    fault = min(_validator(schema).iter_errors(values), key=place, default=None)
+    if fault is None:
+        return
+    complaint = fault.message
+    if fault.json_path == "$.format_version":
+        complaint = f"is {fault.instance!r}, this vbbench reads {fault.validator_value!r}"
+    elif len(complaint) > _LONGEST_COMPLAINT:
+        complaint = f"...{complaint[-_LONGEST_COMPLAINT:]}"
+    raise FileError(path, f"{fault.json_path}: {complaint}; see {schema}.schema.json")
+
+
+@cache
+def _validator(schema: str) -> "Draft202012Validator":
+    from jsonschema import Draft202012Validator
+
+    text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
+    return Draft202012Validator(json.loads(text))
