@@ -57,7 +57,7 @@ def test_every_bundled_solver_has_its_results() -> None:
         Board(split=split, tier=tier, protocol=protocol)
         for split, tier, protocol in itertools.product(SPLITS, TIERS, PROTOCOLS)
     ]
-    wanted = [board.key / f"{solver}.json" for board, solver in itertools.product(boards, bundled_solvers())]
+    wanted = [Path(board.key, f"{solver}.json") for board, solver in itertools.product(boards, bundled_solvers())]
     missing = [str(path) for path in wanted if not (published_results() / path).is_file()]
     assert not missing, "write them with make leaderboard"
     assert all((published_results() / path).stat().st_size < 40_000 for path in wanted)
