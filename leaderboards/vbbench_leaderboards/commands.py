@@ -36,17 +36,8 @@ def add(
     """
     from vbbench_leaderboards.submitting import add as write
 
-    path = write(
-        submission,
-        dataset,
-        results,
-        truth=truth,
-        name=name,
-        reference=reference,
-        link=link,
-        overwrite=overwrite,
-    )
-    _say(path)
+    description = {"name": name, "reference": reference, "link": link}
+    _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, **description))
 
 
 def template(folder: Positional[Path], /) -> None:

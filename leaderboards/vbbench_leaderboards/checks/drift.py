@@ -17,7 +17,7 @@ _NOT_COMPARED = ("solver_version", "seconds_per_frame")
 
 
 def drift(old: Result, new: Result) -> list[str]:
-    """Where two results of a solver on a board differ by more than the tolerance, a line each.
+    """Where two results of a solver on a board differ by more than the tolerance, one per line.
 
     Versions, times and descriptions are not compared.
     """

@@ -128,7 +128,7 @@ class Rerun:
     def _record(self, dataset: Dataset) -> Outcome:
         path = record_path(dataset.info.split, dataset.info.tier)
         kept = self.results / path
-        found = _held_against(kept, lambda: record_faults(read_dataset(kept), dataset.folder), "no record was kept")
+        found = _differences(kept, lambda: record_faults(read_dataset(kept), dataset.folder), "no record was kept")
         if found and self.update:
             write_dataset(BoardDataset.of(dataset), self.results)
         return Outcome(path=path, found=tuple(found), updated=self.update)
@@ -138,13 +138,13 @@ class Rerun:
         judged = score(folder, dataset.folder)
         fresh = Result.of(judged, folder, name=solver, reference=REFERENCES.get(solver, ""))
         kept = self.results / fresh.path
-        found = _held_against(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
+        found = _differences(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
         if found and self.update:
             write_result(fresh, self.results)
         return Outcome(path=fresh.path, found=tuple(found), updated=self.update)
 
 
-def _held_against(kept: Path, differences: Callable[[], Iterable[str]], missing: str) -> list[str]:
+def _differences(kept: Path, differences: Callable[[], Iterable[str]], missing: str) -> list[str]:
     """What is new against the file ``kept``; one that cannot be used differs, too."""
     if not kept.is_file():
         return [missing]

@@ -13,7 +13,7 @@ from vbbench_leaderboards.markup import code, text
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.table import board_table, pair_tables
 from vbbench_leaderboards.page.words import METRICS, PROTOCOLS, TIERS, term_of
-from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.results.result import Board, Result
 
 
 def board_html(site: Site, board: Board) -> str:
@@ -105,18 +105,18 @@ def _points(site: Site, board: Board, metric: str) -> Iterator[Point]:
     for result in site.results[board]:
         figures, seconds = result.score["metrics"][metric], result.score["seconds_per_frame"]
         if seconds and figures["mean"] is not None:
-            series = Series(solver=result.solver, colour=site.colours[result.solver])
             low, high = figures["ci95"]
-            yield Point(series=series, error=figures["mean"], ci95=(low, high), micros=1e6 * seconds)
+            yield Point(series=_series(site, result), error=figures["mean"], ci95=(low, high), micros=1e6 * seconds)
+
+
+def _series(site: Site, result: Result) -> Series:
+    return Series(solver=result.solver, colour=site.colours[result.solver])
 
 
 def _spreads(site: Site, board: Board, metric: str) -> list[Spread]:
     """The solvers' figures, the smallest median first."""
     spreads = [
-        Spread(
-            series=Series(solver=result.solver, colour=site.colours[result.solver]),
-            values=known(result.per_sequence.figures[metric]),
-        )
+        Spread(series=_series(site, result), values=known(result.per_sequence.figures[metric]))
         for result in site.results[board]
     ]
     return sorted(spreads, key=lambda spread: np.median(spread.values) if len(spread.values) else np.inf)

@@ -65,9 +65,9 @@ COLUMNS = {
     ),
     "time": Term(
         name="Time",
-        full="time a frame",
+        full="time per frame",
         unit="µs",
-        meaning="Time inside the solver, in millionths of a second a frame, on the hardware named in the row.",
+        meaning="Time inside the solver, in millionths of a second per frame, on the hardware named in the row.",
     ),
 }
 

@@ -50,8 +50,8 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
     def columns(coarse: int) -> list[IntArray]:
         poses, positions = _true_quanta(truth, coarse)
         boxes = quantise(sequence.observations, PIXEL * coarse)
-        told = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
-        return [*masks, *(differences(values, present, _SMOOTH) for values, present in told)]
+        series = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
+        return [*masks, *(differences(values, present, _SMOOTH) for values, present in series)]
 
     known, always = ~np.isnan(truth.positions[..., 0]), np.ones((sequence.frames, 1), bool)
     masks = [flags(mask) for mask in (known, sequence.observed, ~np.isnan(sequence.given.positions[..., 0]))]
