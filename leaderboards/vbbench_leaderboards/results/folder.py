@@ -1,22 +1,30 @@
 """A folder of results: every board's result files, and the record of each split and tier's dataset."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 from vbbench.errors import FileError
-from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.result_file import read_result
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
+from vbbench_leaderboards.results.result import Board, Result, read_result
 
-Records = dict[tuple[str, str], BoardDataset]
+SPLITS = ("sim", "hotel", "eth", "eth-15fps", "students", "students-resampled")
+"""Splits that results are published of, in the order in which they are shown."""
+
+Records = Mapping[tuple[str, str], BoardDataset]
+"""The records of datasets, by split and tier."""
+
+Boards = Mapping[Board, tuple[Result, ...]]
+"""Results by board, of each board by solver."""
+
+HERE = Path(__file__).parents[1]
 
 
 def published_results() -> Path:
     """The results that come with vbbench: in the wheel they lie in the package, in a checkout beside it."""
-    inside = Path(__file__).parent / "results"
-    return inside if inside.is_dir() else Path(__file__).parents[1] / "results"
+    inside = HERE / "published"
+    return inside if inside.is_dir() else HERE.parent / "results"
 
 
 def result_paths(results: Path) -> Iterator[Path]:
@@ -29,15 +37,24 @@ def record_paths(results: Path) -> Iterator[Path]:
     yield from sorted(path.relative_to(results) for path in results.glob("*/*.json"))
 
 
-def read_results(
-    *folders: Path, records: Records | None = None, unusable: list[FileError] | None = None
-) -> dict[Board, tuple[Result, ...]]:
+def dataset_folder(work: Path, split: str, tier: str) -> Path:
+    """Where a dataset lies in the work folder of ``vbbench leaderboard rerun``."""
+    return work / "datasets" / f"{split}-{tier}"
+
+
+def submission_folder(work: Path, board: Board, solver: str) -> Path:
+    """Where a solver's submission lies in the work folder of ``vbbench leaderboard rerun``."""
+    return work / "submissions" / board.key / solver
+
+
+def read_results(*folders: Path, records: Records | None = None, unusable: list[FileError] | None = None) -> Boards:
     """Results by board, of each board by solver; of a result in several folders the first counts.
 
     Parameters
     ----------
     records : the datasets of the boards, where they have been read already.
-    unusable : takes what is wrong with each file that is left out.
+    unusable : takes what is wrong with each file that is left out. Results whose record is there and cannot be used
+        are left out with it.
 
     Raises
     ------
@@ -52,8 +69,8 @@ def read_results(
         for path in result_paths(folder):
             with _leaving_out(unusable):
                 result = read_result(folder / path)
-                check_place(result, records, folder, path)
-                boards[result.board].setdefault(result.solver, result)
+                if _is_placed(result, records, folder, path):
+                    boards[result.board].setdefault(result.solver, result)
     return {board: tuple(found[name] for name in sorted(found)) for board, found in sorted(boards.items())}
 
 
@@ -70,12 +87,13 @@ def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Re
         Without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold different
         datasets.
     """
-    records: Records = {}
+    records: dict[tuple[str, str], BoardDataset] = {}
     for folder in folders:
         for path in record_paths(folder):
             with _leaving_out(unusable):
                 record = read_dataset(folder / path)
-                check_record_place(record, folder, path)
+                if path != record.path:
+                    raise FileError(folder / path, f"holds the record that belongs in {record.path}; move it there")
                 first = records.setdefault((record.split, record.tier), record)
                 if record.id != first.id:
                     raise FileError(
@@ -97,25 +115,19 @@ def _leaving_out(unusable: list[FileError] | None) -> Iterator[None]:
         unusable.append(error)
 
 
-def check_place(result: Result, records: Records, folder: Path, path: Path) -> None:
-    """Raise FileError if a result's file is not its board's, or its dataset is not the record's."""
+def _is_placed(result: Result, records: Records, folder: Path, path: Path) -> bool:
+    """Whether the record of a result's board can be used; FileError if the result is not the one that belongs there."""
     board = result.board
+    record, its_path = records.get((board.split, board.tier)), record_path(board.split, board.tier)
+    if record is None and (folder / its_path).is_file():
+        return False
     if path != result.path:
         raise FileError(folder / path, f"holds the result that belongs in {result.path}; move it there")
-    record = records.get((board.split, board.tier))
     if record is None:
-        raise FileError(
-            folder / path,
-            f"has no dataset record {board.split}/{board.tier}.json; add the result anew, which writes it",
-        )
+        raise FileError(folder / path, f"has no dataset record {its_path}; add the result anew, which writes it")
     if result.dataset != record.id:
         raise FileError(
             folder / path,
-            f"$.dataset.id: is {result.dataset}, everything on this board is made on {record.id}; {record.way}",
+            f"$.dataset.id: is {result.dataset}, everything on this board is made on {record.id}; {record.advice}",
         )
-
-
-def check_record_place(record: BoardDataset, folder: Path, path: Path) -> None:
-    """Raise FileError if a record's file is not where its split and tier belong."""
-    if path != record.path:
-        raise FileError(folder / path, f"holds the record that belongs in {record.path}; move it there")
+    return True

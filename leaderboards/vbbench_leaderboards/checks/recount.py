@@ -13,8 +13,8 @@ from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.scorecard import DRIFTS, METRICS, ON_PEOPLE
 from vbbench.scoring.statistics import known, summarise
-from vbbench_leaderboards.dataset_record import BoardDataset
-from vbbench_leaderboards.result import Result
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.result import FIGURES, Result
 
 TOLERANCE = 1e-6
 _LISTED = 5
@@ -46,9 +46,11 @@ def summary_faults(results: Iterable[Result]) -> Iterator[tuple[Result, str]]:
         }
         fresh = summarise(columns, columns)
         for number, result in enumerate(group):
-            for name in (*METRICS, *DRIFTS):
+            for name in FIGURES:
                 part = "metrics" if name in METRICS else "drift"
-                for fault in _wrong(result.score[part][name], fresh[f"{number} {name}"].to_dict(), result, name):
+                for fault in _metric_summary_faults(
+                    result.score[part][name], fresh[f"{number} {name}"].to_dict(), result, name
+                ):
                     yield result, f"$.score.{part}.{name}.{fault}"
 
 
@@ -122,7 +124,7 @@ def _figure_faults(result: Result, record: BoardDataset) -> Iterator[str]:
             yield f"$.per_sequence: {name} cannot be so in {_some(own.sequence[wrong])}"
 
 
-def _wrong(said: dict[str, Any], fresh: dict[str, Any], result: Result, name: str) -> Iterator[str]:
+def _metric_summary_faults(said: dict[str, Any], fresh: dict[str, Any], result: Result, name: str) -> Iterator[str]:
     scale = abs(fresh["mean"] or 0.0)
     for key in ("mean", "std", "median", "p95"):
         if not _close(said[key], fresh[key], scale if key == "std" else 0.0):
@@ -130,10 +132,10 @@ def _wrong(said: dict[str, Any], fresh: dict[str, Any], result: Result, name: st
     for end in (0, 1):
         if not _close(said["ci95"][end], fresh["ci95"][end]):
             yield _differs(f"ci95[{end}]", said["ci95"][end], fresh["ci95"][end])
-    yield from _wrong_over_frames(said, result, name)
+    yield from _frame_summary_faults(said, result, name)
 
 
-def _wrong_over_frames(said: dict[str, Any], result: Result, name: str) -> Iterator[str]:
+def _frame_summary_faults(said: dict[str, Any], result: Result, name: str) -> Iterator[str]:
     """The mean over frames follows where every frame has a figure: of poses; their spread is that of sequences or more.
 
     Of people and drift it is known whether there is any.

@@ -1,4 +1,4 @@
-"""The record of a board's dataset: one committed file a split and tier, ``SPLIT/TIER.json`` beside the results."""
+"""The record of a board's dataset: one committed file per split and tier, ``SPLIT/TIER.json`` beside the results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,18 +8,23 @@ from typing import Any
 import numpy as np
 
 from vbbench.camera import camera_to_dict
-from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, summary
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.generator import Options
 from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scoring.scored_rows import scored_rows
 from vbbench.scoring.truth_rows import NOBODY, TruthRows
-from vbbench_leaderboards.block import decode, encode, whole_columns
-from vbbench_leaderboards.json_file import read_object, write_object
-from vbbench_leaderboards.result import FORMAT_VERSION
+from vbbench_leaderboards.results.sealed_json import (
+    FORMAT_VERSION,
+    decode,
+    encode,
+    read_object,
+    sealed_text,
+    whole_columns,
+)
 
 SCHEMA = "dataset"
 
@@ -69,7 +74,7 @@ class BoardDataset:
         return record_path(self.split, self.tier)
 
     @property
-    def way(self) -> str:
+    def advice(self) -> str:
         """How to get the dataset and onto its boards."""
         if self.seed is None:
             return "ask who withholds its truth for that dataset, and solve it"
@@ -120,11 +125,11 @@ def read_dataset(path: Path) -> BoardDataset:
     return BoardDataset(**{**facts, "scored": scored})
 
 
-def write_dataset(record: BoardDataset, results: Path) -> Path:
-    """Write a record below the folder ``results``, whole or not at all, and return its path."""
-    scored = {name: encode(vars(part)) for name, part in record.scored.items()}
+def write_dataset(record: BoardDataset, results: Path) -> None:
+    """Write a record below the folder ``results``, whole or not at all."""
+    path, scored = results / record.path, {name: encode(vars(part)) for name, part in record.scored.items()}
     values = {"format_version": FORMAT_VERSION, **vars(record), "scored": scored}
-    return write_object(values, results / record.path, SCHEMA)
+    write_text_atomically(path, sealed_text(values, path, SCHEMA))
 
 
 def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:
@@ -153,18 +158,3 @@ def generate_command(info: DatasetInfo) -> str:
     }
     words = [f"{name} {value}" for name, value in options.items() if value is not None]
     return " ".join(["vbbench generate", info.split, *words])
-
-
-def check_same_dataset(record: BoardDataset, dataset: str, where: Path) -> None:
-    """Refuse what was made on another dataset than the record's.
-
-    Raises
-    ------
-    VbbenchError
-        With both ids and the command that makes the right dataset.
-    """
-    if dataset != record.id:
-        raise VbbenchError(
-            f"{where} is of dataset {dataset}, the boards of {record.split} {record.tier} hold results on "
-            f"{record.id} alone; {record.way}"
-        )

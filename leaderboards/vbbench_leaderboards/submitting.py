@@ -1,4 +1,4 @@
-"""Adds a submission to the leaderboard: scored, checked against the board's dataset, written as one file."""
+"""What a submitter needs: a folder to begin a solver in, and adding a submission to the leaderboard."""
 
 import re
 from pathlib import Path
@@ -7,18 +7,15 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo
 from vbbench.files.tables import file_sha256
+from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.scoring import score
-from vbbench_leaderboards.dataset_record import (
-    BoardDataset,
-    check_same_dataset,
-    read_dataset,
-    record_path,
-    write_dataset,
-)
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.result_file import result_text
-from vbbench_leaderboards.results_folder import published_results
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
+from vbbench_leaderboards.results.folder import published_results
+from vbbench_leaderboards.results.result import Board, Result, write_result
+
+TEMPLATE = Path(__file__).parent / "template"
+"""The files that `copy_template` copies."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
 _LINK = re.compile(r"(https?://[^\s<>\"']{1,492})?")
@@ -46,28 +43,33 @@ def add(
         cannot be a file's.
     """
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
-    solver, link = _checked_name(name or info.solver), _checked_link(link)
+    solver = name or info.solver
+    if not _NAME.fullmatch(solver):
+        raise VbbenchError(
+            f"'{solver}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
+            "digits and . _ + -, beginning with a letter or digit"
+        )
+    if not _LINK.fullmatch(link):
+        raise VbbenchError(f"--link {link} is not an address; give one that begins with https:// or http://")
     if info.dataset != opened.info.id:
         raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
-    record = board_dataset(opened, results)
-    if record is not None:
-        check_same_dataset(record, opened.info.id, dataset)
-        check_same_dataset(record, info.dataset, submission)
+    record = _record_of(opened, results)
+    if record is not None and record.id != info.dataset:
+        raise VbbenchError(
+            f"{dataset} is dataset {info.dataset}, the boards of {record.split} {record.tier} hold results on "
+            f"{record.id} alone; {record.advice}"
+        )
     board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
-    path = results / board.folder / f"{solver}.json"
+    path = results / board.key / f"{solver}.json"
     if path.exists() and not overwrite:
         raise VbbenchError(f"{path} exists; add --overwrite to replace it, or give another --name")
-    check_sums(opened)
+    _check_sums(opened)
     judged = score(submission, dataset, truth)
-    result = Result.of(judged, table_hashes(submission), name=solver, reference=reference, link=link)
-    text = result_text(result, results)
-    if not (results / record_path(opened.info.split, opened.info.tier)).is_file():
-        write_dataset(record or BoardDataset.of(opened), results)  # first: no result is without its record
-    write_text_atomically(path, text)
-    return path
+    result = Result.of(judged, submission, name=solver, reference=reference, link=link)
+    return write_result(result, results, record or BoardDataset.of(opened))
 
 
-def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:
+def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
     """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none.
 
     A dataset whose truth is withheld is a challenge of its own, not one of the published boards.
@@ -78,7 +80,7 @@ def board_dataset(dataset: Dataset, results: Path) -> BoardDataset | None:
     return None if place is None else read_dataset(place / path)
 
 
-def check_sums(dataset: Dataset) -> None:
+def _check_sums(dataset: Dataset) -> None:
     """Check that every table, the truth's too, has the SHA-256 that ``dataset.json`` publishes.
 
     Raises
@@ -95,22 +97,25 @@ def check_sums(dataset: Dataset) -> None:
             raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")
 
 
-def table_hashes(submission: Path) -> dict[str, str]:
-    """File name → SHA-256 of a submission's tables."""
-    names = (f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
-    return {name: file_sha256(submission / name) for name in names if (submission / name).is_file()}
+def copy_template(out: Path | str) -> list[Path]:
+    """Copy the template into the folder ``out``, made if need be; return the paths of the copies.
+
+    Raises
+    ------
+    VbbenchError
+        If ``out`` is a file, a dataset or a submission, or a file of the template is there already.
+    """
+    out = Path(out)
+    texts = {path.name: path.read_text("utf-8") for path in sorted(TEMPLATE.iterdir()) if path.is_file()}
+    with loose_files(out):
+        there = [name for name, text in texts.items() if not _is_free(out / name, text)]
+        if there:
+            raise VbbenchError(f"{out / there[0]} exists and may be yours; choose another folder")
+        for name, text in texts.items():
+            write_text_atomically(out / name, text)
+    return [out / name for name in texts]
 
 
-def _checked_name(name: str) -> str:
-    if not _NAME.fullmatch(name):
-        raise VbbenchError(
-            f"'{name}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
-            "digits and . _ + -, beginning with a letter or digit"
-        )
-    return name
-
-
-def _checked_link(link: str) -> str:
-    if not _LINK.fullmatch(link):
-        raise VbbenchError(f"--link {link} is no address; give one that begins with https:// or http://")
-    return link
+def _is_free(path: Path, text: str) -> bool:
+    """Whether nothing is there, or the very copy, of a command that was stopped."""
+    return not path.exists() or (path.is_file() and path.read_bytes() == text.encode())

@@ -1,29 +1,29 @@
 """Makes every published result again: datasets, submissions, scores; and says what drifted."""
 
+import hashlib
 import itertools
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
 
+from vbbench import __version__
 from vbbench.errors import FileError, SourceMissingError
 from vbbench.files.dataset import Dataset
+from vbbench.files.tables import file_sha256
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Tier
 from vbbench.protocol import PROTOCOLS
-from vbbench.registry import load, registered
+from vbbench.registry import Kind, load, registered
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.adding import table_hashes
-from vbbench_leaderboards.dataset_record import BoardDataset, read_dataset, record_path, write_dataset
-from vbbench_leaderboards.drift import drift
-from vbbench_leaderboards.made_by import code_of, forget, is_made_by, note_code
-from vbbench_leaderboards.rescoring import record_faults
-from vbbench_leaderboards.result import Result
-from vbbench_leaderboards.result_file import read_result, write_result
-
-SPLITS = ("hotel", "sim", "eth", "eth-15fps", "students", "students-resampled")
-"""Splits that results are published of."""
+from vbbench_leaderboards.checks.drift import drift, record_faults
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path, write_dataset
+from vbbench_leaderboards.results.folder import SPLITS, dataset_folder, submission_folder
+from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 REFERENCES = {
     "cv": "Constant-velocity extrapolation, bundled with vbbench (baseline CV of arXiv 2111.05060)",
@@ -54,7 +54,7 @@ class Outcome:
 
     @property
     def text(self) -> str:
-        """A line, and one for each thing that drifted."""
+        """One line, and one more for each thing that drifted."""
         state = "as committed" if not self.found else "written anew" if self.updated else "drifted"
         return "\n  ".join([f"{self.path}: {state}", *self.found])
 
@@ -105,29 +105,31 @@ class Rerun:
 
     def dataset(self, split: str, tier: Tier) -> Dataset:
         """The dataset of a split's boards: its own camera, seed 0."""
-        folder, code = self.work / "datasets" / f"{split}-{tier}", code_of("generator", split)
-        if self.fresh or not is_made_by(code, folder):
-            load("generator", split)
-            forget(folder)
-            generate(split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)
-            note_code(code, folder)
+        folder = dataset_folder(self.work, split, tier)
+        make = partial(generate, split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)
+        self._make(folder, code_of("generator", split), make)
         return Dataset(folder)
 
     def submission(self, dataset: Dataset, protocol: str, solver: str) -> Path:
         """A solver's submission."""
-        info = dataset.info
-        folder = self.work / "submissions" / info.split / f"{protocol}-{info.tier}" / solver
-        code = f"{code_of('solver', solver)} {info.id}"
-        if self.fresh or not is_made_by(code, folder):
-            forget(folder)
-            solve(dataset, solver, protocol, folder, jobs=self.jobs, overwrite=True)
-            note_code(code, folder)
+        board = Board(split=dataset.info.split, tier=dataset.info.tier, protocol=protocol)
+        folder = submission_folder(self.work, board, solver)
+        make = partial(solve, dataset, solver, protocol, folder, jobs=self.jobs, overwrite=True)
+        self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}", make)
         return folder
+
+    def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
+        """Make a folder, unless the note beside it names that code, and every file is as it was then."""
+        note = folder.with_name(folder.name + ".made-by")
+        if self.fresh or not (note.is_file() and note.read_text("utf-8") == _note_text(code, folder)):
+            note.unlink(missing_ok=True)  # what is made next is not up to date before it is whole
+            make()
+            write_text_atomically(note, _note_text(code, folder))
 
     def _record(self, dataset: Dataset) -> Outcome:
         path = record_path(dataset.info.split, dataset.info.tier)
         kept = self.results / path
-        found = _held_against(kept, lambda: record_faults(read_dataset(kept), dataset.folder), "no record was kept")
+        found = _differences(kept, lambda: record_faults(read_dataset(kept), dataset.folder), "no record was kept")
         if found and self.update:
             write_dataset(BoardDataset.of(dataset), self.results)
         return Outcome(path=path, found=tuple(found), updated=self.update)
@@ -135,15 +137,15 @@ class Rerun:
     def _result(self, dataset: Dataset, protocol: str, solver: str) -> Outcome:
         folder = self.submission(dataset, protocol, solver)
         judged = score(folder, dataset.folder)
-        fresh = Result.of(judged, table_hashes(folder), name=solver, reference=REFERENCES.get(solver, ""))
+        fresh = Result.of(judged, folder, name=solver, reference=REFERENCES.get(solver, ""))
         kept = self.results / fresh.path
-        found = _held_against(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
+        found = _differences(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
         if found and self.update:
             write_result(fresh, self.results)
         return Outcome(path=fresh.path, found=tuple(found), updated=self.update)
 
 
-def _held_against(kept: Path, differences: Callable[[], Iterable[str]], missing: str) -> list[str]:
+def _differences(kept: Path, differences: Callable[[], Iterable[str]], missing: str) -> list[str]:
     """What is new against the file ``kept``; one that cannot be used differs, too."""
     if not kept.is_file():
         return [missing]
@@ -156,3 +158,28 @@ def _held_against(kept: Path, differences: Callable[[], Iterable[str]], missing:
 def bundled_solvers() -> list[str]:
     """Names of the solvers that come with vbbench, strangers' left out."""
     return sorted(name for name, point in registered("solver").items() if point.dist and point.dist.name == "vbbench")
+
+
+def code_of(kind: Kind, name: str) -> str:
+    """A hash of the source files of vbbench and of the package that ``name`` comes from, after vbbench's version."""
+    point = registered(kind).get(name)
+    module = (point.value if point else name).partition(":")[0].partition(".")[0]
+    return f"{__version__} {_hash_of_source('vbbench')[:16]} {_hash_of_source(module)[:16]}"
+
+
+def _note_text(code: str, folder: Path) -> str:
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return "".join([f"{code}\n", *(f"{file_sha256(path)}  {path.relative_to(folder)}\n" for path in files)])
+
+
+@cache
+def _hash_of_source(module: str) -> str:
+    spec = find_spec(module)
+    roots = [Path(place) for place in (spec.submodule_search_locations or [])] if spec else []
+    files = sorted(path for root in roots for path in root.rglob("*") if path.suffix in (".py", ".toml"))
+    if spec and spec.origin and not roots:
+        files = [Path(spec.origin)]
+    whole = hashlib.sha256()
+    for path in files:
+        whole.update(f"{path.name}\0".encode() + path.read_bytes())
+    return whole.hexdigest()

@@ -1,6 +1,8 @@
-"""What keeps strangers' words harmless in HTML, and numbers in the same form everywhere."""
+"""What keeps strangers' words harmless in HTML and in scripts, and numbers in the same form everywhere."""
 
+import json
 from html import escape
+from typing import Any
 from urllib.parse import urlsplit
 
 NONE = '<span class="none" aria-label="none">–</span>'
@@ -38,3 +40,10 @@ def code(lines: list[str], name: str) -> str:
     """Command lines as a block called ``name`` that can be reached and scrolled by keyboard."""
     body = "\n".join(text(line) for line in lines)
     return f'<pre tabindex="0" role="region" aria-label="{text(name)}"><code>{body}</code></pre>'
+
+
+def provided(name: str, value: Any) -> str:
+    """A data file of the site: one call, harmless even if it were pasted into a page."""
+    words = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    separators = words.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return f"vbbench.provide({json.dumps(name)},{separators});\n"

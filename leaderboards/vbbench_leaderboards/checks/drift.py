@@ -1,10 +1,14 @@
-"""Where two results of the same solver on the same board differ by more than the tolerance."""
+"""Where a committed result or record differs from what is scored or counted now."""
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vbbench_leaderboards.result import Result
+from vbbench.files.dataset import Dataset
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.result import Result
 
 TOLERANCE = 1e-6
 """How far a figure may lie from the other, in m or rad, or in parts of it where it is larger than one."""
@@ -13,8 +17,35 @@ _NOT_COMPARED = ("solver_version", "seconds_per_frame")
 
 
 def drift(old: Result, new: Result) -> list[str]:
-    """Differences of two results, a line each; versions, times and descriptions are not compared."""
+    """Where two results of a solver on a board differ by more than the tolerance, one per line.
+
+    Versions, times and descriptions are not compared.
+    """
     return _differences(_comparable(old), _comparable(new), "")
+
+
+def record_faults(record: BoardDataset, folder: Path) -> Iterator[str]:
+    """What a dataset that is at hand says otherwise than its record.
+
+    The bytes of tables depend on the library that wrote them; they must agree only where truth is withheld. There the
+    seed may have been told since.
+    """
+    opened = Dataset(folder)
+    if not opened.has_truth:
+        return
+    fresh, loose = BoardDataset.of(opened), ("tables",) if record.seed is not None else ("seed", "command")
+    for name, value in vars(fresh).items():
+        if name == "scored":
+            yield from _scored_faults(record, fresh, folder)
+        elif value != vars(record)[name] and name not in loose:
+            yield f"$.{name}: is {vars(record)[name]!r}, {folder} gives {value!r}"
+
+
+def _scored_faults(record: BoardDataset, fresh: BoardDataset, folder: Path) -> Iterator[str]:
+    for protocol, wanted in fresh.scored.items():
+        for column, numbers in vars(wanted).items():
+            if not np.array_equal(getattr(record.scored[protocol], column), numbers):
+                yield f"$.scored.{protocol}: {column} are not those that {folder} gives"
 
 
 def _comparable(result: Result) -> dict[str, Any]:
