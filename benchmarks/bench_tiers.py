@@ -8,9 +8,9 @@ import numpy as np
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generator import Options
 from vbbench.simulation import Simulation
-from vbbench_generators.occlusion import see
-from vbbench_generators.scenario import get_scenario
+from vbbench_generators.crowds.scenario import get_scenario
 from vbbench_generators.splits import sim
+from vbbench_generators.tiers.occlusion import see
 
 REPEATS = 10
 

@@ -1,4 +1,4 @@
-"""How far the outlines of `vbbench_generators.occlusion` are from rendered people: visible fractions on split `street`.
+"""How far the outlines of `vbbench_generators.tiers.occlusion` are from rendered people: visible fractions on split `street`.
 
     python -m benchmarks.calibrate_occlusion            # the outline as it is
     python -m benchmarks.calibrate_occlusion --search   # and the best one of a grid
@@ -17,8 +17,8 @@ from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import street
+from vbbench_generators.tiers.occlusion import Outline, see
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 from vbbench_renderers.visibility import Onlooker

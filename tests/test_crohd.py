@@ -25,11 +25,9 @@ from vbbench.splits import fetch_splits
 from vbbench.tables import file_sha256
 from vbbench.verification import verify
 from vbbench_generators.crohd import HeadBoxes
-from vbbench_generators.crohd.finding import find_recording
-from vbbench_generators.crohd.reading import read_heads
-from vbbench_generators.crohd.seqinfo import parse_seqinfo
-from vbbench_generators.crohd.stepping import every_frame
-from vbbench_generators.recipe import get_recipe
+from vbbench_generators.recordings.loading import every_frame
+from vbbench_generators.recordings.readers.crohd import find_recording, parse_seqinfo, read_heads
+from vbbench_generators.recordings.recipe import get_recipe
 from vbbench_generators.splits import shibuya01
 
 GOOD = "2,7,101,51,20,30,1,1,0.5"

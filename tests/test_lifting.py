@@ -15,10 +15,8 @@ from vbbench.errors import VbbenchError
 from vbbench_generators.crohd import HeadBoxes
 from vbbench_generators.lifting import LiftingSettings, lift
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
-from vbbench_generators.lifting.plane import SizePlane
-from vbbench_generators.lifting.smoothing import smooth
-from vbbench_generators.lifting.strength import estimate_strength
-from vbbench_generators.lifting.tracks import Heads, split_at_gaps
+from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.smoothing import Heads, estimate_strength, smooth, split_at_gaps
 
 DT = 0.04
 AREA = (-9.0, 10.0, 9.0, 32.0)

@@ -17,9 +17,8 @@ from vbbench.scoring import score
 from vbbench.sequence_table import SequenceTable
 from vbbench.solving import solve
 from vbbench.verification import verify
-from vbbench_generators.eligibility import Rules
-from vbbench_generators.planning import plan_reprojection
-from vbbench_generators.reprojection import Reprojection
+from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 PEOPLE, FRAMES, BUDGET = 40, 50, 5_000
 """A sequence has 1,900 rows, all of them 78,000."""

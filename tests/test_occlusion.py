@@ -14,9 +14,9 @@ from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generator import Options
 from vbbench.verification import verify
-from vbbench_generators.corruption import Hiding
-from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import demo
+from vbbench_generators.tiers.corruption import Hiding
+from vbbench_generators.tiers.occlusion import Outline, see
 
 CAMERAS: list[Camera] = [PerspectiveCamera(), PanoramaCamera()]
 HERE = np.array([[0.0, 0.0, 0.0]])

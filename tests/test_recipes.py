@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
-from vbbench_generators.eligibility import Rules, find_spans, observed_crowd
-from vbbench_generators.recipe import Recipe, get_recipe, read_recipe, recipe_names
+from vbbench_generators.recordings.eligibility import Rules, find_spans, observed_crowd
+from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe, recipe_names
 
 Write = Callable[..., Path]
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vbbench.arrays import FloatArray
-from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate, simulate_many
+from vbbench_generators.crowds.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate, simulate_many
 
 MODELS = {"moussaid": Model(), "helbing-molnar": Model(repulsion=HelbingMolnar())}
 both = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
@@ -65,7 +65,7 @@ def test_bytes_do_not_depend_on_company_or_threads(model: Model, walls: Any) -> 
 def test_a_large_crowd_walks_as_a_small_one_up_to_rounding(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     one = crowd(60)
     small = simulate(one, model, frames=5, **STEP)
-    monkeypatch.setattr("vbbench_generators.social_force.schedule.LARGE", 2)
+    monkeypatch.setattr("vbbench_generators.crowds.social_force.engine.LARGE", 2)
     np.testing.assert_allclose(simulate(one, model, frames=5, **STEP), small, atol=1e-10)
 
 

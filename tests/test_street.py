@@ -17,9 +17,9 @@ from vbbench.scoring import score
 from vbbench.simulation import Simulation
 from vbbench.solving import solve
 from vbbench.verification import verify
-from vbbench_generators.heading import limit_turns
-from vbbench_generators.sim import SimulationPlan
+from vbbench_generators.crowds.sim import SimulationPlan
 from vbbench_generators.splits import demo, sim, street
+from vbbench_generators.views.heading import limit_turns
 
 SMALL = Simulation(sequences=2, people=(16,))
 

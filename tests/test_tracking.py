@@ -11,14 +11,12 @@ from scipy.stats import norm
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
-from vbbench_generators.noise import wandering
-from vbbench_generators.occlusion import Outline, see
-from vbbench_generators.tracking import get_tracking, track_people
-from vbbench_generators.tracking.association import associate
-from vbbench_generators.tracking.detector import Visible, detect, log_odds
-from vbbench_generators.tracking.kalman import begin, correct, predict
-from vbbench_generators.tracking.settings import DetectorModel, read_tracking
-from vbbench_generators.tracking.tracker import Detections, Found, Tracker
+from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.tiers.occlusion import Outline, see
+from vbbench_generators.tiers.tracking import get_tracking, track_people
+from vbbench_generators.tiers.tracking.detector import Visible, detect, log_odds
+from vbbench_generators.tiers.tracking.settings import DetectorModel, read_tracking
+from vbbench_generators.tiers.tracking.tracker import Detections, Found, Tracker, associate, begin, correct, predict
 
 SETTINGS = get_tracking()
 CAMERA = PerspectiveCamera()

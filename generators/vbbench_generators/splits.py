@@ -5,12 +5,10 @@ from functools import cached_property
 from typing import Any
 
 from vbbench.generator import Card, Options
-from vbbench_generators.demo import DemoSplit
-from vbbench_generators.planning import plan_reprojection
-from vbbench_generators.recipe import Recipe, get_recipe
-from vbbench_generators.reprojection import Reprojection
-from vbbench_generators.sim import SimSplit
-from vbbench_generators.street import StreetSplit
+from vbbench_generators.crowds.demo import DemoSplit
+from vbbench_generators.crowds.sim import SimSplit, StreetSplit
+from vbbench_generators.recordings.recipe import Recipe, get_recipe
+from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 
 @dataclass(frozen=True)

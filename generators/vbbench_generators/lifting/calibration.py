@@ -1,8 +1,20 @@
 """What is known of the camera after lifting, and how well."""
 
+import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+import numpy as np
+
+from vbbench_generators.lifting import Calibration, Estimate
+from vbbench_generators.lifting.camera import GroundCamera
+from vbbench_generators.lifting.finding import Found
+from vbbench_generators.lifting.settings import LiftingSettings
+from vbbench_generators.lifting.smoothing import Heads, Smoothed
+
+# DOC """Writes down what is known of the camera."""
+# DOC """What a dataset says of the camera that recorded its people."""
 Method = Literal["motion", "prior", "vanishing-point", "homography"]
 
 
@@ -65,3 +77,77 @@ class Calibration:
     def to_dict(self) -> dict[str, Any]:
         """All of it as JSON wants it."""
         return asdict(self)
+
+
+def calibration_of(
+    found: Found, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
+) -> Calibration:
+    """The calibration, with 95 % intervals from the cameras that the evidence allows.
+
+    Parameters
+    ----------
+    heads : those lifted.
+    middle : row in px of the picture's centre.
+    speed : median walking speed in m/s before ``found`` was scaled by it.
+    """
+
+    def estimate(figure: Callable[[GroundCamera], float]) -> Estimate:
+        value = float(figure(found.camera))
+        if not found.others:
+            return Estimate(value=value, low=value, high=value)
+        low, high = np.quantile([figure(camera) for camera in found.others], [0.025, 0.975])
+        return Estimate(value=value, low=float(low), high=float(high))
+
+    fit = found.fit
+    return Calibration(
+        method=found.method,
+        pseudo_metric=fit is not None,
+        focal=estimate(lambda camera: camera.focal),
+        tilt=estimate(lambda camera: camera.tilt),
+        roll=estimate(lambda camera: camera.roll),
+        camera_height=estimate(lambda camera: camera.height),
+        horizon=estimate(lambda camera: middle + camera.horizon),
+        stretch=estimate(lambda camera: camera.focal / np.cos(camera.tilt)),
+        head_size=settings.head_size * found.scale,
+        head_height=settings.head_height,
+        head_scatter=None if fit is None else fit.scatter,
+        roundness=found.roundness,
+        size_plane=None if fit is None else (fit.plane.a, fit.plane.b, fit.plane.c),
+        size_plane_covariance=None if fit is None else tuple(map(tuple, fit.covariance.tolist())),
+        walkers=found.walkers,
+        walking_speed=speed,
+        scale_applied=found.scale,
+        smoothing_residual_m=smoothed.residual_m,
+        smoothing_residual_px=smoothed.residual_px,
+        boxes=len(heads.x),
+        tracks=len(np.unique(heads.track)),
+    )
+
+
+_METHODS = {
+    "motion": "self-calibrated from head sizes and from how people walk",
+    "prior": "self-calibrated from head sizes, the lens by its prior",
+    "vanishing-point": "self-calibrated from head sizes and a vertical vanishing point",
+    "homography": "by the user's homography",
+}
+
+
+def describe_calibration(calibration: Calibration) -> dict[str, Any]:
+    """The calibration for ``dataset.json``, and a line for people, its ``summary``."""
+    c = calibration
+    degrees = math.degrees(1.0)
+    parts = [
+        f"camera height {_interval(c.camera_height, ' m', 2)}",
+        f"tilt {_interval(c.tilt, '°', 1, degrees)}",
+        f"horizon at row {_interval(c.horizon, ' px', 0)}",
+        f"focal length {_interval(c.focal, ' px', 0)}",
+        f"smoothing took off {c.smoothing_residual_m:.3f} m",
+    ]
+    kind = "pseudo-metric, " if c.pseudo_metric else ""
+    return {"summary": f"{kind}{_METHODS[c.method]}: {'; '.join(parts)}", **c.to_dict()}
+
+
+def _interval(estimate: Estimate, unit: str, digits: int, factor: float = 1.0) -> str:
+    """A figure with its 95 % interval, where it has one."""
+    value, low, high = (f"{factor * x:.{digits}f}" for x in (estimate.value, estimate.low, estimate.high))
+    return f"{value}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vbbench.arrays import FloatArray, frozen_array
-from vbbench_generators.lifting.plane import SizePlane
+from vbbench_generators.lifting.head_sizes import SizePlane
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,8 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_generators.lifting.calibration import Method
 from vbbench_generators.lifting.camera import GroundCamera, camera_of_homography, camera_of_plane
-from vbbench_generators.lifting.closing import (
+from vbbench_generators.lifting.fitting import PlaneFit, fit_plane
+from vbbench_generators.lifting.focal_length import (
     Closing,
     canonical,
     close_by_motion,
@@ -16,13 +17,10 @@ from vbbench_generators.lifting.closing import (
     close_by_vanishing_point,
     noise_scale,
 )
-from vbbench_generators.lifting.fitting import PlaneFit, fit_plane
-from vbbench_generators.lifting.plane import SizePlane
-from vbbench_generators.lifting.segments import cut_segments
+from vbbench_generators.lifting.head_sizes import SizePlane, box_sizes, lengthening, roundness
 from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.shape import box_sizes, lengthening, roundness
-from vbbench_generators.lifting.strength import estimate_strength
-from vbbench_generators.lifting.tracks import Heads
+from vbbench_generators.lifting.smoothing import Heads, estimate_strength
+from vbbench_generators.lifting.walking import cut_segments
 
 SEED = 20200830
 """Of the resampling: the same boxes give the same intervals."""

@@ -7,12 +7,11 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench.errors import VbbenchError
 from vbbench.scene import Scene
-from vbbench_generators.crohd.heads import HeadBoxes
-from vbbench_generators.lifting.calibration import Calibration
+from vbbench_generators.lifting.calibration import Calibration, calibration_of
 from vbbench_generators.lifting.finding import Found, below_horizon, find_by_heads, find_by_homography
-from vbbench_generators.lifting.report import calibration_of
+from vbbench_generators.lifting.heads import HeadBoxes
 from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.tracks import Heads, smooth_tracks, split_at_gaps
+from vbbench_generators.lifting.smoothing import Heads, smooth_tracks, split_at_gaps
 from vbbench_generators.lifting.walking import walking_speed
 
 

@@ -1,0 +1,86 @@
+"""Trajnet-style text: a row ``frame id x y`` for each person in each frame."""
+
+from pathlib import Path
+from typing import Literal
+
+from vbbench.arrays import FloatArray
+from vbbench.errors import FileError
+from vbbench.scene import Scene
+from vbbench_generators.recordings.readers import obsmat, trajnet
+from vbbench_generators.recordings.readers.text import read_lines, read_numbers, to_ground
+from vbbench_generators.recordings.readers.tracks import TrackTable
+from vbbench_generators.recordings.readers.vsp import is_spline_header
+
+# DOC """ETH's ``obsmat.txt``: a row ``frame id x z y vx vz vy`` in metres for each person in each frame; z is up."""
+# DOC """Which format a user's own file has."""
+COLUMNS = ("frame", "id", "x", "y")
+
+
+def read_trajnet(
+    path: Path, *, dt: float, frame_step: int | None = None, homography: FloatArray | None = None
+) -> Scene:
+    """Read rows ``frame id x y``, parted by white space, tabs or commas, in any order.
+
+    Parameters
+    ----------
+    path : the file.
+    dt : seconds between rows of a person.
+    frame_step : frame numbers between rows of a person; ``None`` takes the commonest.
+    homography : [3, 3] from x, y to metres; ``None`` if they are metres.
+
+    Raises
+    ------
+    FileError
+        With file and line, if a row or a track is bad.
+    """
+    values, lines = read_numbers(path, COLUMNS)
+    positions = values[:, 2:]
+    if homography is not None:
+        positions = to_ground(positions, homography)
+    table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=positions, lines=lines)
+    return table.to_scene(dt, frame_step)
+
+
+COLUMNS = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")
+
+
+def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
+    """Read ground-plane positions (x, y) in m; heights z and velocities are left aside.
+
+    Parameters
+    ----------
+    path : the file.
+    dt : seconds between rows of a person.
+    frame_step : video frames between rows of a person; ``None`` takes the commonest.
+
+    Raises
+    ------
+    FileError
+        With file and line, if a row or a track is bad.
+    """
+    values, lines = read_numbers(path, COLUMNS)
+    table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=values[:, [2, 4]], lines=lines)
+    return table.to_scene(dt, frame_step)
+
+
+Format = Literal["trajnet", "obsmat", "vsp"]
+
+
+def detect_format(path: Path) -> Format:
+    """The format, told by the first line that is neither blank nor a comment.
+
+    Raises
+    ------
+    FileError
+        If it is none that can be read.
+    """
+    number, line = read_lines(path)[0]
+    if is_spline_header(line):
+        return "vsp"
+    columns = len(line.replace(",", " ").split())
+    if columns == len(trajnet.COLUMNS):
+        return "trajnet"
+    if columns == len(obsmat.COLUMNS):
+        return "obsmat"
+    known = f"4 columns ({' '.join(trajnet.COLUMNS)}), 8 ({' '.join(obsmat.COLUMNS)}), or a UCY .vsp spline file"
+    raise FileError(path, f"has {columns} columns; known are {known}", number)

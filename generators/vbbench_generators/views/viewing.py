@@ -1,0 +1,172 @@
+"""Boxes of people, and what of them shows, as a camera carried along sees them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.camera import Camera
+from vbbench.dataset_info import DatasetInfo
+from vbbench.generator import Look, SequenceData
+from vbbench.geometry import world_to_relative
+from vbbench.protocol import arrivals_given
+from vbbench.scene import Scene
+from vbbench.sequence import Sequence, Truth
+from vbbench_generators.recordings.eligibility import Span
+from vbbench_generators.tiers.corruption import Corruption, add_pixel_noise
+from vbbench_generators.tiers.occlusion import enough, see
+from vbbench_generators.tiers.tracking import Tracked, track_people
+from vbbench_generators.views.heading import wandering_look
+
+
+# DOC """What one observer sees of a scene: the camera carried along, the boxes in it, and what is given."""
+@dataclass(frozen=True)
+class Sights:
+    """What is seen of people.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] (u, v, l) in px, NaN = not seen.
+    visible : [T, K] visible fraction in (0, 1], NaN = not seen.
+    """
+
+    boxes: FloatArray
+    visible: FloatArray
+
+
+def look_at(truth: Truth, seen: BoolArray, camera: Camera, corruption: Corruption, rng: np.random.Generator) -> Sights:
+    """Boxes of whoever is to be seen and in the picture, corrupted.
+
+    Parameters
+    ----------
+    truth : everybody who can be seen, or hide others.
+    seen : [T, K] who is to be seen.
+    """
+    if corruption.hiding is None:
+        boxes = project(truth, seen, camera)
+        visible = np.where(np.isnan(boxes[..., 2]), np.nan, 1.0)
+    else:
+        showing = see(truth.positions, truth.heights, truth.poses, camera, corruption.hiding.outline)
+        seen = seen & enough(showing, corruption.hiding.least_visible)
+        boxes = project(truth, seen, camera)
+        observed = ~np.isnan(boxes[..., 2])
+        visible = np.where(observed, showing.visible, np.nan)
+        if corruption.hiding.cut:
+            boxes = np.where(observed[..., None], showing.boxes, np.nan)
+    if corruption.pixel_std > 0:
+        boxes[seen] = add_pixel_noise(boxes[seen], camera, corruption.pixel_std, rng)
+    return Sights(boxes, visible)
+
+
+def track_sights(
+    truth: Truth,
+    seen: BoolArray,
+    people: IntArray,
+    info: DatasetInfo,
+    corruption: Corruption,
+    watched: BoolArray,
+    rng: np.random.Generator,
+) -> Tracked:
+    """What the tracker makes of whoever is to be seen ([T, P]); ``people`` [P] are their ids, ``watched`` as there."""
+    settings, hiding = corruption.tracking, corruption.hiding
+    if settings is None or hiding is None:
+        raise ValueError("this tier has no tracker")
+    showing = see(truth.positions, truth.heights, truth.poses, info.camera, hiding.outline)
+    boxes = project(truth, seen, info.camera)
+    return track_people(boxes, showing, people, info.camera, info.dt, watched, settings, hiding.outline, rng)
+
+
+def truth_of_tracks(truth: Truth, people: IntArray, persons: IntArray) -> Truth:
+    """Truth of tracks [T, K] behind which are ``persons``, from that of ``people`` [P]; NaN where nobody is."""
+    positions, heights = np.full((*persons.shape, 2), np.nan), np.full(persons.shape[1], np.nan)
+    frame, track = np.nonzero(persons >= 0)
+    column = np.searchsorted(people, persons[frame, track])
+    positions[frame, track] = truth.positions[frame, column]
+    heights[track[::-1]] = truth.heights[column[::-1]]  # the first person's, where there are several
+    return Truth(poses=truth.poses, positions=positions, heights=heights)
+
+
+def project(truth: Truth, seen: BoolArray, camera: Camera) -> FloatArray:
+    """Exact boxes [T, K, 3] in px of whoever is to be seen ([T, K]); NaN elsewhere and outside the picture."""
+    who = np.flatnonzero(seen)
+    relative = world_to_relative(truth.positions, truth.poses).reshape(-1, 2).take(who, axis=0)
+    boxes = np.full((seen.size, 3), np.nan)
+    boxes[who] = camera.project(relative, truth.heights.take(who % max(len(truth.heights), 1)))
+    return boxes.reshape(*seen.shape, 3)
+
+
+def view(
+    scene: Scene,
+    span: Span,
+    crowd: BoolArray,
+    heading: FloatArray,
+    *,
+    info: DatasetInfo,
+    look: Look,
+    corruption: Corruption,
+    index: int,
+    rng: np.random.Generator,
+) -> SequenceData:
+    """The sequence of one observer.
+
+    Parameters
+    ----------
+    scene, span : the observer's frames of the scene.
+    crowd : [T, K] who is there to be seen in these frames; who is not may still hide others.
+    heading : [T] where the observer walks, in rad.
+    info : camera of the dataset.
+    look : whether the camera looks where its bearer walks.
+    corruption : what is done to exact boxes.
+    index : number of the sequence.
+    rng : the sequence's random numbers.
+    """
+    frames = slice(span.first, span.first + len(span.counted))
+    if look == "wander":
+        heading = heading + wandering_look(len(heading), scene.dt, rng)
+    wrapped = np.arctan2(np.sin(heading), np.cos(heading))
+    poses = np.concatenate([scene.positions[frames, span.column], wrapped[:, None]], axis=1)
+    seen = crowd & span.counted[:, None]
+    seen[:, span.column] = False
+    columns = np.flatnonzero((scene.present[frames] if corruption.hiding else seen).any(axis=0))
+    columns = columns[columns != span.column]
+    positions = scene.positions[frames].take(columns, axis=1)
+    truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
+    seen, people = seen[:, columns], scene.people[columns]
+    if corruption.tracking is None:
+        sights = look_at(truth, seen, info.camera, corruption, rng)
+        sights = Sights(corruption.written(sights.boxes, info.camera), sights.visible)
+        return _without_unseen(_sequence(index, span, scene, people, sights, truth), truth)
+    tracked = track_sights(truth, seen, people, info, corruption, span.counted, rng)
+    truth = truth_of_tracks(truth, people, tracked.persons)
+    sights = Sights(corruption.written(tracked.boxes, info.camera), tracked.scores)
+    sequence = _sequence(index, span, scene, np.arange(sights.boxes.shape[1]), sights, truth)
+    return SequenceData(sequence=sequence, truth=truth, persons=tracked.persons)
+
+
+def _sequence(index: int, span: Span, scene: Scene, tracks: IntArray, sights: Sights, truth: Truth) -> Sequence:
+    return Sequence(
+        index=index,
+        scene=span.scene,
+        observer=int(scene.people[span.column]),
+        first_frame=span.first,
+        tracks=tracks,
+        observations=sights.boxes,
+        visible=sights.visible,
+        given=arrivals_given(truth, ~np.isnan(sights.boxes[..., 2] + truth.positions[..., 0])),
+    )
+
+
+def _without_unseen(sequence: Sequence, truth: Truth) -> SequenceData:
+    """Leave out whoever never comes into the picture."""
+    kept = sequence.observed.any(axis=0)
+    if not kept.all():
+        given = replace(sequence.given, positions=sequence.given.positions[:, kept])
+        sequence = replace(
+            sequence,
+            tracks=sequence.tracks[kept],
+            observations=sequence.observations[:, kept],
+            visible=sequence.visible[:, kept],
+            given=given,
+        )
+        truth = replace(truth, positions=truth.positions[:, kept], heights=truth.heights[kept])
+    return SequenceData(sequence=sequence, truth=truth)
