@@ -16,7 +16,7 @@ from time import perf_counter
 
 import numpy as np
 
-from vbbench_generators.crowds.social_force import Crowd, HelbingMolnar, Model, simulate, simulate_many
+from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, simulate, simulate_many
 
 DT = 0.1  # seconds a step
 SIZES = {10: (400, 20, 15), 50: (200, 10, 25), 800: (20, 2, 50)}  # people: our steps, pysocialforce's, target ratio
@@ -47,7 +47,7 @@ WARM_UP = """
 from time import perf_counter, process_time
 started, busy = perf_counter(), process_time()
 from benchmarks.bench_simulation import MODELS, crowd
-from vbbench_generators.crowds.social_force import simulate, simulate_many
+from vbbench_generators.social_force import simulate, simulate_many
 for model in MODELS.values():
     for people in (10, 300):
         simulate(crowd(people), model, frames=2, dt=0.1, substeps=1)

@@ -1,4 +1,4 @@
-"""How far the outlines of `vbbench_generators.tiers.occlusion` are from rendered people: visible fractions on split `street`.
+"""How far the outlines of `tiers.occlusion` are from rendered people: visible fractions on the split `street`.
 
     python -m benchmarks.calibrate_occlusion            # the outline as it is
     python -m benchmarks.calibrate_occlusion --search   # and the best one of a grid

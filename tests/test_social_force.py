@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vbbench.arrays import FloatArray
-from vbbench_generators.crowds.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate, simulate_many
+from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate, simulate_many
 
 MODELS = {"moussaid": Model(), "helbing-molnar": Model(repulsion=HelbingMolnar())}
 both = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)

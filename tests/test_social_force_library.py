@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.test_social_force import crowd
-from vbbench_generators.crowds.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
+from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
 
 STRICT = Model(strict=True)
 WALLS = [[-8.0, -8.0, 8.0, -8.0], [8.0, -8.0, 8.0, 8.0], [-3.0, 0.0, -2.96, 0.0]]
@@ -75,7 +75,7 @@ def test_what_the_library_cannot_do_is_said(model: Model) -> None:
 CHILD = """
 import logging, sys, warnings
 import numpy as np
-from vbbench_generators.crowds.social_force import Crowd, Model, simulate
+from vbbench_generators.social_force import Crowd, Model, simulate
 assert "pysocialforce" not in sys.modules, "imported before it is asked for"
 root, mark = logging.getLogger(), logging.NullHandler()
 root.setLevel(logging.ERROR)

@@ -7,6 +7,7 @@ from typing import Any
 from vbbench.generator import Card, Options
 from vbbench_generators.crowds.demo import DemoSplit
 from vbbench_generators.crowds.sim import SimSplit, StreetSplit
+from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.recipe import Recipe, get_recipe
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
@@ -29,8 +30,8 @@ class RecipeSplit:
 
     def plan(self, options: Options) -> Reprojection:
         """Read the source files and lay out the sequences."""
-        loaded = self.recipe.load_scenes(
-            options.source, seed=options.seed, dt=options.dt, homography=options.homography
+        loaded = load_scenes(
+            self.recipe, options.source, seed=options.seed, dt=options.dt, homography=options.homography
         )
         reading = {"format": self.recipe.format, "dt": self.recipe.dt, "frame_step": self.recipe.frame_step}
         resampling = self.recipe.resampling and asdict(self.recipe.resampling)

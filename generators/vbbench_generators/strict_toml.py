@@ -1,10 +1,14 @@
-"""Frozen dataclasses from TOML tables; a key that is unknown, missing or of the wrong type is an error."""
+"""The one reader of TOML files here: frozen dataclasses from their tables, and files that come with this package.
+
+A key that is unknown, missing or of the wrong type is an error, as is a file that is too large to be one of settings.
+"""
 
 import reprlib
 import tomllib
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
 from difflib import get_close_matches
+from importlib.resources import as_file, files
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -19,15 +23,38 @@ DEEPEST = 8
 """Arrays and tables in one another."""
 
 
-def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
-    """Make a ``kind`` of ``table``, the part of the file ``path`` that is called ``where``; lists become tuples.
+def bundled_names(folder: str) -> list[str]:
+    """The files in a folder of this package, in alphabetical order."""
+    entries = (files("vbbench_generators") / folder).iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
+
+
+def read_bundled(folder: str, name: str, kind: type[T], where: str) -> T:
+    """`read_toml` of the file ``name`` in a folder of this package."""
+    with as_file(files("vbbench_generators") / folder / f"{name}.toml") as path:
+        return read_toml(path, kind, where)
+
+
+def read_toml(path: Path, kind: type[T], where: str) -> T:
+    """Make a ``kind``, a frozen dataclass, of the file ``path``; messages call its top level ``where``.
+
+    A field that is a dataclass is a table, one that is a tuple of dataclasses an array of tables; other lists become
+    tuples.
 
     Raises
     ------
     FileError
-        If a key is unknown (the nearest is suggested), missing, or its value has another type.
+        If the file is missing or no TOML, a key is unknown (the nearest is suggested), missing, of another type, or
+        its value cannot be.
     """
-    table = {key: _frozen(value) for key, value in table.items()}
+    table = _parse(path)
+    try:
+        return _build(kind, table, path, where)
+    except ValueError as error:
+        raise FileError(path, str(error)) from error
+
+
+def _build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
     known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]
     for key in table:
         if key not in known:
@@ -38,38 +65,23 @@ def build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
         if name not in table and field.default is MISSING and field.default_factory is MISSING:
             raise FileError(path, f"{where}: key '{name}' is missing")
     hints = get_type_hints(kind)
-    for key, value in table.items():
+    values = {key: _value(value, hints[key], path, key) for key, value in table.items()}
+    for key, value in values.items():
         if not _fits(value, hints[key]):
             raise FileError(path, f"{where}: {key} = {reprlib.repr(value)} is not of the kind wanted ({hints[key]})")
-    return kind(**table)
+    return kind(**values)
 
 
-def build_each(kind: type[T], tables: Any, path: Path, where: str) -> tuple[T, ...]:
-    """Make a ``kind`` of each of an array of ``tables``, whose heading is ``where``.
-
-    Raises
-    ------
-    FileError
-        If it is no array of tables, or as `build` does.
-    """
-    if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
-        raise FileError(path, f"these are tables in a row, each with the heading {where}: double brackets")
-    return tuple(build(kind, table, path, where) for table in tables)
-
-
-def read_toml(path: Path, make: Callable[[dict[str, Any]], T]) -> T:
-    """What ``make`` makes of the table in the file ``path``.
-
-    Raises
-    ------
-    FileError
-        If it is missing or no TOML, or ``make`` finds that a value cannot be.
-    """
-    table = _parse(path)
-    try:
-        return make(table)
-    except ValueError as error:
-        raise FileError(path, str(error)) from error
+def _value(value: Any, hint: Any, path: Path, key: str) -> Any:
+    """The value of a key, tables made the dataclasses that ``hint`` asks for."""
+    nested: Any = next((kind for kind in (hint, *get_args(hint)) if is_dataclass(kind)), None)
+    if nested is None:
+        return _frozen(value)
+    if get_origin(hint) is not tuple:
+        return _build(nested, value, path, f"[{key}]") if isinstance(value, Mapping) else value
+    if not isinstance(value, list) or not all(isinstance(table, Mapping) for table in value):
+        raise FileError(path, f"these are tables in a row, each with the heading [[{key}]]: double brackets")
+    return tuple(_build(nested, table, path, f"[[{key}]]") for table in value)
 
 
 def _parse(path: Path) -> dict[str, Any]:

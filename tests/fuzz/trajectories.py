@@ -15,6 +15,7 @@ from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
 from vbbench.mot.file import MotRows, read_mot
 from vbbench.scene import Scene
 from vbbench.tum import import_tum
+from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
 from vbbench_generators.recordings.readers.text import read_homography
 from vbbench_generators.recordings.readers.vsp import read_key_points, read_vsp
@@ -145,8 +146,12 @@ def _sampled(folder: Path) -> object:
 
 def _own_file(folder: Path) -> object:
     """As the split ``custom`` takes it, whatever format it has."""
-    return get_recipe("custom").load_scenes(
-        folder / "mine.txt", seed=0, dt=DT, homography=folder / "H.txt" if (folder / "H.txt").is_file() else None
+    return load_scenes(
+        get_recipe("custom"),
+        folder / "mine.txt",
+        seed=0,
+        dt=DT,
+        homography=folder / "H.txt" if (folder / "H.txt").is_file() else None,
     )
 
 

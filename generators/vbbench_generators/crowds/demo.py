@@ -8,7 +8,7 @@ from vbbench.generator import Card, Options
 from vbbench.scene import Scene
 from vbbench_generators.crowds.scenario import get_scenario
 from vbbench_generators.crowds.scenes import draw_crowd, walk
-from vbbench_generators.crowds.social_force import Model
+from vbbench_generators.crowds.social_force.model import Model
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 

@@ -2,16 +2,15 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import as_file, files
 from math import hypot
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from vbbench.errors import UnknownNameError
 from vbbench.generator import FRAME_TIME
 from vbbench.ranges import Within, check_ranges
 from vbbench.simulation import MOST_PEOPLE
-from vbbench_generators.strict_toml import build, build_each, read_toml
+from vbbench_generators.strict_toml import bundled_names, read_bundled, read_toml
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]
 Rectangle = tuple[Place, ...]
@@ -79,7 +78,7 @@ class Scenario:
     people: tuple[Annotated[int, Within(2, MOST_PEOPLE)], ...]
     frames: Annotated[int, Within(1, 10**6)]
     dt: Annotated[float, FRAME_TIME]
-    flow: tuple[Flow, ...]
+    flow: tuple[Flow, ...] = ()
     step: Annotated[float, Within(0.001, 10.0, "s")] = 0.05
     warm_up: Annotated[float, Within(0.0, 3600.0, "s")] = 0.0
     camera: Literal["panorama", "perspective"] = "perspective"
@@ -138,7 +137,7 @@ class Scenario:
 
 def scenario_names() -> list[str]:
     """The scenarios of this package, in alphabetical order."""
-    return sorted(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+    return bundled_names("scenarios")
 
 
 def get_scenario(name: str) -> Scenario:
@@ -150,33 +149,17 @@ def get_scenario(name: str) -> Scenario:
         If there is neither; the nearest name is suggested.
     """
     if name in scenario_names():
-        with as_file(_folder() / f"{name}.toml") as path:
-            return read_scenario(path)
+        return read_bundled("scenarios", name, Scenario, "scenario")
     if name.endswith(".toml"):
         return read_scenario(Path(name))
     raise UnknownNameError("scenario", name, scenario_names())
 
 
 def read_scenario(path: Path) -> Scenario:
-    """Read a scenario file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, no TOML, or a key is unknown, missing or cannot be.
-    """
-
-    def made(table: dict[str, Any]) -> Scenario:
-        flows = build_each(Flow, table.pop("flow", []), path, "[[flow]]")
-        return build(Scenario, {**table, "flow": flows}, path, "scenario")
-
-    return read_toml(path, made)
+    """Read a scenario file; see `read_toml`."""
+    return read_toml(path, Scenario, "scenario")
 
 
 def _check_rectangle(rectangle: Rectangle) -> None:
     if len(rectangle) != 4 or rectangle[0] > rectangle[2] or rectangle[1] > rectangle[3]:
         raise ValueError(f"{list(rectangle)} is no rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")
-
-
-def _folder() -> Any:
-    return files("vbbench_generators") / "scenarios"

@@ -1,4 +1,8 @@
-"""Draws a crowd at its start: where everybody stands, how fast they want to walk, and where they head for."""
+"""One simulated scene and its observer: a crowd is drawn and walked, again and again until both will do.
+
+A crowd at its start is where everybody stands, how fast they want to walk, and where they head for. It will do if
+nobody is stuck, and if somebody sees enough people to be the observer.
+"""
 
 from dataclasses import dataclass
 
@@ -12,14 +16,19 @@ from vbbench.geometry import world_to_relative
 from vbbench.scene import Scene
 from vbbench.simulation import Engine
 from vbbench_generators.crowds.scenario import Flow, Rectangle, Scenario
-from vbbench_generators.crowds.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
+from vbbench_generators.crowds.social_force.engine import simulate
+from vbbench_generators.crowds.social_force.model import Crowd, HelbingMolnar, Model, Moussaid
 from vbbench_generators.views.heading import causal_headings, limit_turns
 
-# DOC """One simulated scene and its observer, drawn again until nobody is stuck and the observer sees enough people."""
 SPEED_RANGE = 3.0
 """Desired speeds end so many standard deviations from their mean."""
 DRAWS, AT_ONCE = 64, 32
 """A place is looked for among so many draws of so many candidates."""
+REPULSIONS: dict[str, type[Moussaid] | type[HelbingMolnar]] = {"moussaid": Moussaid, "helbing-molnar": HelbingMolnar}
+ATTEMPTS = 100
+"""Crowds drawn for one sequence before giving up."""
+STUCK_TIME, STUCK_SPEED = 2.0, 0.1
+"""Who walks, over this time in s, less than this part of the desired way is stuck."""
 
 
 def draw_crowd(scenario: Scenario, people: int, model: Model, rng: np.random.Generator) -> Crowd:
@@ -92,13 +101,6 @@ def _draw_place(
         f"scenario '{scenario.name}': no place left in {list(place)} m that is {distance:g} m from everybody else; "
         f"ask for fewer people, or give a scenario with more room"
     )
-
-
-REPULSIONS: dict[str, type[Moussaid] | type[HelbingMolnar]] = {"moussaid": Moussaid, "helbing-molnar": HelbingMolnar}
-ATTEMPTS = 100
-"""Crowds drawn for one sequence before giving up."""
-STUCK_TIME, STUCK_SPEED = 2.0, 0.1
-"""Who walks, over this time in s, less than this part of the desired way is stuck."""
 
 
 @dataclass(frozen=True)

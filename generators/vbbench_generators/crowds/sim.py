@@ -1,4 +1,7 @@
-"""The split `sim`: crowds that walk under the social force, each seen by one of its walkers."""
+"""The splits `sim` and `street`: crowds that walk under the social force, each seen by one of its walkers.
+
+`street` is the paper's photorealistic split, in which people are hidden by people.
+"""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -19,11 +22,10 @@ from vbbench_generators.tiers.corruption import Corruption, check_options, corru
 from vbbench_generators.views.reprojection import HEIGHT_MEAN
 from vbbench_generators.views.viewing import view
 
-# DOC """The split `street`, the paper's photorealistic one: a crowd on a street, people hidden by people."""
 REVISION = 1
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
-SCENARIO = "open"
-"""The scenario of the paper's split Sim."""
+SIM_SCENARIO, STREET_SCENARIO = "open", "street"
+"""Those of the paper's splits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +91,7 @@ class SimSplit:
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""
-        return plan_simulation(self.card, options, SCENARIO, corruption_of)
+        return plan_simulation(self.card, options, SIM_SCENARIO, corruption_of)
 
 
 def plan_simulation(
@@ -167,9 +169,6 @@ def _check(split: str, options: Options) -> None:
         raise VbbenchError(f"{split} has no source: leave --source, --dt and --homography out")
 
 
-SCENARIO = "street"
-
-
 class StreetSplit:
     """The scenario `street`; needs no source.
 
@@ -183,7 +182,7 @@ class StreetSplit:
         """Lay out the sequences; nothing is simulated yet."""
         asked = options.simulation
         if asked is not None and asked.scenario is not None:
-            raise VbbenchError(f"street is the scenario '{SCENARIO}'; --scenario is for the split 'sim'")
+            raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; --scenario is for the split 'sim'")
         source = {"ideal": "cline", "noisy": "cline"}.get(options.tier, options.tier)
         corrupting = partial(corruption_of, whole=True)
-        return plan_simulation(self.card, options, SCENARIO, corrupting, input=source)
+        return plan_simulation(self.card, options, STREET_SCENARIO, corrupting, input=source)

@@ -1,25 +1,21 @@
-"""What is known of the camera after lifting, and how well."""
+"""What is known of the camera after lifting, how well, and what a dataset says of it."""
 
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from vbbench_generators.lifting import Calibration, Estimate
 from vbbench_generators.lifting.camera import GroundCamera
 from vbbench_generators.lifting.finding import Found
-from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.smoothing import Heads, Smoothed
-
-# DOC """Writes down what is known of the camera."""
-# DOC """What a dataset says of the camera that recorded its people."""
-Method = Literal["motion", "prior", "vanishing-point", "homography"]
+from vbbench_generators.lifting.heads import Heads
+from vbbench_generators.lifting.settings import LiftingSettings, Method
+from vbbench_generators.lifting.smoothing import Smoothed
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
+class Interval:
     """A figure and the ends of its 95 % interval; all three agree where the figure was given."""
 
     value: float
@@ -54,12 +50,12 @@ class Calibration:
 
     method: Method
     pseudo_metric: bool
-    focal: Estimate
-    tilt: Estimate
-    roll: Estimate
-    camera_height: Estimate
-    horizon: Estimate
-    stretch: Estimate
+    focal: Interval
+    tilt: Interval
+    roll: Interval
+    camera_height: Interval
+    horizon: Interval
+    stretch: Interval
     head_size: float
     head_height: float
     head_scatter: float | None
@@ -74,10 +70,6 @@ class Calibration:
     boxes: int
     tracks: int
 
-    def to_dict(self) -> dict[str, Any]:
-        """All of it as JSON wants it."""
-        return asdict(self)
-
 
 def calibration_of(
     found: Found, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
@@ -91,23 +83,23 @@ def calibration_of(
     speed : median walking speed in m/s before ``found`` was scaled by it.
     """
 
-    def estimate(figure: Callable[[GroundCamera], float]) -> Estimate:
+    def interval(figure: Callable[[GroundCamera], float]) -> Interval:
         value = float(figure(found.camera))
         if not found.others:
-            return Estimate(value=value, low=value, high=value)
+            return Interval(value=value, low=value, high=value)
         low, high = np.quantile([figure(camera) for camera in found.others], [0.025, 0.975])
-        return Estimate(value=value, low=float(low), high=float(high))
+        return Interval(value=value, low=float(low), high=float(high))
 
     fit = found.fit
     return Calibration(
         method=found.method,
         pseudo_metric=fit is not None,
-        focal=estimate(lambda camera: camera.focal),
-        tilt=estimate(lambda camera: camera.tilt),
-        roll=estimate(lambda camera: camera.roll),
-        camera_height=estimate(lambda camera: camera.height),
-        horizon=estimate(lambda camera: middle + camera.horizon),
-        stretch=estimate(lambda camera: camera.focal / np.cos(camera.tilt)),
+        focal=interval(lambda camera: camera.focal),
+        tilt=interval(lambda camera: camera.tilt),
+        roll=interval(lambda camera: camera.roll),
+        camera_height=interval(lambda camera: camera.height),
+        horizon=interval(lambda camera: middle + camera.horizon),
+        stretch=interval(lambda camera: camera.focal / np.cos(camera.tilt)),
         head_size=settings.head_size * found.scale,
         head_height=settings.head_height,
         head_scatter=None if fit is None else fit.scatter,
@@ -144,10 +136,10 @@ def describe_calibration(calibration: Calibration) -> dict[str, Any]:
         f"smoothing took off {c.smoothing_residual_m:.3f} m",
     ]
     kind = "pseudo-metric, " if c.pseudo_metric else ""
-    return {"summary": f"{kind}{_METHODS[c.method]}: {'; '.join(parts)}", **c.to_dict()}
+    return {"summary": f"{kind}{_METHODS[c.method]}: {'; '.join(parts)}", **asdict(c)}
 
 
-def _interval(estimate: Estimate, unit: str, digits: int, factor: float = 1.0) -> str:
+def _interval(estimate: Interval, unit: str, digits: int, factor: float = 1.0) -> str:
     """A figure with its 95 % interval, where it has one."""
     value, low, high = (f"{factor * x:.{digits}f}" for x in (estimate.value, estimate.low, estimate.high))
     return f"{value}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")

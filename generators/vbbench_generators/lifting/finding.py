@@ -1,12 +1,10 @@
 """Finds the camera: from a homography, or from head sizes and how people walk."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench_generators.lifting.calibration import Method
 from vbbench_generators.lifting.camera import GroundCamera, camera_of_homography, camera_of_plane
 from vbbench_generators.lifting.fitting import PlaneFit, fit_plane
 from vbbench_generators.lifting.focal_length import (
@@ -18,8 +16,9 @@ from vbbench_generators.lifting.focal_length import (
     noise_scale,
 )
 from vbbench_generators.lifting.head_sizes import SizePlane, box_sizes, lengthening, roundness
-from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.smoothing import Heads, estimate_strength
+from vbbench_generators.lifting.heads import HeadBoxes, Heads
+from vbbench_generators.lifting.settings import LiftingSettings, Method
+from vbbench_generators.lifting.smoothing import estimate_strength
 from vbbench_generators.lifting.walking import cut_segments
 
 SEED = 20200830
@@ -73,41 +72,25 @@ def find_by_homography(homography: FloatArray, heads: Heads, centre: FloatArray,
     return Found(camera=camera, others=(), method="homography", walkers=0, fit=None)
 
 
-def find_by_heads(
-    heads: Heads, boxes: FloatArray, whole: BoolArray, picture: tuple[int, int], settings: LiftingSettings
-) -> Found:
-    """The camera in which the heads have the sizes that they have, and walk as people do.
-
-    Parameters
-    ----------
-    boxes : [N, 4] (left, top, width, height) in px.
-    whole : [N] boxes that the picture's edge does not cut.
-    picture : width and height in px.
+def find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> Found:
+    """The camera in which the heads, the centres of ``boxes``, have the sizes that they have, and walk as people do.
 
     Raises
     ------
     ValueError
         If sizes or positions leave the camera open.
     """
-    focal = settings.focal_median * picture[0]
-    seen, drawn = heads.take(whole), boxes[whole]
+    focal = settings.focal_median * boxes.size[0]
+    seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
     for last in (False, True):
-        ball = roundness(seen.x, seen.nu, drawn, seen.track, focal)
-        size = box_sizes(drawn, settings.box) / lengthening(seen.x, seen.nu, focal, settings.box) ** ball
-        fit = _fit(seen, size, settings)
-        closing = _close(fit, heads.take(below_horizon(fit.plane.at(heads.x, heads.nu))), picture, settings)
+        ball = roundness(seen, drawn, focal)
+        size = box_sizes(drawn, settings.box) / lengthening(seen, focal, settings.box) ** ball
+        fit = fit_plane(seen, size, level=settings.level, resamples=settings.resamples, seed=SEED)
+        closing = _close(fit, heads.take(below_horizon(fit.plane.at(heads.x, heads.nu))), boxes, settings)
         if last or ball < _HARDLY:
             break
         focal = closing.focal
-    return _found(fit, closing, ball, settings)
 
-
-def _fit(heads: Heads, size: FloatArray, settings: LiftingSettings) -> PlaneFit:
-    options: dict[str, Any] = {"level": settings.level, "resamples": settings.resamples, "seed": SEED}
-    return fit_plane(heads.x, heads.nu, size, heads.track, **options)
-
-
-def _found(fit: PlaneFit, closing: Closing, ball: float, settings: LiftingSettings) -> Found:
     def camera(plane: SizePlane, focal: float) -> GroundCamera:
         return camera_of_plane(plane, focal, settings.head_size, settings.head_height)
 
@@ -135,17 +118,16 @@ def below_horizon(depth: FloatArray) -> BoolArray:
     return kept
 
 
-def _close(fit: PlaneFit, heads: Heads, picture: tuple[int, int], settings: LiftingSettings) -> Closing:
+def _close(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> Closing:
     if settings.vertical_vanishing_point is not None:
-        centre = np.array(picture) / 2.0
-        return close_by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - centre)
+        return close_by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - boxes.centre)
     if settings.closing == "motion":
-        segments = cut_segments(heads.x, heads.nu, heads.frame, heads.track, dt=heads.dt, window=settings.window)
+        segments = cut_segments(heads, settings.window)
         noise = _noise(fit.plane, heads, settings.head_size)
-        closing = close_by_motion(fit, segments, noise, settings.head_size, picture[0], settings)
+        closing = close_by_motion(fit, segments, noise, settings.head_size, boxes.size[0], settings)
         if closing is not None:
             return closing
-    return close_by_prior(fit, picture[0], settings)
+    return close_by_prior(fit, boxes.size[0], settings)
 
 
 def _noise(plane: SizePlane, heads: Heads, head_size: float) -> FloatArray:

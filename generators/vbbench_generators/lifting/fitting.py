@@ -1,8 +1,9 @@
-"""Robust regression of head sizes, with an unknown factor a person: some heads are larger, some boxes drawn wider.
+"""Fits the plane of head sizes: robust against odd boxes, and no long track or dense place rules it.
 
-Relative sizes y = s/ŝ and rows d = (1, ν, x)/ŝ obey y = d·β + u + e; u is a person's own, e a box's. Integrating u out
-(generalised least squares) lets people who walk towards the camera or away from it tell how sizes grow, whatever the
-size of their heads. Weights are those of a Student-t loss of e, by iteration.
+Some heads are larger, and some boxes are drawn wider, so the regression has an unknown factor a person. Relative sizes
+y = s/ŝ and rows d = (1, ν, x)/ŝ obey y = d·β + u + e; u is a person's own, e a box's. Integrating u out (generalised
+least squares) lets people who walk towards the camera or away from it tell how sizes grow, whatever the size of their
+heads. Weights are those of a Student-t loss of e, by iteration.
 """
 
 from dataclasses import dataclass
@@ -11,8 +12,8 @@ import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray
 from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.heads import Heads
 
-# DOC """Fits the plane of head sizes: robust against odd boxes, and no long track or dense place rules it."""
 _TAIL = 4.0
 _ROUNDS = 60
 _SETTLED = 8
@@ -157,19 +158,14 @@ class PlaneFit:
         return matrix
 
 
-def fit_plane(
-    x: FloatArray, nu: FloatArray, size: FloatArray, track: IntArray, *, level: bool, resamples: int, seed: int
-) -> PlaneFit:
-    """Fit the plane to boxes.
+def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, seed: int) -> PlaneFit:
+    """Fit the plane to the sizes [N] in px of heads.
 
     Minimises a Student-t loss of the relative residuals (s − ŝ)/ŝ, for the noise of a box grows with its size. They are
     relative to the fitted size, never the measured one, or boxes would weigh more for being small by chance.
 
     Parameters
     ----------
-    x, nu : [N] centres of the boxes in px from the picture's centre.
-    size : [N] in px.
-    track : [N] whose box it is; equal ids stand together.
     level : whether c is 0.
     resamples, seed : how often tracks are drawn anew for the covariance, and with which numbers.
 
@@ -178,6 +174,7 @@ def fit_plane(
     PlaneError
         If there are too few tracks, or sizes do not grow downwards beyond doubt.
     """
+    x, nu, track = heads.x, heads.nu, heads.track
     starts = np.flatnonzero(np.r_[True, track[1:] != track[:-1]])
     if len(starts) < LEAST_TRACKS:
         raise PlaneError(f"{len(starts)} tracks are too few to calibrate a camera; {LEAST_TRACKS} are the least")
@@ -186,7 +183,8 @@ def fit_plane(
     share, pair = _shares(x, nu, track)
     fit = fit_mixed(np.stack(columns, axis=1), size, share, pair, starts)
     draws = _resample(fit, resamples, seed)
-    _check_growth(fit.beta, draws)
+    if fit.beta[1] <= 3.0 * np.std(draws[:, 1]):
+        raise PlaneError("heads do not grow towards the picture's lower edge beyond doubt: too few rows, or too steep")
     planes = tuple(_plane(draw, scale) for draw in draws)
     return PlaneFit(plane=_plane(fit.beta, scale), scatter=fit.scatter, resampled=planes)
 
@@ -230,8 +228,3 @@ def _resample(fit: Mixed, resamples: int, seed: int) -> FloatArray:
     draws = np.array([solve(np.tensordot(count, fit.normal, 1), count @ fit.right) for count in counts])
     spread: FloatArray = fit.beta + fit.flatness * (draws - fit.beta)
     return spread
-
-
-def _check_growth(beta: FloatArray, draws: FloatArray) -> None:
-    if beta[1] <= 3.0 * np.std(draws[:, 1]):
-        raise PlaneError("heads do not grow towards the picture's lower edge beyond doubt: too few rows, or too steep")

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench_generators.lifting.calibration import Method
 from vbbench_generators.lifting.fitting import PlaneFit
 from vbbench_generators.lifting.head_sizes import SizePlane
-from vbbench_generators.lifting.settings import LiftingSettings
+from vbbench_generators.lifting.settings import LiftingSettings, Method
 from vbbench_generators.lifting.walking import Pace, Segments, Steps, estimate_pace, log_likelihood
 
 LEAST_PEOPLE = 10
@@ -18,6 +17,7 @@ _GRID, _FINE, _REACH = 33, 2001, 4.5
 _PLANES = 16
 _ROUNDS, _SETTLED = 12, 1e-3
 _DRAWS = 40
+_LEVELS = (np.arange(_DRAWS) + 0.5) / _DRAWS
 _CLIP = 3.0
 _WALKS = 0.3
 
@@ -48,9 +48,10 @@ def stretch(plane: SizePlane, focal: float) -> float:
 
 def close_by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> Closing:
     """Focal lengths as lenses have them."""
-    quantiles = (np.arange(_DRAWS) + 0.5) / _DRAWS
+    from scipy.special import ndtri
+
     median = settings.focal_median * width
-    draws = median * np.exp(settings.focal_spread * _normal_quantiles(quantiles))
+    draws = median * np.exp(settings.focal_spread * ndtri(_LEVELS))
     return _close(median, fit.resampled, [draws for _ in fit.resampled], "prior", 0)
 
 
@@ -62,7 +63,8 @@ def close_by_vanishing_point(fit: PlaneFit, point: FloatArray) -> Closing:
     ValueError
         If the point is on the horizon's side of the picture's centre.
     """
-    squares = [_squared_focal(plane, point) for plane in (fit.plane, *fit.resampled)]
+    planes = (fit.plane, *fit.resampled)
+    squares = [plane.depth * float(plane.levelled(point[:1], point[1:])[1][0]) for plane in planes]
     if squares[0] <= 0.0:
         raise ValueError("the vertical vanishing point is on the horizon's side of the picture's centre")
     draws = [np.array([np.sqrt(max(square, 1.0))]) for square in squares[1:]]
@@ -100,7 +102,7 @@ def close_by_motion(
     for plane in fit.resampled[:_PLANES]:
         walking = walking_steps(plane, segments, noise, head_size).take(chosen)
         posteriors.append(_posterior(plane, walking, focal, pace, best))
-    draws = [_quantiles(one, focal, (np.arange(_DRAWS) + 0.5) / _DRAWS) for one in posteriors]
+    draws = [_quantiles(one, focal, _LEVELS) for one in posteriors]
     people = len(np.unique(steps.person[chosen]))
     return _close(best, fit.resampled[:_PLANES], draws, "motion", people)
 
@@ -171,15 +173,3 @@ def _close(
 ) -> Closing:
     each = [plane for plane, focals in zip(planes, draws, strict=True) for _ in focals]
     return Closing(focal=focal, planes=tuple(each), draws=np.concatenate(draws), method=method, walkers=walkers)
-
-
-def _squared_focal(plane: SizePlane, point: FloatArray) -> float:
-    _, below = plane.levelled(point[:1], point[1:])
-    return plane.depth * float(below[0])
-
-
-def _normal_quantiles(levels: FloatArray) -> FloatArray:
-    from scipy.special import ndtri
-
-    quantiles: FloatArray = ndtri(levels)
-    return quantiles

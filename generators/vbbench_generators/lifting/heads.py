@@ -1,10 +1,10 @@
-"""Boxes of heads in the pictures of one camera that stands still."""
+"""Heads in the pictures of one camera that stands still: their boxes, and their centres."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.arrays import BoolArray, FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,3 +41,54 @@ class HeadBoxes:
 
     def __len__(self) -> int:
         return len(self.frame)
+
+    @property
+    def centre(self) -> FloatArray:
+        """[2] of the picture, in px."""
+        return np.array(self.size) / 2.0
+
+    @property
+    def whole(self) -> BoolArray:
+        """[N] which boxes the picture's edge does not cut."""
+        left, top, width, height = self.boxes.T
+        whole: BoolArray = (left > 0.0) & (top > 0.0) & (left + width < self.size[0]) & (top + height < self.size[1])
+        return whole
+
+    def heads(self) -> "Heads":
+        """The boxes' centres."""
+        x, nu = (self.boxes[:, n] + (self.boxes[:, n + 2] - self.size[n]) / 2.0 for n in range(2))
+        return Heads(x=x, nu=nu, frame=self.frame, track=self.track, dt=self.dt)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heads:
+    """Head centres in px from the picture's centre, by track, then by frame: [N] each; ``dt`` in s."""
+
+    x: FloatArray
+    nu: FloatArray
+    frame: IntArray
+    track: IntArray
+    dt: float
+
+    def take(self, chosen: BoolArray | IntArray) -> "Heads":
+        """Those at the places, or with the truth values, ``chosen``."""
+        return Heads(
+            x=self.x[chosen], nu=self.nu[chosen], frame=self.frame[chosen], track=self.track[chosen], dt=self.dt
+        )
+
+
+def split_at_gaps(heads: Heads, gap: float) -> Heads:
+    """The same heads where the part of a track after a gap of more than ``gap`` s is somebody new.
+
+    The first part keeps its id; the others get those above the highest. Heads stay by track, then by frame.
+    """
+    limit = max(1, int(np.floor(gap / heads.dt + 1e-9)))
+    opening = np.r_[True, heads.track[1:] != heads.track[:-1]]
+    broken = np.r_[False, np.diff(heads.frame) > limit] & ~opening
+    if not broken.any():
+        return heads
+    piece = np.cumsum(broken)
+    since = np.maximum.accumulate(np.where(opening | broken, np.arange(len(opening)), 0))
+    track = np.where(broken[since], heads.track.max() + piece[since], heads.track)
+    order = np.argsort(track, kind="stable")
+    return Heads(x=heads.x, nu=heads.nu, frame=heads.frame, track=track, dt=heads.dt).take(order)

@@ -2,16 +2,14 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import FloatArray
 from vbbench.errors import VbbenchError
 from vbbench.scene import Scene
 from vbbench_generators.lifting.calibration import Calibration, calibration_of
-from vbbench_generators.lifting.finding import Found, below_horizon, find_by_heads, find_by_homography
-from vbbench_generators.lifting.heads import HeadBoxes
+from vbbench_generators.lifting.finding import below_horizon, find_by_heads, find_by_homography
+from vbbench_generators.lifting.heads import HeadBoxes, split_at_gaps
 from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.smoothing import Heads, smooth_tracks, split_at_gaps
+from vbbench_generators.lifting.smoothing import smooth_tracks
 from vbbench_generators.lifting.walking import walking_speed
 
 
@@ -45,35 +43,21 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")
-    heads, centre = _centres(boxes), np.array(boxes.size) / 2.0
+    heads = boxes.heads()
     try:
         if homography is not None:
-            found = find_by_homography(homography, heads, centre, settings)
+            found = find_by_homography(homography, heads, boxes.centre, settings)
         else:
-            found = find_by_heads(heads, boxes.boxes, _whole(boxes), boxes.size, settings)
+            found = find_by_heads(heads, boxes, settings)
         kept = below_horizon(found.camera.depth(heads.x, heads.nu))
     except ValueError as error:
         advice = "is that of another picture?" if homography is not None else "give its homography with --homography"
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
-    return _lifted(boxes, heads.take(kept), found, settings)
-
-
-def _centres(boxes: HeadBoxes) -> Heads:
-    x, nu = (boxes.boxes[:, n] + (boxes.boxes[:, n + 2] - boxes.size[n]) / 2.0 for n in range(2))
-    return Heads(x=x, nu=nu, frame=boxes.frame, track=boxes.track, dt=boxes.dt)
-
-
-def _whole(boxes: HeadBoxes) -> BoolArray:
-    left, top, width, height = boxes.boxes.T
-    whole: BoolArray = (left > 0.0) & (top > 0.0) & (left + width < boxes.size[0]) & (top + height < boxes.size[1])
-    return whole
-
-
-def _lifted(boxes: HeadBoxes, heads: Heads, found: Found, settings: LiftingSettings) -> Lifted:
+    heads = heads.take(kept)
     speed = walking_speed(heads, found.camera, settings.window)
     if settings.apply_walking_speed and speed is not None and found.fit is not None:
         found = found.scaled(settings.walking_speed / speed, settings.head_height)
     heads = split_at_gaps(heads, settings.gap)
     smoothed = smooth_tracks(heads, found.camera, settings.head_size * found.scale, boxes.name)
-    calibration = calibration_of(found, heads, smoothed, settings, boxes.size[1] / 2.0, speed)
+    calibration = calibration_of(found, heads, smoothed, settings, boxes.centre[1], speed)
     return Lifted(tracks=smoothed.scene, calibration=calibration)

@@ -1,26 +1,24 @@
-"""How much of a track's wobble is the boxes' noise, and how much is walking.
+"""Smooths tracks on the ground, as strongly as they themselves tell: how much of their wobble is noise of the boxes.
 
 Second differences of positions at time steps τ have variance 6·r + ⅔·q·τ³: r is the noise of a mean over a block, q the
 density of a white-noise acceleration (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking
 and Navigation, 2001, section 6.2). One grows with τ and the other does not, so several τ tell them apart. Blocks are as
 long as the gaps between an annotator's key boxes often are, so that interpolated noise counts as what it is.
+
+The smoother is a Kalman filter and the one of Rauch, Tung and Striebel, one coordinate at a time. State: position and
+velocity under that acceleration. Frames without a box are predicted over.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.arrays import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench.scene import Scene
 from vbbench_generators.lifting.camera import GroundCamera
+from vbbench_generators.lifting.heads import Heads
 
-# DOC """Smooths tracks on the ground: Kalman filter and Rauch–Tung–Striebel smoother, one coordinate at a time.
-# DOC
-# DOC State: position and velocity under white-noise acceleration of density q (Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
-# DOC Estimation with Applications to Tracking and Navigation, 2001, section 6.2). Frames without a box are predicted over.
-# DOC """
-# DOC """From head boxes and a camera to smooth tracks on the ground."""
 BLOCK = 0.4
 _LAGS = (1, 2, 3, 4)
 _BANDS = 3
@@ -171,46 +169,12 @@ _LEAST_ACCELERATION = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
-class Heads:
-    """Head centres in px from the picture's centre, by track, then by frame: [N] each; ``dt`` in s."""
-
-    x: FloatArray
-    nu: FloatArray
-    frame: IntArray
-    track: IntArray
-    dt: float
-
-    def take(self, chosen: BoolArray | IntArray) -> "Heads":
-        """Those at the places, or with the truth values, ``chosen``."""
-        return Heads(
-            x=self.x[chosen], nu=self.nu[chosen], frame=self.frame[chosen], track=self.track[chosen], dt=self.dt
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
 class Smoothed:
     """Tracks as a scene, and the root mean square of what the smoother took off them, in m and in px."""
 
     scene: Scene
     residual_m: float
     residual_px: float
-
-
-def split_at_gaps(heads: Heads, gap: float) -> Heads:
-    """The same heads where the part of a track after a gap of more than ``gap`` s is somebody new.
-
-    The first part keeps its id; the others get those above the highest. Heads stay by track, then by frame.
-    """
-    limit = max(1, int(np.floor(gap / heads.dt + 1e-9)))
-    opening = np.r_[True, heads.track[1:] != heads.track[:-1]]
-    broken = np.r_[False, np.diff(heads.frame) > limit] & ~opening
-    if not broken.any():
-        return heads
-    piece = np.cumsum(broken)
-    since = np.maximum.accumulate(np.where(opening | broken, np.arange(len(opening)), 0))
-    track = np.where(broken[since], heads.track.max() + piece[since], heads.track)
-    order = np.argsort(track, kind="stable")
-    return Heads(x=heads.x, nu=heads.nu, frame=heads.frame, track=track, dt=heads.dt).take(order)
 
 
 def smooth_tracks(heads: Heads, camera: GroundCamera, head_size: float, name: str) -> Smoothed:

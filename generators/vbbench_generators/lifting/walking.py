@@ -1,9 +1,10 @@
-"""How well people's speeds agree with a stretch of the ground: walking is as fast in one direction as in another.
+"""How people walk: segments of it, how well their speeds agree with a stretch of the ground, and how fast they are.
 
-A segment of walking has log speed y = μ + h(φ) + b + e: b is the person's own pace, e that of the moment, and h what
-truly depends on the direction φ, a Gaussian process of harmonics. With a wrong stretch of the depth, y gains a term in
-φ. What is computed is the likelihood of the speeds given the directions, so nothing is assumed of how many people walk
-which way; and as h can imitate the wrong stretch where all walk one way, such a crowd decides little.
+A segment of walking is where a head is at the beginning and at the end of a window of about two seconds. Its log speed
+is y = μ + h(φ) + b + e: b is the person's own pace, e that of the moment, and h what truly depends on the direction φ,
+a Gaussian process of harmonics. Walking is as fast in one direction as in another; with a wrong stretch of the depth, y
+gains a term in φ. What is computed is the likelihood of the speeds given the directions, so nothing is assumed of how
+many people walk which way; and as h can imitate the wrong stretch where all walk one way, such a crowd decides little.
 """
 
 from dataclasses import dataclass
@@ -13,10 +14,8 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_generators.lifting.camera import GroundCamera
-from vbbench_generators.lifting.smoothing import Heads
+from vbbench_generators.lifting.heads import Heads
 
-# DOC """Stretches of walking: where a person's head is at the beginning and at the end of a window of about two seconds."""
-# DOC """How fast a lifted crowd walks: the check of its scale."""
 HARMONICS = 6
 OPPOSITE = 3.0
 """How much freer the first harmonic is than the others: streams that face each other may differ in pace."""
@@ -168,24 +167,18 @@ class Segments:
         return len(self.person)
 
 
-def cut_segments(
-    x: FloatArray, nu: FloatArray, frame: IntArray, track: IntArray, *, dt: float, window: float
-) -> Segments:
-    """Cut tracks into windows of ``window`` s that follow one another; those with too few boxes are left out.
-
-    Parameters
-    ----------
-    x, nu, frame, track : [N] boxes by track, then by frame.
-    dt : seconds a frame.
-    """
-    third = max(1, round(window / dt / 3.0))
+def cut_segments(heads: Heads, window: float) -> Segments:
+    """Cut tracks into windows of ``window`` s that follow one another; those with too few boxes are left out."""
+    frame, track = heads.frame, heads.track
+    third = max(1, round(window / heads.dt / 3.0))
     opening = np.r_[True, track[1:] != track[:-1]]
     number = np.cumsum(opening) - 1
     part = (frame - frame[opening][number]) // third
     key = number * (int(part.max()) + 3) + part
     starts = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
     count = np.diff(np.r_[starts, len(key)])
-    mean = np.stack([np.add.reduceat(values, starts) / count for values in (x, nu, frame * dt)], axis=1)
+    values = (heads.x, heads.nu, frame * heads.dt)
+    mean = np.stack([np.add.reduceat(value, starts) / count for value in values], axis=1)
     opens = np.flatnonzero(part[starts] % 3 == 0)
     opens = opens[opens + 2 < len(starts)]
     full = np.minimum(count[opens], count[opens + 2]) >= _LEAST_SHARE * third
@@ -204,7 +197,7 @@ _SLOWEST = 0.3
 
 def walking_speed(heads: Heads, camera: GroundCamera, window: float) -> float | None:
     """Median speed of walkers in m/s, from windows of ``window`` s; ``None`` if there are no such windows."""
-    segments = cut_segments(heads.x, heads.nu, heads.frame, heads.track, dt=heads.dt, window=window)
+    segments = cut_segments(heads, window)
     if not len(segments):
         return None
     way = camera.to_ground(*segments.end.T) - camera.to_ground(*segments.begin.T)

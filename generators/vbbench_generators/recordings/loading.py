@@ -11,8 +11,8 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.scene import Scene
 from vbbench.sources import locate
 from vbbench.tables import file_sha256
-from vbbench_generators.lifting import lift
 from vbbench_generators.lifting.calibration import describe_calibration
+from vbbench_generators.lifting.lift import lift
 from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
 from vbbench_generators.recordings.readers.tables import detect_format, read_obsmat, read_trajnet
 from vbbench_generators.recordings.readers.text import read_homography
@@ -20,7 +20,6 @@ from vbbench_generators.recordings.readers.tracks import check_speed
 from vbbench_generators.recordings.readers.vsp import FRAME_RATE, polyline, read_vsp, smooth_curve
 from vbbench_generators.recordings.recipe import Recipe
 
-# DOC """Fewer frames of a recording than it has."""
 FileSum = tuple[str, str]
 """A source file's path, the same on every machine, and its SHA-256."""
 

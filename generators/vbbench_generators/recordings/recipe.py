@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import as_file, files
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from vbbench.errors import UnknownNameError
 from vbbench.generator import FRAME_TIME, Tier
@@ -12,11 +11,8 @@ from vbbench.ranges import Within, check_ranges
 from vbbench.sources import Source
 from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.recordings.eligibility import Rules
-from vbbench_generators.strict_toml import build, build_each, read_toml
+from vbbench_generators.strict_toml import bundled_names, read_bundled, read_toml
 from vbbench_generators.tiers.noise import Precision
-
-if TYPE_CHECKING:
-    from vbbench_generators.recordings.loading import Loaded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +63,7 @@ class Recipe:
     licence: str
     citation: str
     format: Literal["trajnet", "obsmat", "vsp", "auto", "crohd"]
-    source: tuple[Source, ...]
+    source: tuple[Source, ...] = ()
     sequences: Rules
     dt: Annotated[float, FRAME_TIME] | None = None
     frame_step: Annotated[int, Within(1, 10**6)] | None = None
@@ -95,18 +91,10 @@ class Recipe:
         """The caution that holds under ``tier``."""
         return self.caution.text if self.caution is not None and tier in self.caution.tiers else None
 
-    def load_scenes(
-        self, source: Path | None, *, seed: int, dt: float | None = None, homography: Path | None = None
-    ) -> "Loaded":
-        """The scenes of the split, and what they come from; see ``loading.load_scenes``."""
-        from vbbench_generators.recordings.loading import load_scenes
-
-        return load_scenes(self, source, seed=seed, dt=dt, homography=homography)
-
 
 def recipe_names() -> list[str]:
     """The recipes of this package, in alphabetical order."""
-    return sorted(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+    return bundled_names("recipes")
 
 
 @cache
@@ -120,38 +108,9 @@ def get_recipe(name: str) -> Recipe:
     """
     if name not in recipe_names():
         raise UnknownNameError("recipe", name, recipe_names())
-    with as_file(_folder() / f"{name}.toml") as path:
-        return read_recipe(path)
+    return read_bundled("recipes", name, Recipe, "recipe")
 
 
 def read_recipe(path: Path) -> Recipe:
-    """Read a recipe file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, no TOML, or a key is unknown, missing or of the wrong type.
-    """
-
-    def made(table: dict[str, Any]) -> Recipe:
-        parts: dict[str, Any] = {"source": build_each(Source, table.pop("source", []), path, "[[source]]")}
-        for key, kind in _TABLES.items():
-            if key in table:
-                parts[key] = build(kind, table.pop(key), path, f"[{key}]")
-        return build(Recipe, {**table, **parts}, path, "recipe")
-
-    return read_toml(path, made)
-
-
-_TABLES: dict[str, type[Any]] = {
-    "sequences": Rules,
-    "homography": Source,
-    "resampling": Resampling,
-    "caution": Caution,
-    "lifting": LiftingSettings,
-    "precision": Precision,
-}
-
-
-def _folder() -> Any:
-    return files("vbbench_generators") / "recipes"
+    """Read a recipe file; see `read_toml`."""
+    return read_toml(path, Recipe, "recipe")

@@ -3,23 +3,17 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-import numpy as np
-
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generator import Options
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.tiers.occlusion import Outline
-from vbbench_generators.tiers.tracking import TrackingSettings, get_tracking
+from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
 
-# DOC """Refuses what no split can be made of."""
 PIXEL_STD = {"ideal": 0.0, "noisy": 1.0, "occluded": 0.0}
 """Standard deviation in px of a box's column, top and bottom, by tier; that of `tracked` stands in its settings."""
 TIERS = (*PIXEL_STD, "tracked")
-
-SHORTEST_BOX = 1.0
-"""No box gets shorter than this, in px, by noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,22 +75,7 @@ def corruption_of(tier: str, *, whole: bool = False) -> Corruption:
     return Corruption(pixel_std=PIXEL_STD[tier], hiding=Hiding(cut=cut) if cut or whole else None)
 
 
-def add_pixel_noise(boxes: FloatArray, camera: Camera, pixel_std: float, rng: np.random.Generator) -> FloatArray:
-    """Gaussian noise of ``pixel_std`` px on the column, top and bottom of boxes [T, K, 3] (u, v, l) in px."""
-    column, top, bottom = pixel_std * rng.standard_normal((3, *boxes.shape[:-1]))
-    u = camera.wrap_column(boxes[..., 0] + column)
-    v = boxes[..., 1] + 0.5 * (top + bottom)
-    length = np.maximum(boxes[..., 2] + bottom - top, SHORTEST_BOX)
-    return np.stack([u, v, length], axis=-1)
-
-
 def check_options(split: str, options: Options) -> None:
-    """Check what every split is asked for.
-
-    Raises
-    ------
-    VbbenchError
-        If an option cannot be.
-    """
+    """Raise VbbenchError unless the tier that is asked of a ``split`` is one of `TIERS`."""
     if options.tier not in TIERS:
         raise VbbenchError(f"split '{split}' offers the tiers {', '.join(TIERS)}, not '{options.tier}'")

@@ -1,4 +1,9 @@
-"""Noise that remembers: an Ornstein–Uhlenbeck process, sampled once a frame."""
+"""Noise of boxes, and how finely they are written.
+
+Boxes are rounded to fractions of a pixel that are exact in binary, so that large datasets compress. A float64 of a
+panorama has some 40 bits behind the thousandth of a pixel, and they are random: no compressor saves them. Multiples of
+2^−b px leave them zero, and the byte streams of zeros cost nothing.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -9,16 +14,23 @@ from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
 from vbbench.ranges import Within, check_ranges
 
+SHORTEST_BOX = 1.0
+"""No box gets shorter than this, in px, by noise."""
 
-# DOC """Boxes rounded to fractions of a pixel that are exact in binary, so that large datasets compress.
-# DOC
-# DOC A float64 of a panorama has some 40 bits behind the thousandth of a pixel, and they are random: no compressor saves
-# DOC them. Multiples of 2^−b px leave them zero, and the byte streams of zeros cost nothing.
-# DOC """
+
+def add_pixel_noise(boxes: FloatArray, camera: Camera, pixel_std: float, rng: np.random.Generator) -> FloatArray:
+    """Gaussian noise of ``pixel_std`` px on the column, top and bottom of boxes [T, K, 3] (u, v, l) in px."""
+    column, top, bottom = pixel_std * rng.standard_normal((3, *boxes.shape[:-1]))
+    u = camera.wrap_column(boxes[..., 0] + column)
+    v = boxes[..., 1] + 0.5 * (top + bottom)
+    length = np.maximum(boxes[..., 2] + bottom - top, SHORTEST_BOX)
+    return np.stack([u, v, length], axis=-1)
+
+
 def wandering(shape: tuple[int, ...], memory: float, dt: float, rng: np.random.Generator) -> FloatArray:
     """Standard normal numbers of any shape, correlated over time t in s, the first axis, with e^(−t/``memory``).
 
-    ``memory`` and ``dt``, the time from one row to the next, are in s.
+    An Ornstein–Uhlenbeck process; ``memory`` and ``dt``, the time from one row to the next, are in s.
     """
     numbers = rng.standard_normal(shape)
     kept = np.exp(-dt / memory)

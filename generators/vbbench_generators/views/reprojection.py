@@ -19,7 +19,10 @@ from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
 from vbbench_generators.views.viewing import view
 
-# DOC """From scenes and the user's options to the plan of a reprojected dataset."""
+HEIGHT_MEAN = 1.70
+"""μ_h in m, as in the paper."""
+REVISION = 1
+"""Raised whenever the same options give other observations, so that dataset ids differ too."""
 HEIGHT_STREAM = 1
 """Spawn key of the generator of heights, apart from the one of every sequence."""
 
@@ -84,12 +87,6 @@ class Reprojection:
 def _frames_of(values: NDArray[Any], span: Span) -> NDArray[Any]:
     """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
     return values[span.first : span.first + len(span.counted)]
-
-
-HEIGHT_MEAN = 1.70
-"""μ_h in m, as in the paper."""
-REVISION = 1
-"""Raised whenever the same options give other observations, so that dataset ids differ too."""
 
 
 def plan_reprojection(

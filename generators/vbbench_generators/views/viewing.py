@@ -1,4 +1,4 @@
-"""Boxes of people, and what of them shows, as a camera carried along sees them."""
+"""What one observer sees of a scene: the camera carried along, people's boxes, what shows, and what is given."""
 
 from dataclasses import dataclass, replace
 
@@ -13,13 +13,13 @@ from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence, Truth
 from vbbench_generators.recordings.eligibility import Span
-from vbbench_generators.tiers.corruption import Corruption, add_pixel_noise
+from vbbench_generators.tiers.corruption import Corruption
+from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import enough, see
-from vbbench_generators.tiers.tracking import Tracked, track_people
+from vbbench_generators.tiers.tracking.observing import Tracked, track_people
 from vbbench_generators.views.heading import wandering_look
 
 
-# DOC """What one observer sees of a scene: the camera carried along, the boxes in it, and what is given."""
 @dataclass(frozen=True)
 class Sights:
     """What is seen of people.

@@ -1,14 +1,14 @@
-"""What kernels see of crowds and models: rows of plain arrays, and one record of numbers."""
+"""What all kernels share: rows of plain arrays that are a crowd, one record of numbers that is a model, and functions.
+
+Exponential and arc tangent are made of additions and multiplications, so that loops over them are vectorised.
+Polynomials are written in pairs of terms, which the processor computes at the same time. Calls of the C library would
+keep loops scalar, and its last digits differ between machines.
+"""
 
 import numpy as np
 
 from vbbench.kernels import kernel
 
-# DOC """Exponential and arc tangent out of additions and multiplications, so that loops over them are vectorised.
-# DOC
-# DOC Polynomials are written in pairs of terms, which the processor computes at the same time. Calls of the C library would
-# DOC keep loops scalar, and its last digits differ between machines.
-# DOC """
 X, Y, VX, VY, TARGET_X, TARGET_Y, TARGET_DISTANCE = range(7)
 """Rows of ``people`` [7, K]: place (m), velocity (m/s), unit vector to the current goal, distance (m) from it."""
 
@@ -17,33 +17,14 @@ PEOPLE_ROWS = 7
 PAIRS = 1024
 """Pairs whose forces are computed at a time: few enough for the processor's first cache."""
 
-SETTINGS = np.dtype(
-    [
-        ("kind", np.int64),
-        ("desired_factor", np.float64),
-        ("relaxation_time", np.float64),
-        ("top_speed", np.float64),
-        ("arrival_radius", np.float64),
-        ("factor", np.float64),
-        ("velocity_weight", np.float64),
-        ("reach", np.float64),
-        ("side_sharpness", np.float64),
-        ("brake_sharpness", np.float64),
-        ("fall_off", np.float64),
-        ("stride_time", np.float64),
-        ("view_cosine", np.float64),
-        ("unseen_weight", np.float64),
-        ("wall_factor", np.float64),
-        ("wall_fall_off", np.float64),
-        ("wall_reach", np.float64),
-        ("body_radius", np.float64),
-        ("cohesion", np.float64),
-        ("gaze", np.float64),
-        ("separation", np.float64),
-        ("personal_space", np.float64),
-    ]
-)
-"""A `Model` as kernels read it; lengths in m, times in s."""
+NUMBERS = """
+    desired_factor relaxation_time top_speed arrival_radius factor velocity_weight reach side_sharpness
+    brake_sharpness fall_off stride_time view_cosine unseen_weight wall_factor wall_fall_off wall_reach body_radius
+    cohesion gaze separation personal_space
+"""
+"""Names of a model's numbers; lengths are in m, times in s."""
+SETTINGS = np.dtype([("kind", np.int64), *((name, np.float64) for name in NUMBERS.split())])
+"""A `Model` as kernels read it."""
 
 MOUSSAID, HELBING_MOLNAR, PYSOCIALFORCE = range(3)
 """The kinds of repulsion."""

@@ -1,4 +1,4 @@
-"""From crowds and models to the arrays of the kernels, and back."""
+"""Walk crowds: the same numbers for one crowd or many, on one thread or more."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,117 +7,14 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vbbench.arrays import FloatArray, IntArray, frozen_array
+from vbbench.arrays import FloatArray, frozen_array
 from vbbench.simulation import Engine
 from vbbench_generators.crowds.social_force.basics import HELBING_MOLNAR, MOUSSAID, PYSOCIALFORCE, SETTINGS
-from vbbench_generators.crowds.social_force.march import march, march_large, march_side_by_side
+from vbbench_generators.crowds.social_force.march import Crowds, march, march_large, march_side_by_side
 from vbbench_generators.crowds.social_force.model import Crowd, HelbingMolnar, Model
 
-# DOC """Walk crowds: the same numbers for one crowd or many, on one thread or more."""
 LARGE = 256
 """From so many people on a crowd is walked by itself, with the work of each step shared out."""
-
-Packed = tuple[IntArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]
-Rest = tuple[FloatArray, NDArray[Any], float, int]
-
-
-def march_crowds(
-    crowds: Sequence[Crowd],
-    model: Model,
-    walls: FloatArray,
-    frames: int,
-    dt: float,
-    substeps: int,
-    threads: int | None,
-) -> list[FloatArray]:
-    """Paths [T, K, 2] in m of every crowd; see `vbbench_generators.crowds.social_force.simulate`."""
-    paths: list[FloatArray] = [np.empty((frames, crowd.people, 2)) for crowd in crowds]
-    rest: Rest = (np.array(walls), model_numbers(model), float(dt), int(substeps))
-    available = numba.get_num_threads()
-    threads = available if threads is None else min(threads, numba.config.NUMBA_NUM_THREADS)
-    numba.set_num_threads(threads)
-    try:
-        small = [n for n, crowd in enumerate(crowds) if 0 < crowd.people < LARGE]
-        _march_small(crowds, small, model, rest, paths, threads)
-        for n, crowd in enumerate(crowds):
-            if crowd.people >= LARGE:
-                march_large(*_pack([crowd], model), *rest, paths[n])
-    finally:
-        numba.set_num_threads(available)
-    return paths
-
-
-def _march_small(
-    crowds: Sequence[Crowd],
-    chosen: list[int],
-    model: Model,
-    rest: Rest,
-    paths: list[FloatArray],
-    threads: int,
-) -> None:
-    """Walk the chosen crowds side by side, the largest first so that threads end together."""
-    if not chosen:
-        return
-    chosen = sorted(chosen, key=lambda n: -crowds[n].people)
-    packed = _pack([crowds[n] for n in chosen], model)
-    together = np.empty((len(paths[chosen[0]]), packed[1].shape[1], 2))
-    if threads == 1 or len(chosen) == 1:
-        march(*packed, *rest, together)
-    else:
-        with numba.parallel_chunksize(1):
-            march_side_by_side(*packed, *rest, together)
-    for n, scene in zip(chosen, packed[0], strict=True):
-        paths[n][:] = together[:, scene[0] : scene[1]]
-
-
-def _pack(crowds: Sequence[Crowd], model: Model) -> Packed:
-    """Lay crowds end to end; see `march.march` for the arrays."""
-    members = [crowd.members() for crowd in crowds]
-    groups = [group for crowd_groups in members for group in crowd_groups]
-    ends = np.cumsum(
-        [(crowd.people, crowd.goals.size // 2, len(own)) for crowd, own in zip(crowds, members, strict=True)], axis=0
-    )
-    bounds = np.stack((np.vstack((np.zeros((1, 3), np.int64), ends[:-1])), ends), axis=2)
-    states = np.concatenate([np.column_stack((crowd.positions, crowd.velocities)) for crowd in crowds]).T
-    return (
-        bounds.reshape(len(crowds), 6).astype(np.int64),
-        np.ascontiguousarray(states),
-        np.concatenate([desired_speeds(crowd, model) for crowd in crowds]),
-        np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
-        np.concatenate([np.empty(0, np.int64), *groups]),
-        np.cumsum([0, *map(len, groups)], dtype=np.int64),
-    )
-
-
-def desired_speeds(crowd: Crowd, model: Model) -> FloatArray:
-    """[K] in m/s; what pysocialforce multiplies by 1.3 if the model is strict."""
-    if model.strict:
-        return np.asarray(np.hypot(crowd.velocities[:, 0], crowd.velocities[:, 1]))
-    return crowd.speeds
-
-
-def model_numbers(model: Model) -> NDArray[Any]:
-    """The model's numbers as one record."""
-    numbers = np.zeros(1, SETTINGS)
-    numbers["relaxation_time"], numbers["arrival_radius"] = model.relaxation_time, model.arrival_radius
-    numbers["top_speed"] = model.top_speed
-    numbers["desired_factor"] = model.top_speed if model.strict else 1.0
-    repulsion = model.repulsion
-    own = dict(vars(repulsion))
-    if isinstance(repulsion, HelbingMolnar):
-        own["factor"], own["view_cosine"] = own.pop("strength"), np.cos(np.radians(own.pop("view_angle") / 2.0))
-        own["wall_factor"] = own.pop("wall_strength")
-    else:
-        walls = dict(vars(model.walls))
-        own["body_radius"] = walls.pop("body_radius")
-        own |= {f"wall_{name}": value for name, value in walls.items()}
-    numbers["kind"] = HELBING_MOLNAR if isinstance(repulsion, HelbingMolnar) else MOUSSAID
-    if model.strict:
-        numbers["kind"] = PYSOCIALFORCE
-    for name, value in (own | dict(vars(model.groups))).items():
-        numbers[name] = value
-    return numbers
-
 
 NO_WALLS: tuple[tuple[float, float, float, float], ...] = ()
 
@@ -178,7 +75,29 @@ def simulate_many(
     segments = _checked(frames, dt, substeps, walls)
     if threads is not None and threads < 1:
         raise ValueError(f"threads must be at least 1, not {threads}")
-    return march_crowds(crowds, model, segments, frames, dt, substeps, threads)
+    paths: list[FloatArray] = [np.empty((frames, crowd.people, 2)) for crowd in crowds]
+    available = numba.get_num_threads()
+    threads = available if threads is None else min(threads, numba.config.NUMBA_NUM_THREADS)
+    numba.set_num_threads(threads)
+    try:
+        # The largest first, so that threads end together.
+        small = sorted((n for n, c in enumerate(crowds) if 0 < c.people < LARGE), key=lambda n: -crowds[n].people)
+        if small:
+            packed = _pack([crowds[n] for n in small], model, segments, dt, substeps)
+            together = np.empty((frames, packed.states.shape[1], 2))
+            if threads == 1 or len(small) == 1:
+                march(packed, together)
+            else:
+                with numba.parallel_chunksize(1):
+                    march_side_by_side(packed, together)
+            for n, scene in zip(small, packed.scenes, strict=True):
+                paths[n][:] = together[:, scene[0] : scene[1]]
+        for n, crowd in enumerate(crowds):
+            if crowd.people >= LARGE:
+                march_large(_pack([crowd], model, segments, dt, substeps), paths[n])
+    finally:
+        numba.set_num_threads(available)
+    return paths
 
 
 def _checked(frames: int, dt: float, substeps: int, walls: ArrayLike) -> FloatArray:
@@ -192,3 +111,56 @@ def _checked(frames: int, dt: float, substeps: int, walls: ArrayLike) -> FloatAr
     if not np.all(np.isfinite(segments)):
         raise ValueError("walls must be finite; they hold NaN or infinity")
     return np.ascontiguousarray(segments)
+
+
+def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, substeps: int) -> Crowds:
+    """Lay crowds end to end."""
+    members = [crowd.members() for crowd in crowds]
+    groups = [group for crowd_groups in members for group in crowd_groups]
+    ends = np.cumsum(
+        [(crowd.people, crowd.goals.size // 2, len(own)) for crowd, own in zip(crowds, members, strict=True)], axis=0
+    )
+    bounds = np.stack((np.vstack((np.zeros((1, 3), np.int64), ends[:-1])), ends), axis=2)
+    states = np.concatenate([np.column_stack((crowd.positions, crowd.velocities)) for crowd in crowds]).T
+    return Crowds(
+        scenes=bounds.reshape(len(crowds), 6).astype(np.int64),
+        states=np.ascontiguousarray(states),
+        speeds=np.concatenate([_desired_speeds(crowd, model) for crowd in crowds]),
+        goals=np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
+        members=np.concatenate([np.empty(0, np.int64), *groups]),
+        groups=np.cumsum([0, *map(len, groups)], dtype=np.int64),
+        walls=np.array(walls),
+        numbers=model_numbers(model),
+        dt=float(dt),
+        substeps=int(substeps),
+    )
+
+
+def _desired_speeds(crowd: Crowd, model: Model) -> FloatArray:
+    """[K] in m/s; what pysocialforce multiplies by 1.3 if the model is strict."""
+    if model.strict:
+        return np.asarray(np.hypot(crowd.velocities[:, 0], crowd.velocities[:, 1]))
+    return crowd.speeds
+
+
+def model_numbers(model: Model) -> NDArray[Any]:
+    """The model's numbers as one record."""
+    numbers = np.zeros(1, SETTINGS)
+    numbers["relaxation_time"], numbers["arrival_radius"] = model.relaxation_time, model.arrival_radius
+    numbers["top_speed"] = model.top_speed
+    numbers["desired_factor"] = model.top_speed if model.strict else 1.0
+    repulsion = model.repulsion
+    own = dict(vars(repulsion))
+    if isinstance(repulsion, HelbingMolnar):
+        own["factor"], own["view_cosine"] = own.pop("strength"), np.cos(np.radians(own.pop("view_angle") / 2.0))
+        own["wall_factor"] = own.pop("wall_strength")
+    else:
+        walls = dict(vars(model.walls))
+        own["body_radius"] = walls.pop("body_radius")
+        own |= {f"wall_{name}": value for name, value in walls.items()}
+    numbers["kind"] = HELBING_MOLNAR if isinstance(repulsion, HelbingMolnar) else MOUSSAID
+    if model.strict:
+        numbers["kind"] = PYSOCIALFORCE
+    for name, value in (own | dict(vars(model.groups))).items():
+        numbers[name] = value
+    return numbers

@@ -1,9 +1,14 @@
-"""One step of a crowd: goals, forces, and the semi-implicit integration v += F·Δt, x += v·Δt."""
+"""Crowds step by step: goals, forces, and the semi-implicit integration v += F·Δt, x += v·Δt.
+
+Scenes are walked side by side, or one large crowd at a time with the work of each step shared out.
+"""
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
+from numpy.typing import NDArray
 
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.kernels import kernel, parallel_kernel
@@ -26,9 +31,37 @@ from vbbench_generators.crowds.social_force.model import STOP_RADIUS
 from vbbench_generators.crowds.social_force.moussaid import moussaid_rows, strict_rows
 from vbbench_generators.crowds.social_force.walls import sampled_wall, wall_potential
 
-# DOC """Many steps: scenes side by side, or one large crowd at a time with the work of each step shared out."""
 BRAKE_RADIUS = 0.2
 """Within so many metres of the goal a person brakes, as in pysocialforce."""
+BLOCKS = 16
+"""Parts into which the people of a large crowd fall; fixed, so that sums do not depend on the number of threads."""
+
+
+class Crowds(NamedTuple):
+    """Crowds laid end to end, and all that moves them.
+
+    Parameters
+    ----------
+    scenes : [S, 6] for each scene where its people, goals and groups start and end in the arrays below.
+    states : [4, N] x, y, vx, vy of everybody in m and m/s.
+    speeds : [N] desired speeds in m/s.
+    goals : [P, 2] in m, of one person after the other.
+    members, groups : indices, within their scene, of people in groups, and where each group starts among them.
+    walls : [M, 4] segments x0, y0, x1, y1 in m.
+    numbers : [1] record of `SETTINGS`.
+    dt : seconds a frame, in ``substeps`` steps.
+    """
+
+    scenes: IntArray
+    states: FloatArray
+    speeds: FloatArray
+    goals: FloatArray
+    members: IntArray
+    groups: IntArray
+    walls: FloatArray
+    numbers: NDArray[Any]
+    dt: float
+    substeps: int
 
 
 @kernel
@@ -112,39 +145,25 @@ def move(people: FloatArray, speeds: FloatArray, numbers: FloatArray, forces: Fl
         people[Y, k] += people[VY, k] * step
 
 
-BLOCKS = 16
-"""Parts into which the people of a large crowd fall; fixed, so that sums do not depend on the number of threads."""
-
-
 @kernel
-def march_scene(
-    scene: IntArray,
-    states: FloatArray,
-    speeds: FloatArray,
-    goals: FloatArray,
-    members: IntArray,
-    groups: IntArray,
-    walls: FloatArray,
-    numbers: FloatArray,
-    dt: float,
-    substeps: int,
-    paths: FloatArray,
-) -> None:
-    """Walk one scene and write ``paths`` [T, K, 2] in m; for the rest see `march`."""
-    people, current = _start(scene, states)
+def march_scene(scene: IntArray, crowds: Crowds, paths: FloatArray) -> None:
+    """Walk one scene and write ``paths`` [T, K, 2] in m."""
+    walls, numbers = crowds.walls, crowds.numbers
+    people, current = _start(scene, crowds.states)
     count = people.shape[1]
-    own_goals = goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
+    own_goals = crowds.goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
     pairs, partners = np.empty((4, max(PAIRS, count))), np.empty((2, max(PAIRS, count)), np.int64)
     forces = np.empty((2, count))
     first, stride = int(np.int64(0)), int(np.int64(1))  # for constants numba would compile everything anew
+    speeds, groups = crowds.speeds[scene[0] : scene[1]], crowds.groups[scene[4] : scene[5] + 1]
     _record(people, paths[0])
     for frame in range(1, len(paths)):
-        for _ in range(substeps):
+        for _ in range(crowds.substeps):
             aim(people, own_goals, current, numbers[0].arrival_radius)
             forces[:] = 0.0
             add_row_forces(people, first, stride, walls, numbers, pairs, partners, forces)
-            add_group_forces(people, members, groups[scene[4] : scene[5] + 1], numbers, forces)
-            move(people, speeds[scene[0] : scene[1]], numbers, forces, dt / substeps)
+            add_group_forces(people, crowds.members, groups, numbers, forces)
+            move(people, speeds, numbers, forces, crowds.dt / crowds.substeps)
         _record(people, paths[frame])
 
 
@@ -167,94 +186,43 @@ def _record(people: FloatArray, places: FloatArray) -> None:
 
 
 @kernel
-def march(
-    scenes: IntArray,
-    states: FloatArray,
-    speeds: FloatArray,
-    goals: FloatArray,
-    members: IntArray,
-    groups: IntArray,
-    walls: FloatArray,
-    numbers: FloatArray,
-    dt: float,
-    substeps: int,
-    paths: FloatArray,
-) -> None:
-    """Walk scenes one after the other.
-
-    Parameters
-    ----------
-    scenes : [S, 6] for each scene where its people, goals and groups start and end in the arrays below.
-    states : [4, N] x, y, vx, vy of everybody in m and m/s.
-    speeds : [N] desired speeds in m/s.
-    goals : [P, 2] in m, of one person after the other.
-    members, groups : indices, within their scene, of people in groups, and where each group starts among them.
-    walls : [M, 4] segments x0, y0, x1, y1 in m.
-    numbers : [1] record of `SETTINGS`.
-    dt : seconds a frame, in ``substeps`` steps.
-    paths : [T, N, 2] in m, filled.
-    """
-    for s in range(len(scenes)):
-        walk = paths[:, scenes[s, 0] : scenes[s, 1]]
-        march_scene(scenes[s], states, speeds, goals, members, groups, walls, numbers, dt, substeps, walk)
+def march(crowds: Crowds, paths: FloatArray) -> None:
+    """Walk scenes one after the other, and fill ``paths`` [T, N, 2] in m."""
+    for s in range(len(crowds.scenes)):
+        scene = crowds.scenes[s]
+        march_scene(scene, crowds, paths[:, scene[0] : scene[1]])
 
 
 @parallel_kernel
-def march_side_by_side(
-    scenes: IntArray,
-    states: FloatArray,
-    speeds: FloatArray,
-    goals: FloatArray,
-    members: IntArray,
-    groups: IntArray,
-    walls: FloatArray,
-    numbers: FloatArray,
-    dt: float,
-    substeps: int,
-    paths: FloatArray,
-) -> None:
+def march_side_by_side(crowds: Crowds, paths: FloatArray) -> None:
     """`march` with scenes spread over threads."""
-    for s in prange(len(scenes)):
-        walk = paths[:, scenes[s, 0] : scenes[s, 1]]
-        march_scene(scenes[s], states, speeds, goals, members, groups, walls, numbers, dt, substeps, walk)
+    for s in prange(len(crowds.scenes)):
+        scene = crowds.scenes[s]
+        march_scene(scene, crowds, paths[:, scene[0] : scene[1]])
 
 
 @parallel_kernel
-def march_large(
-    scenes: IntArray,
-    states: FloatArray,
-    speeds: FloatArray,
-    goals: FloatArray,
-    members: IntArray,
-    groups: IntArray,
-    walls: FloatArray,
-    numbers: FloatArray,
-    dt: float,
-    substeps: int,
-    paths: FloatArray,
-) -> None:
-    """`march` for a large crowd: blocks of people are spread over threads and summed in the order of blocks.
-
-    ``scenes`` holds one crowd.
-    """
-    scene = scenes[0]
-    people, current = _start(scene, states)
+def march_large(crowds: Crowds, paths: FloatArray) -> None:
+    """`march` for a large crowd: blocks of people are spread over threads and summed in the order of blocks."""
+    scene, walls, numbers = crowds.scenes[0], crowds.walls, crowds.numbers
+    people, current = _start(scene, crowds.states)
     count = people.shape[1]
-    own_goals = goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
+    own_goals = crowds.goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
     pairs = np.empty((BLOCKS, 4, max(PAIRS, count)))
     partners = np.empty((BLOCKS, 2, max(PAIRS, count)), np.int64)
     forces = np.empty((BLOCKS, 2, count))
+    speeds, groups = crowds.speeds[scene[0] : scene[1]], crowds.groups[scene[4] : scene[5] + 1]
     _record(people, paths[0])
     for frame in range(1, len(paths)):
-        for _ in range(substeps):
+        for _ in range(crowds.substeps):
             aim(people, own_goals, current, numbers[0].arrival_radius)
             for block in prange(BLOCKS):
                 first = int(np.int64(block))  # numba counts in uint64 here
                 forces[block] = 0.0
                 add_row_forces(people, first, BLOCKS, walls, numbers, pairs[block], partners[block], forces[block])
             _gather_blocks(forces)
-            add_group_forces(people, members, groups[scene[4] : scene[5] + 1], numbers, forces[0])
-            move(people, speeds[scene[0] : scene[1]], numbers, forces[0], dt / substeps)
+            add_group_forces(people, crowds.members, groups, numbers, forces[0])
+            move(people, speeds, numbers, forces[0], crowds.dt / crowds.substeps)
         _record(people, paths[frame])
 
 

@@ -1,4 +1,4 @@
-"""A crowd at the moment it starts to walk."""
+"""What walks and how: a crowd at the moment it starts, and the parameters of the model, one dataclass a force."""
 
 from dataclasses import dataclass, field, fields
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from vbbench.arrays import FloatArray, IntArray, frozen_array
 
-# DOC """Parameters of the social force model, one dataclass a force."""
 NO_GROUP = -1
 
 

@@ -6,6 +6,10 @@ Of two people i and j, with e the unit vector from j to i, d their distance and
 
 i feels A (exp(−d/B − (n'Bθ)²) t − sign(θ) exp(−d/B − (nBθ)²) t⊥), t⊥ being t turned left. Exchanging i and j turns D
 round and leaves θ as it is: j feels the opposite, and each pair is computed once.
+
+`strict_rows` is the repulsion of pysocialforce 1.1.2 as it is: the angle is the plain difference of two atan2, which
+may pass π. Each ordered pair is computed by itself. This is slower, and paths depend on how the world is turned; it
+exists to compare with the library.
 """
 
 import math
@@ -17,11 +21,6 @@ from vbbench.kernels import kernel
 from vbbench_generators.crowds.social_force.basics import TINY, VX, VY, X, Y, atan_unit, exp_negative
 
 
-# DOC """The repulsion of pysocialforce 1.1.2 as it is: the angle is the plain difference of two atan2, which may pass π.
-# DOC
-# DOC Each ordered pair is computed by itself. This is slower than `moussaid`, and paths depend on how the world is turned; it
-# DOC exists to compare with the library.
-# DOC """
 @kernel
 def moussaid_rows(
     people: FloatArray, first: int, stride: int, numbers: FloatArray, pairs: FloatArray, forces: FloatArray
@@ -92,19 +91,8 @@ def _sum(values: FloatArray) -> float:
 @kernel
 def _compute(filled: int, numbers: FloatArray, pairs: FloatArray) -> None:
     """Replace the first ``filled`` pairs by their forces."""
-    settings = numbers[0]
-    moussaid_pairs(
-        filled,
-        settings.factor,
-        settings.velocity_weight,
-        settings.reach,
-        settings.side_sharpness,
-        settings.brake_sharpness,
-        pairs[0],
-        pairs[1],
-        pairs[2],
-        pairs[3],
-    )
+    s, x, y, ux, uy = numbers[0], pairs[0], pairs[1], pairs[2], pairs[3]
+    moussaid_pairs(filled, s.factor, s.velocity_weight, s.reach, s.side_sharpness, s.brake_sharpness, x, y, ux, uy)
 
 
 @kernel

@@ -1,4 +1,8 @@
-"""Finds a recording of Head Tracking 21: in its folder, somewhere below a folder, or in the published zip archive."""
+"""Recordings of people's heads by a surveillance camera, in the layout of CroHD (MOTChallenge Head Tracking 21).
+
+A recording is a folder with ``seqinfo.ini`` (what it is called, how long it is, how large its pictures are) and
+``gt/gt.txt`` (boxes). It is found as that folder, somewhere below a folder, or in the published zip archive.
+"""
 
 import configparser
 import hashlib
@@ -11,18 +15,15 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from vbbench.archives import open_archive
-from vbbench.arrays import BoolArray, FloatArray
 from vbbench.errors import FileError, VbbenchError
 from vbbench.mot.file import PEDESTRIAN
-from vbbench.mot.table import COLUMNS, UNLINKED, MotTable, parse_mot
+from vbbench.mot.table import COLUMNS, UNLINKED, parse_mot
 from vbbench.numerals import parse_number
 from vbbench.quoting import quoted
 from vbbench.sources import Source, find_source, locate
 from vbbench_generators.lifting.heads import HeadBoxes
 from vbbench_generators.recordings.readers.tracks import check_size
 
-# DOC """``seqinfo.ini``: what a recording of MOTChallenge is called, how long it is, and how large its pictures are."""
-# DOC """``gt/gt.txt`` of MOTChallenge Head Tracking 21, and the heads in it that count."""
 SEQINFO, BOXES = "seqinfo.ini", "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")
 
@@ -85,8 +86,12 @@ def find_recording(name: str, archive: Source, explicit: Path | None, *, split: 
     if not explicit.is_dir():
         raise VbbenchError(f"{explicit}: there is no such file or folder")
     if (explicit / SEQINFO).is_file():
-        return _from_own_folder(explicit, name, split)
-    folders = [folder.relative_to(explicit).as_posix() for folder in _folders_below(explicit, name)]
+        called = explicit.resolve().name
+        if _PUBLISHED.fullmatch(called) and called != name:
+            raise FileError(explicit, f"is another recording: {split} is made from {name}")
+        return _from_folder(explicit)
+    below = [Path(at) for at, _, files in os.walk(explicit) if SEQINFO in files]  # links are not followed
+    folders = [folder.relative_to(explicit).as_posix() for folder in below if folder.name == name]
     if folders:
         return _from_folder(explicit / _the_one(explicit, folders, name))
     packed = find_source(archive, explicit)
@@ -94,18 +99,6 @@ def find_recording(name: str, archive: Source, explicit: Path | None, *, split: 
         (path,) = locate([archive], packed, split=split)
         return _from_archive(path, name)
     raise FileError(explicit, f"holds neither {name} (a folder with {SEQINFO} and {BOXES}) nor {archive.file_name}")
-
-
-def _from_own_folder(folder: Path, name: str, split: str) -> RecordingFiles:
-    called = folder.resolve().name
-    if _PUBLISHED.fullmatch(called) and called != name:
-        raise FileError(folder, f"is another recording: {split} is made from {name}")
-    return _from_folder(folder)
-
-
-def _folders_below(root: Path, name: str) -> list[Path]:
-    """Folders called ``name`` that hold a recording; links are not followed."""
-    return [Path(at) for at, _, files in os.walk(root) if Path(at).name == name and SEQINFO in files]
 
 
 def _from_folder(folder: Path) -> RecordingFiles:
@@ -256,10 +249,8 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
     table = parse_mot(files.boxes.path, files.boxes.content, least=len(COLUMNS), most=len(COLUMNS))
-    return _heads(table.select(_counts(table.values)), info)
-
-
-def _heads(table: MotTable, info: SequenceInfo) -> HeadBoxes:
+    confidence, kind, visible = table.values[:, 6:].T
+    table = table.select((kind == PEDESTRIAN) & (confidence != 0.0) & (visible > 0.0))
     table.check(info.frames)
     table.refuse_repetition()
     frame, track = table.frame, table.track
@@ -281,10 +272,3 @@ def _heads(table: MotTable, info: SequenceInfo) -> HeadBoxes:
         boxes=table.boxes[order],
         visible=table.values[order, 8],
     )
-
-
-def _counts(values: FloatArray) -> BoolArray:
-    """Which rows [N, 9] count."""
-    confidence, kind, visible = values[:, 6:].T
-    counts: BoolArray = (kind == PEDESTRIAN) & (confidence != 0.0) & (visible > 0.0)
-    return counts

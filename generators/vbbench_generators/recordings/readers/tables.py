@@ -1,4 +1,7 @@
-"""Trajnet-style text: a row ``frame id x y`` for each person in each frame."""
+"""Tables of positions, a row for each person in each frame: Trajnet's ``frame id x y``, and ETH's ``obsmat.txt``.
+
+The latter is ``frame id x z y vx vz vy`` in metres, where z is up. Which one a user's own file is, its columns tell.
+"""
 
 from pathlib import Path
 from typing import Literal
@@ -6,14 +9,13 @@ from typing import Literal
 from vbbench.arrays import FloatArray
 from vbbench.errors import FileError
 from vbbench.scene import Scene
-from vbbench_generators.recordings.readers import obsmat, trajnet
 from vbbench_generators.recordings.readers.text import read_lines, read_numbers, to_ground
 from vbbench_generators.recordings.readers.tracks import TrackTable
 from vbbench_generators.recordings.readers.vsp import is_spline_header
 
-# DOC """ETH's ``obsmat.txt``: a row ``frame id x z y vx vz vy`` in metres for each person in each frame; z is up."""
-# DOC """Which format a user's own file has."""
-COLUMNS = ("frame", "id", "x", "y")
+TRAJNET = ("frame", "id", "x", "y")
+OBSMAT = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")
+"""Names of the columns."""
 
 
 def read_trajnet(
@@ -33,15 +35,12 @@ def read_trajnet(
     FileError
         With file and line, if a row or a track is bad.
     """
-    values, lines = read_numbers(path, COLUMNS)
+    values, lines = read_numbers(path, TRAJNET)
     positions = values[:, 2:]
     if homography is not None:
         positions = to_ground(positions, homography)
     table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=positions, lines=lines)
     return table.to_scene(dt, frame_step)
-
-
-COLUMNS = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")
 
 
 def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
@@ -58,7 +57,7 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
     FileError
         With file and line, if a row or a track is bad.
     """
-    values, lines = read_numbers(path, COLUMNS)
+    values, lines = read_numbers(path, OBSMAT)
     table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=values[:, [2, 4]], lines=lines)
     return table.to_scene(dt, frame_step)
 
@@ -78,9 +77,9 @@ def detect_format(path: Path) -> Format:
     if is_spline_header(line):
         return "vsp"
     columns = len(line.replace(",", " ").split())
-    if columns == len(trajnet.COLUMNS):
+    if columns == len(TRAJNET):
         return "trajnet"
-    if columns == len(obsmat.COLUMNS):
+    if columns == len(OBSMAT):
         return "obsmat"
-    known = f"4 columns ({' '.join(trajnet.COLUMNS)}), 8 ({' '.join(obsmat.COLUMNS)}), or a UCY .vsp spline file"
+    known = f"4 columns ({' '.join(TRAJNET)}), 8 ({' '.join(OBSMAT)}), or a UCY .vsp spline file"
     raise FileError(path, f"has {columns} columns; known are {known}", number)

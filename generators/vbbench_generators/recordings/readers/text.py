@@ -1,4 +1,4 @@
-"""Text files of numbers, read fast, with errors that name file and line."""
+"""Text files of numbers, read fast, with errors that name file and line; one of three rows is a homography."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +10,6 @@ from vbbench.errors import FileError
 from vbbench.numerals import parse_number
 from vbbench.quoting import quoted
 
-# DOC """Homographies from image to ground plane."""
 LONGEST_ROW = 10_000
 """Characters of a line; a row of numbers has some hundred at most."""
 

@@ -1,4 +1,4 @@
-"""Sanity gates that every recording passes before anything is made from it."""
+"""The rows that readers make of a file, the gates that they pass, and the dense scene made of them."""
 
 import warnings
 from dataclasses import dataclass
@@ -10,7 +10,6 @@ from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.scene import Scene
 
-# DOC """The table that readers make of a file, and the dense scene made of it."""
 SPEED_RANGE = (0.3, 3.0)
 """Median walking speeds in m/s that people can have."""
 

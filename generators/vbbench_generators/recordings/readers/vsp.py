@@ -5,8 +5,8 @@
     174.000000 -131.000000 0 91.974945 - (2D point, m_id)
 
 A key point is ``x y frame gaze``: pixels from the frame's centre, y up, and a video frame. People stand in no file
-between key points; what the UCY text files hold there is the straight line. Records after the last spline (obstacles)
-are no trajectories.
+between key points; what the UCY text files hold there is the straight line, and a smooth curve is more like walking.
+Records after the last spline (obstacles) are no trajectories.
 """
 
 import re
@@ -23,7 +23,6 @@ from vbbench.scene import Scene
 from vbbench_generators.recordings.readers.text import Lines, parse_row, read_lines, to_ground
 from vbbench_generators.recordings.readers.tracks import TrackTable, check_integers, check_on_ground
 
-# DOC """A smooth curve through key points, for people who do not walk in straight lines with kinks."""
 FRAME_RATE = 25.0
 """Video frames a second of the UCY recordings."""
 

@@ -12,7 +12,7 @@ from vbbench.camera import Camera
 from vbbench.renderer import picture_size
 from vbbench_generators.tiers.noise import wandering
 from vbbench_generators.tiers.tracking.settings import DetectorModel
-from vbbench_generators.tiers.tracking.tracker import Detections, from_centres
+from vbbench_generators.tiers.tracking.tracker import CentredDetections, from_centres
 
 ALARM_HEIGHT, ALARM_SPREAD = 1.7, 0.2
 """False alarms are of things as tall as people: mean and standard deviation in m, on the ground."""
@@ -40,7 +40,7 @@ class Visible:
 
 def detect(
     people: Visible, model: DetectorModel, camera: Camera, dt: float, watched: BoolArray, rng: np.random.Generator
-) -> Iterator[Detections]:
+) -> Iterator[CentredDetections]:
     """The detections of every frame; no false alarms in frames that are not ``watched`` ([T])."""
     boxes, scores = _found(people, model, dt, rng)
     alarms = _false_alarms(model, camera, dt, watched, rng)
@@ -53,7 +53,7 @@ def detect(
         found = np.concatenate([found, alarms[frame].boxes])
         sure = np.concatenate([sure, alarms[frame].scores])
         kept = suppress(from_centres(found), sure, model.suppress_overlap, period)
-        yield Detections(found[kept], sure[kept])
+        yield CentredDetections(found[kept], sure[kept])
 
 
 def log_odds(heights: FloatArray, visible: FloatArray, model: DetectorModel) -> FloatArray:
@@ -110,7 +110,7 @@ def _about(first: FloatArray, second: FloatArray, period: float | None) -> Float
 
 def _false_alarms(
     model: DetectorModel, camera: Camera, dt: float, watched: BoolArray, rng: np.random.Generator
-) -> list[Detections]:
+) -> list[CentredDetections]:
     """The false alarms of every frame; each stands still in the picture while it lasts, and shakes as people do."""
     lasting = max(model.false_alarm_memory / dt, 1.0)
     before = int(np.ceil(5.0 * lasting))  # frames ahead of the first, so that it has its share
@@ -131,7 +131,7 @@ def _false_alarms(
     order = np.flatnonzero(there)[np.argsort(frame[there], kind="stable")]
     edges = np.searchsorted(frame[order], np.arange(len(watched) + 1))
     groups = [order[first:last] for first, last in pairwise(edges)]
-    return [Detections(shaken[rows], scores[alarm[rows]]) for rows in groups]
+    return [CentredDetections(shaken[rows], scores[alarm[rows]]) for rows in groups]
 
 
 def _stds(model: DetectorModel) -> FloatArray:

@@ -1,13 +1,12 @@
 """A file in ``detectors/`` as frozen dataclasses: how a detector errs, and how a tracker links what it finds."""
 
 from dataclasses import dataclass
-from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.ranges import Within, check_ranges
-from vbbench_generators.strict_toml import build, read_toml
+from vbbench_generators.strict_toml import read_bundled, read_toml
 
 Positive = Annotated[float, Within(1e-9, 1e9)]
 Share = Annotated[float, Within(0.0, 1.0)]
@@ -113,24 +112,11 @@ class TrackingSettings:
         return self.panorama_std if isinstance(camera, PanoramaCamera) else self.perspective_std
 
 
-def get_tracking(name: str = "model") -> TrackingSettings:
-    """The settings in the file of that name."""
-    with as_file(files("vbbench_generators") / "detectors" / f"{name}.toml") as path:
-        return read_tracking(path)
+def get_tracking() -> TrackingSettings:
+    """The settings that come with this package."""
+    return read_bundled("detectors", "model", TrackingSettings, "top level")
 
 
 def read_tracking(path: Path) -> TrackingSettings:
-    """Read a settings file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, no TOML, or a key is unknown, missing or cannot be.
-    """
-
-    def made(table: dict[str, Any]) -> TrackingSettings:
-        kinds: dict[str, type[Any]] = {"detector": DetectorModel, "tracker": TrackerSettings}
-        parts = {name: build(kind, table.pop(name, {}), path, f"[{name}]") for name, kind in kinds.items()}
-        return build(TrackingSettings, {**table, **parts}, path, "top level")
-
-    return read_toml(path, made)
+    """Read a settings file; see `read_toml`."""
+    return read_toml(path, TrackingSettings, "top level")

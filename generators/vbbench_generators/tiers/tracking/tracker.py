@@ -1,7 +1,13 @@
-"""What a tracker believes of its boxes: a constant-velocity Kalman filter on centre, width and height.
+"""A tracker in two stages, after ByteTrack (Zhang et al. 2022): sure detections first, then doubtful ones.
 
-The filter of SORT (Bewley et al. 2016) and its descendants: noise grows with the height of the box, and the four
-coordinates do not mix, so that every one of them is a filter of its own on (value, speed):
+In each frame tracks are predicted by their Kalman filters. Confirmed tracks, lost ones too, are paired with detections
+of high score; those that were seen a frame ago and got none, with detections of low score: somebody half hidden keeps
+the track. New tracks are confirmed by a second detection right after the first, or forgotten; whatever sure detections
+are left begin tracks. A track without a detection is lost, goes on blindly, and is given up after a while.
+
+What it believes of boxes is a constant-velocity Kalman filter on centre, width and height, as in SORT (Bewley et al.
+2016) and its descendants: noise grows with the height of the box, and the four coordinates do not mix, so that every
+one of them is a filter of its own on (value, speed):
 
     x ← F x,  P ← F P Fᵀ + diag(w² dt, a² dt),  F = (1 dt; 0 1);
     K = P Hᵀ/(P_00 + r²),  x ← x + K (z − x_0),  P ← P − K H P,  H = (1 0).
@@ -15,19 +21,9 @@ from scipy.optimize import linear_sum_assignment
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.boxes import overlaps
 from vbbench.detector import Detections
-from vbbench_generators.tiers.tracking import tracker
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
 
-# DOC """Pairs tracks with detections by how much their boxes overlap."""
-# DOC """A tracker in two stages, after ByteTrack (Zhang et al. 2022): sure detections first, then doubtful ones.
-# DOC
-# DOC In each frame tracks are predicted by their Kalman filters. Confirmed tracks, lost ones too, are paired with detections
-# DOC of high score; those that were seen a frame ago and got none, with detections of low score: somebody half hidden keeps
-# DOC the track. New tracks are confirmed by a second detection right after the first, or forgotten; whatever sure detections
-# DOC are left begin tracks. A track without a detection is lost, goes on blindly, and is given up after a while.
-# DOC """
-# DOC """The tracker of the tier `tracked` for anybody's detections; registered as tracker ``byte``."""
 @dataclass(frozen=True)
 class Beliefs:
     """What is believed of N boxes.
@@ -126,7 +122,7 @@ HEIGHT = 3
 
 
 @dataclass(frozen=True)
-class Detections:
+class CentredDetections:
     """What a detector finds in one frame: boxes [N, 4] (centre column, centre row, width, height) px, scores [N]."""
 
     boxes: FloatArray
@@ -160,7 +156,7 @@ class Tracker:
         self._unseen = np.empty(0, np.int64)
         self._next, self._frame = 0, 0
 
-    def step(self, detections: Detections) -> Found:
+    def step(self, detections: CentredDetections) -> Found:
         """Take in the next frame's detections; tell of the confirmed tracks that were seen in it."""
         self._predict()
         partner, used = self._pair(detections)
@@ -181,7 +177,7 @@ class Tracker:
         self._beliefs.mean[lost, HEIGHT, 1] = 0.0  # a height that grows unseen grows without bounds
         self._beliefs = predict(self._beliefs, self._dt, self._settings)
 
-    def _pair(self, detections: Detections) -> tuple[IntArray, BoolArray]:
+    def _pair(self, detections: CentredDetections) -> tuple[IntArray, BoolArray]:
         """[N] detection paired with each track, −1 = none, and [M] which detections are used."""
         s, scores = self._settings, detections.scores
         partner, used = np.full(len(self._ids), -1), np.zeros(len(scores), bool)
@@ -205,7 +201,7 @@ class Tracker:
             used[free[columns]] = True
         return partner, used
 
-    def _begin(self, detections: Detections, free: BoolArray) -> Found:
+    def _begin(self, detections: CentredDetections, free: BoolArray) -> Found:
         """New tracks; those of the very first frame are confirmed at once."""
         new = np.flatnonzero(free & (detections.scores >= self._settings.birth))
         ids = self._next + np.arange(len(new))
@@ -222,14 +218,14 @@ class Tracker:
 
 
 class ByteTracker:
-    """Links detections in two stages; see `vbbench.detector.TrackerFactory`."""
+    """The tracker for anybody's detections, registered as ``byte``; see `vbbench.detector.TrackerFactory`."""
 
     def __init__(self, *, dt: float, period: float | None = None) -> None:
-        self._tracker = tracker.Tracker(get_tracking().tracker, dt, period)
+        self._tracker = Tracker(get_tracking().tracker, dt, period)
 
     def step(self, detections: Detections) -> tuple[IntArray, Detections]:
         """See `vbbench.detector.Tracker`."""
         corners, sizes = detections.boxes[:, :2], detections.boxes[:, 2:]
         centred = np.concatenate([corners + 0.5 * sizes, sizes], axis=-1)
-        found = self._tracker.step(tracker.Detections(centred, detections.scores))
+        found = self._tracker.step(CentredDetections(centred, detections.scores))
         return found.ids, Detections(boxes=from_centres(found.boxes), scores=found.scores)
