@@ -1,7 +1,6 @@
 """The objects that the entry points ``vbbench.generators`` name, one a split."""
 
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from typing import Any
 
 from vbbench.generator import Card, Options
@@ -18,9 +17,9 @@ class RecipeSplit:
 
     name: str
 
-    @cached_property
+    @property
     def recipe(self) -> Recipe:
-        """The recipe."""
+        """The recipe, read once."""
         return get_recipe(self.name)
 
     @property
@@ -30,26 +29,24 @@ class RecipeSplit:
 
     def plan(self, options: Options) -> Reprojection:
         """Read the source files and lay out the sequences."""
-        loaded = load_scenes(
-            self.recipe, options.source, seed=options.seed, dt=options.dt, homography=options.homography
-        )
-        reading = {"format": self.recipe.format, "dt": self.recipe.dt, "frame_step": self.recipe.frame_step}
-        resampling = self.recipe.resampling and asdict(self.recipe.resampling)
+        recipe = self.recipe
+        loaded = load_scenes(recipe, options.source, seed=options.seed, dt=options.dt, homography=options.homography)
         definition: dict[str, Any] = {
-            **reading,
-            "resampling": resampling,
+            "format": recipe.format,
+            "dt": recipe.dt,
+            "frame_step": recipe.frame_step,
+            "resampling": recipe.resampling and asdict(recipe.resampling),
             "files": [list(file) for file in loaded.files],
         }
-        if self.recipe.lifting is not None:
-            definition |= {"recording": self.recipe.recording, "lifting": asdict(self.recipe.lifting)}
-        card = self._card(None if loaded.is_surveyed else self.recipe.caution_for(options.tier))
+        if recipe.lifting is not None:
+            definition |= {"recording": recipe.recording, "lifting": asdict(recipe.lifting)}
         return plan_reprojection(
-            card,
-            self.recipe.sequences,
+            self._card(None if loaded.is_surveyed else recipe.caution_for(options.tier)),
+            recipe.sequences,
             loaded.scenes,
             options,
             definition,
-            precision=self.recipe.precision,
+            precision=recipe.precision,
             calibration=loaded.calibration,
         )
 

@@ -6,6 +6,7 @@ A key that is unknown, missing or of the wrong type is an error, as is a file th
 import reprlib
 import tomllib
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import MISSING, fields, is_dataclass
 from difflib import get_close_matches
 from importlib.resources import as_file, files
@@ -29,10 +30,9 @@ def bundled_names(folder: str) -> list[str]:
     return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
-def read_bundled(folder: str, name: str, kind: type[T], where: str) -> T:
-    """`read_toml` of the file ``name`` in a folder of this package."""
-    with as_file(files("vbbench_generators") / folder / f"{name}.toml") as path:
-        return read_toml(path, kind, where)
+def bundled_file(folder: str, name: str) -> AbstractContextManager[Path]:
+    """The path, while it is open, of the file ``name`` in a folder of this package."""
+    return as_file(files("vbbench_generators") / folder / f"{name}.toml")
 
 
 def read_toml(path: Path, kind: type[T], where: str) -> T:

@@ -10,7 +10,7 @@ from vbbench.errors import UnknownNameError
 from vbbench.generator import FRAME_TIME
 from vbbench.ranges import Within, check_ranges
 from vbbench.simulation import MOST_PEOPLE
-from vbbench_generators.strict_toml import bundled_names, read_bundled, read_toml
+from vbbench_generators.strict_toml import bundled_file, bundled_names, read_toml
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]
 Rectangle = tuple[Place, ...]
@@ -44,7 +44,8 @@ class Flow:
     def __post_init__(self) -> None:
         check_ranges(self)
         for rectangle in (self.start, self.goal, *self.then):
-            _check_rectangle(rectangle)
+            if len(rectangle) != 4 or rectangle[0] > rectangle[2] or rectangle[1] > rectangle[3]:
+                raise ValueError(f"{list(rectangle)} is no rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")
         if self.beyond and self.then:
             raise ValueError("who walks beyond the goal never arrives: leave 'then' out, or 'beyond'")
 
@@ -149,7 +150,8 @@ def get_scenario(name: str) -> Scenario:
         If there is neither; the nearest name is suggested.
     """
     if name in scenario_names():
-        return read_bundled("scenarios", name, Scenario, "scenario")
+        with bundled_file("scenarios", name) as path:
+            return read_scenario(path)
     if name.endswith(".toml"):
         return read_scenario(Path(name))
     raise UnknownNameError("scenario", name, scenario_names())
@@ -158,8 +160,3 @@ def get_scenario(name: str) -> Scenario:
 def read_scenario(path: Path) -> Scenario:
     """Read a scenario file; see `read_toml`."""
     return read_toml(path, Scenario, "scenario")
-
-
-def _check_rectangle(rectangle: Rectangle) -> None:
-    if len(rectangle) != 4 or rectangle[0] > rectangle[2] or rectangle[1] > rectangle[3]:
-        raise ValueError(f"{list(rectangle)} is no rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")

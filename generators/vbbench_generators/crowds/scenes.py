@@ -147,7 +147,10 @@ def draw_scene(
             ahead = limit_turns(headings[:, observer], scenario.dt, scenario.turn_rate)
             seen = _count_seen(positions, ahead, height, observer, camera)
             if seen.min() >= scenario.min_seen and seen.max() > 0:
-                return ObservedScene(_as_scene(scenario, positions), int(observer), ahead)
+                unknown = np.full(people, np.nan)
+                ids = np.arange(people)
+                scene = Scene(name=scenario.name, dt=scenario.dt, people=ids, positions=positions, heights=unknown)
+                return ObservedScene(scene, int(observer), ahead)
     raise VbbenchError(
         f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds somebody was stuck, or nobody "
         f"saw {scenario.min_seen} others all the time; ask for another number of people, or another camera"
@@ -190,9 +193,3 @@ def _count_seen(positions: FloatArray, heading: FloatArray, height: float, obser
     there[:, observer] = False
     counts: IntArray = there.sum(axis=1)
     return counts
-
-
-def _as_scene(scenario: Scenario, positions: FloatArray) -> Scene:
-    people = np.arange(positions.shape[1])
-    unknown = np.full(len(people), np.nan)
-    return Scene(name=scenario.name, dt=scenario.dt, people=people, positions=positions, heights=unknown)

@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -115,9 +116,16 @@ def plan_simulation(
     VbbenchError
         If an option cannot be.
     """
-    _check(card.name, options)
+    check_options(card.name, options)
+    if options.source is not None or options.dt is not None or options.homography is not None:
+        raise VbbenchError(f"{card.name} has no source: leave --source, --dt and --homography out")
     asked = options.simulation or Simulation()
-    scenario = _as_asked(get_scenario(asked.scenario or default_scenario), asked)
+    scenario = get_scenario(asked.scenario or default_scenario)
+    numbers: dict[str, Any] = {"sequences": asked.sequences, "people": asked.people}
+    try:
+        scenario = replace(scenario, **{name: value for name, value in numbers.items() if value is not None})
+    except ValueError as error:
+        raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
     corruption, camera = corrupting(options.tier), options.camera or CAMERAS[scenario.camera]()
@@ -150,23 +158,6 @@ def plan_simulation(
         corruption=corruption,
         limit=options.limit,
     )
-
-
-def _as_asked(scenario: Scenario, asked: Simulation) -> Scenario:
-    try:
-        return replace(
-            scenario,
-            sequences=scenario.sequences if asked.sequences is None else asked.sequences,
-            people=scenario.people if asked.people is None else asked.people,
-        )
-    except ValueError as error:
-        raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
-
-
-def _check(split: str, options: Options) -> None:
-    check_options(split, options)
-    if options.source is not None or options.dt is not None or options.homography is not None:
-        raise VbbenchError(f"{split} has no source: leave --source, --dt and --homography out")
 
 
 class StreetSplit:

@@ -1,14 +1,14 @@
-"""What is known of the camera after lifting, how well, and what a dataset says of it."""
+"""What is known of the camera that photographs the heads, how well, and what a dataset says of it."""
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from vbbench_generators.lifting.camera import GroundCamera
-from vbbench_generators.lifting.finding import Found
+from vbbench_generators.lifting.fitting import PlaneFit
 from vbbench_generators.lifting.heads import Heads
 from vbbench_generators.lifting.settings import LiftingSettings, Method
 from vbbench_generators.lifting.smoothing import Smoothed
@@ -71,8 +71,38 @@ class Calibration:
     tracks: int
 
 
+@dataclass(frozen=True, kw_only=True)
+class FoundCamera:
+    """A camera, and others that the same evidence allows.
+
+    Parameters
+    ----------
+    camera : the one to use.
+    others : drawn from what is known; empty if the camera was given.
+    method : what closed the focal length.
+    walkers : people whose motion was asked.
+    fit : of the head sizes; ``None`` if unasked.
+    roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
+    scale : factor by which all lengths were multiplied.
+    """
+
+    camera: GroundCamera
+    others: tuple[GroundCamera, ...]
+    method: Method
+    walkers: int
+    fit: PlaneFit | None
+    roundness: float = 0.0
+    scale: float = 1.0
+
+    def scaled(self, factor: float, head_height: float) -> "FoundCamera":
+        """The same in a world ``factor`` times as large, but for the height in m at which heads are."""
+        camera = self.camera.scaled(factor, head_height)
+        others = tuple(other.scaled(factor, head_height) for other in self.others)
+        return replace(self, camera=camera, others=others, scale=self.scale * factor)
+
+
 def calibration_of(
-    found: Found, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
+    found: FoundCamera, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
 ) -> Calibration:
     """The calibration, with 95 % intervals from the cameras that the evidence allows.
 

@@ -68,7 +68,8 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
         fitted = np.maximum(design @ beta, floor)
         relative = size / fitted - 1.0
         own = shrink * np.add.reduceat(weight * relative, starts)
-        odd = _oddness(relative - own[person])
+        residual = relative - own[person]
+        odd: FloatArray = (residual / max(_robust_std(residual), 1e-12)) ** 2
         weight = share * (_TAIL + 1.0) / (_TAIL + odd)
         if turn < _SETTLED:
             ratio = _own_share(relative, weight, pair, person)
@@ -77,12 +78,6 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
     curvature = share * (_TAIL + 1.0) * (_TAIL - odd) / (_TAIL + odd) ** 2
     flatness = float(weight.sum() / max(curvature.sum(), 0.2 * weight.sum()))
     return Mixed(beta=beta, normal=normal, right=right, scatter=_robust_std(relative), flatness=flatness)
-
-
-def _oddness(residual: FloatArray) -> FloatArray:
-    """Squares [N] of residuals in units of their robust standard deviation."""
-    squares: FloatArray = (residual / max(_robust_std(residual), 1e-12)) ** 2
-    return squares
 
 
 def _robust_std(residual: FloatArray) -> float:

@@ -7,8 +7,10 @@ import numpy as np
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench_generators.lifting.fitting import PlaneFit
 from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.heads import HeadBoxes, Heads
 from vbbench_generators.lifting.settings import LiftingSettings, Method
-from vbbench_generators.lifting.walking import Pace, Segments, Steps, estimate_pace, log_likelihood
+from vbbench_generators.lifting.smoothing import estimate_strength
+from vbbench_generators.lifting.walking import Pace, Segments, Steps, cut_segments, estimate_pace, log_likelihood
 
 LEAST_PEOPLE = 10
 """Walkers below whom motion is not asked."""
@@ -23,7 +25,7 @@ _WALKS = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Closing:
+class FocalLengths:
     """Focal lengths in px that the evidence allows.
 
     Parameters
@@ -46,7 +48,21 @@ def stretch(plane: SizePlane, focal: float) -> float:
     return float(np.hypot(focal, plane.depth))
 
 
-def close_by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> Closing:
+def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FocalLengths:
+    """Close the focal length by what ``settings`` name, and by the prior where too few people walk.
+
+    Raises
+    ------
+    ValueError
+        If the vertical vanishing point cannot be one.
+    """
+    if settings.vertical_vanishing_point is not None:
+        return _by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - boxes.centre)
+    closing = _by_motion(fit, heads, boxes.size[0], settings) if settings.closing == "motion" else None
+    return closing or _by_prior(fit, boxes.size[0], settings)
+
+
+def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLengths:
     """Focal lengths as lenses have them."""
     from scipy.special import ndtri
 
@@ -55,7 +71,7 @@ def close_by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> Clos
     return _close(median, fit.resampled, [draws for _ in fit.resampled], "prior", 0)
 
 
-def close_by_vanishing_point(fit: PlaneFit, point: FloatArray) -> Closing:
+def _by_vanishing_point(fit: PlaneFit, point: FloatArray) -> FocalLengths:
     """Focal length from the (x, ν) in px where plumb lines meet: f² = f·tan θ · (f / tan θ), horizon and nadir.
 
     Raises
@@ -71,17 +87,16 @@ def close_by_vanishing_point(fit: PlaneFit, point: FloatArray) -> Closing:
     return _close(float(np.sqrt(squares[0])), fit.resampled, draws, "vanishing-point", 0)
 
 
-def close_by_motion(
-    fit: PlaneFit, segments: Segments, noise: FloatArray, head_size: float, width: int, settings: LiftingSettings
-) -> Closing | None:
+def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSettings) -> FocalLengths | None:
     """Focal lengths weighed by how evenly people walk, and by the prior; ``None`` if too few people walk.
 
     The likelihood is averaged over planes from resampled tracks, so that the horizon's uncertainty is in it.
-
-    Parameters
-    ----------
-    noise : [2] of P and Q, as `strength.Strength.noise`.
     """
+    segments, head_size = cut_segments(heads, settings.window), settings.head_size
+    place = (fit.plane, heads.x, heads.nu, head_size)
+    value, scale = canonical(*place), noise_scale(*place)
+    each = [estimate_strength(value[:, n], scale[:, n], heads.frame, heads.track, dt=heads.dt) for n in range(2)]
+    noise = np.array([strength.noise for strength in each])
     prior_log = np.linspace(-_REACH, _REACH, _GRID) * settings.focal_spread
     focal = settings.focal_median * width * np.exp(prior_log)
     steps = walking_steps(fit.plane, segments, noise, head_size)
@@ -108,7 +123,7 @@ def close_by_motion(
 
 
 def walking_steps(plane: SizePlane, segments: Segments, noise: FloatArray, head_size: float) -> Steps:
-    """The segments in canonical coordinates P = D·x/ŝ, Q = D/ŝ, a second.
+    """The segments in canonical coordinates P = D·x/ŝ, Q = D/ŝ, a second; ``noise`` [2] is that of P and Q.
 
     The mean over a third, half as long as the time T between the two, has the variance σ²/(T/2).
     """
@@ -170,6 +185,6 @@ def _quantiles(log_density: FloatArray, focal: FloatArray, levels: FloatArray) -
 
 def _close(
     focal: float, planes: tuple[SizePlane, ...], draws: list[FloatArray], method: Method, walkers: int
-) -> Closing:
+) -> FocalLengths:
     each = [plane for plane, focals in zip(planes, draws, strict=True) for _ in focals]
-    return Closing(focal=focal, planes=tuple(each), draws=np.concatenate(draws), method=method, walkers=walkers)
+    return FocalLengths(focal=focal, planes=tuple(each), draws=np.concatenate(draws), method=method, walkers=walkers)

@@ -11,7 +11,7 @@ from vbbench.ranges import Within, check_ranges
 from vbbench.sources import Source
 from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.recordings.eligibility import Rules
-from vbbench_generators.strict_toml import bundled_names, read_bundled, read_toml
+from vbbench_generators.strict_toml import bundled_file, bundled_names, read_toml
 from vbbench_generators.tiers.noise import Precision
 
 
@@ -108,7 +108,8 @@ def get_recipe(name: str) -> Recipe:
     """
     if name not in recipe_names():
         raise UnknownNameError("recipe", name, recipe_names())
-    return read_bundled("recipes", name, Recipe, "recipe")
+    with bundled_file("recipes", name) as path:
+        return read_recipe(path)
 
 
 def read_recipe(path: Path) -> Recipe:

@@ -3,7 +3,6 @@
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_generators.tiers.noise import wandering
 
 SMOOTHING_TIME = 0.8
 """Time constant in s of the exponential smoothing of velocity: about one stride."""
@@ -34,11 +33,6 @@ def causal_headings(positions: FloatArray, dt: float) -> FloatArray:
         headings[t] = np.where(walking, np.where(turned, direction, headings[t - 1]), np.nan)
         headings[t - 1, starting] = headings[t, starting]
     return headings
-
-
-def wandering_look(frames: int, dt: float, rng: np.random.Generator) -> FloatArray:
-    """A slow random head turn in rad, [T]: an Ornstein–Uhlenbeck process of `WANDER_STD` and `WANDER_TIME`."""
-    return WANDER_STD * wandering((frames,), WANDER_TIME, dt, rng)
 
 
 def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:

@@ -1,7 +1,5 @@
 """What one observer sees of a scene: the camera carried along, people's boxes, what shows, and what is given."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
@@ -14,28 +12,18 @@ from vbbench.scene import Scene
 from vbbench.sequence import Sequence, Truth
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import Corruption
-from vbbench_generators.tiers.noise import add_pixel_noise
+from vbbench_generators.tiers.noise import add_pixel_noise, wandering
 from vbbench_generators.tiers.occlusion import enough, see
 from vbbench_generators.tiers.tracking.observing import Tracked, track_people
-from vbbench_generators.views.heading import wandering_look
+from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME
 
 
-@dataclass(frozen=True)
-class Sights:
-    """What is seen of people.
+def look_at(
+    truth: Truth, seen: BoolArray, camera: Camera, corruption: Corruption, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Boxes [T, K, 3] in px of whoever is to be seen and in the picture, corrupted, and visible fractions [T, K].
 
-    Parameters
-    ----------
-    boxes : [T, K, 3] (u, v, l) in px, NaN = not seen.
-    visible : [T, K] visible fraction in (0, 1], NaN = not seen.
-    """
-
-    boxes: FloatArray
-    visible: FloatArray
-
-
-def look_at(truth: Truth, seen: BoolArray, camera: Camera, corruption: Corruption, rng: np.random.Generator) -> Sights:
-    """Boxes of whoever is to be seen and in the picture, corrupted.
+    Both are NaN where nobody is seen.
 
     Parameters
     ----------
@@ -55,7 +43,7 @@ def look_at(truth: Truth, seen: BoolArray, camera: Camera, corruption: Corruptio
             boxes = np.where(observed[..., None], showing.boxes, np.nan)
     if corruption.pixel_std > 0:
         boxes[seen] = add_pixel_noise(boxes[seen], camera, corruption.pixel_std, rng)
-    return Sights(boxes, visible)
+    return boxes, visible
 
 
 def track_sights(
@@ -122,7 +110,7 @@ def view(
     """
     frames = slice(span.first, span.first + len(span.counted))
     if look == "wander":
-        heading = heading + wandering_look(len(heading), scene.dt, rng)
+        heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
     wrapped = np.arctan2(np.sin(heading), np.cos(heading))
     poses = np.concatenate([scene.positions[frames, span.column], wrapped[:, None]], axis=1)
     seen = crowd & span.counted[:, None]
@@ -132,41 +120,26 @@ def view(
     positions = scene.positions[frames].take(columns, axis=1)
     truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
     seen, people = seen[:, columns], scene.people[columns]
+    persons = None
     if corruption.tracking is None:
-        sights = look_at(truth, seen, info.camera, corruption, rng)
-        sights = Sights(corruption.written(sights.boxes, info.camera), sights.visible)
-        return _without_unseen(_sequence(index, span, scene, people, sights, truth), truth)
-    tracked = track_sights(truth, seen, people, info, corruption, span.counted, rng)
-    truth = truth_of_tracks(truth, people, tracked.persons)
-    sights = Sights(corruption.written(tracked.boxes, info.camera), tracked.scores)
-    sequence = _sequence(index, span, scene, np.arange(sights.boxes.shape[1]), sights, truth)
-    return SequenceData(sequence=sequence, truth=truth, persons=tracked.persons)
-
-
-def _sequence(index: int, span: Span, scene: Scene, tracks: IntArray, sights: Sights, truth: Truth) -> Sequence:
-    return Sequence(
+        boxes, visible = look_at(truth, seen, info.camera, corruption, rng)
+        kept = ~np.isnan(boxes[..., 2]).all(axis=0)  # whoever never comes into the picture is left out
+        boxes, visible, tracks = boxes[:, kept], visible[:, kept], people[kept]
+        truth = Truth(poses=poses, positions=positions[:, kept], heights=truth.heights[kept])
+    else:
+        tracked = track_sights(truth, seen, people, info, corruption, span.counted, rng)
+        boxes, visible, persons = tracked.boxes, tracked.scores, tracked.persons
+        tracks = np.arange(boxes.shape[1])
+        truth = truth_of_tracks(truth, people, persons)
+    boxes = corruption.written(boxes, info.camera)
+    sequence = Sequence(
         index=index,
         scene=span.scene,
         observer=int(scene.people[span.column]),
         first_frame=span.first,
         tracks=tracks,
-        observations=sights.boxes,
-        visible=sights.visible,
-        given=arrivals_given(truth, ~np.isnan(sights.boxes[..., 2] + truth.positions[..., 0])),
+        observations=boxes,
+        visible=visible,
+        given=arrivals_given(truth, ~np.isnan(boxes[..., 2] + truth.positions[..., 0])),
     )
-
-
-def _without_unseen(sequence: Sequence, truth: Truth) -> SequenceData:
-    """Leave out whoever never comes into the picture."""
-    kept = sequence.observed.any(axis=0)
-    if not kept.all():
-        given = replace(sequence.given, positions=sequence.given.positions[:, kept])
-        sequence = replace(
-            sequence,
-            tracks=sequence.tracks[kept],
-            observations=sequence.observations[:, kept],
-            visible=sequence.visible[:, kept],
-            given=given,
-        )
-        truth = replace(truth, positions=truth.positions[:, kept], heights=truth.heights[kept])
-    return SequenceData(sequence=sequence, truth=truth)
+    return SequenceData(sequence=sequence, truth=truth, persons=persons)

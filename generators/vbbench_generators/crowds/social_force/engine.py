@@ -122,10 +122,12 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
     )
     bounds = np.stack((np.vstack((np.zeros((1, 3), np.int64), ends[:-1])), ends), axis=2)
     states = np.concatenate([np.column_stack((crowd.positions, crowd.velocities)) for crowd in crowds]).T
+    # pysocialforce takes the speed at the start, 1.3 times, for the desired one.
+    speeds = [np.hypot(*crowd.velocities.T) if model.strict else crowd.speeds for crowd in crowds]
     return Crowds(
         scenes=bounds.reshape(len(crowds), 6).astype(np.int64),
         states=np.ascontiguousarray(states),
-        speeds=np.concatenate([_desired_speeds(crowd, model) for crowd in crowds]),
+        speeds=np.concatenate(speeds),
         goals=np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
         members=np.concatenate([np.empty(0, np.int64), *groups]),
         groups=np.cumsum([0, *map(len, groups)], dtype=np.int64),
@@ -134,13 +136,6 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
         dt=float(dt),
         substeps=int(substeps),
     )
-
-
-def _desired_speeds(crowd: Crowd, model: Model) -> FloatArray:
-    """[K] in m/s; what pysocialforce multiplies by 1.3 if the model is strict."""
-    if model.strict:
-        return np.asarray(np.hypot(crowd.velocities[:, 0], crowd.velocities[:, 1]))
-    return crowd.speeds
 
 
 def model_numbers(model: Model) -> NDArray[Any]:

@@ -26,6 +26,10 @@ from vbbench_generators.recordings.readers.tracks import check_size
 
 SEQINFO, BOXES = "seqinfo.ini", "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")
+_SECTION = "Sequence"
+_MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5
+_LONGEST_NAME, _LONGEST_ROW, _MOST_BYTES = 200, 2000, 2**16
+_LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
 
 @dataclass(frozen=True)
@@ -41,11 +45,6 @@ class TextFile:
     path: Path
     content: bytes
 
-    @property
-    def sha256(self) -> str:
-        """SHA-256 of its bytes."""
-        return hashlib.sha256(self.content).hexdigest()
-
 
 @dataclass(frozen=True)
 class RecordingFiles:
@@ -57,7 +56,8 @@ class RecordingFiles:
     @property
     def sums(self) -> list[tuple[str, str]]:
         """Name and SHA-256 of each."""
-        return [(SEQINFO, self.seqinfo.sha256), (BOXES, self.boxes.sha256)]
+        files = {SEQINFO: self.seqinfo, BOXES: self.boxes}
+        return [(name, hashlib.sha256(file.content).hexdigest()) for name, file in files.items()]
 
 
 def find_recording(name: str, archive: Source, explicit: Path | None, *, split: str) -> RecordingFiles:
@@ -134,11 +134,6 @@ def _the_one(place: Path, folders: Iterable[str], name: str) -> str:
     if len(found) > 1:
         raise FileError(place, f"holds {name} more than once: {', '.join(found)}; name one of them with --source")
     return found[0]
-
-
-_SECTION = "Sequence"
-_MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5
-_LONGEST_NAME, _LONGEST_ROW, _MOST_BYTES = 200, 2000, 2**16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,9 +224,6 @@ def _count(path: Path, key: str, text: str, most: int) -> int:
     if not 1 <= count <= most:
         raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
     return count
-
-
-_LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
 
 def read_heads(files: RecordingFiles) -> HeadBoxes:

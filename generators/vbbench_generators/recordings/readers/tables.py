@@ -10,7 +10,7 @@ from vbbench.arrays import FloatArray
 from vbbench.errors import FileError
 from vbbench.scene import Scene
 from vbbench_generators.recordings.readers.text import read_lines, read_numbers, to_ground
-from vbbench_generators.recordings.readers.tracks import TrackTable
+from vbbench_generators.recordings.readers.tracks import scene_of_rows
 from vbbench_generators.recordings.readers.vsp import is_spline_header
 
 TRAJNET = ("frame", "id", "x", "y")
@@ -39,8 +39,7 @@ def read_trajnet(
     positions = values[:, 2:]
     if homography is not None:
         positions = to_ground(positions, homography)
-    table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=positions, lines=lines)
-    return table.to_scene(dt, frame_step)
+    return scene_of_rows(path, values[:, 0], values[:, 1], positions, lines, dt=dt, frame_step=frame_step)
 
 
 def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
@@ -58,8 +57,7 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
         With file and line, if a row or a track is bad.
     """
     values, lines = read_numbers(path, OBSMAT)
-    table = TrackTable(path=path, frame=values[:, 0], person=values[:, 1], positions=values[:, [2, 4]], lines=lines)
-    return table.to_scene(dt, frame_step)
+    return scene_of_rows(path, values[:, 0], values[:, 1], values[:, [2, 4]], lines, dt=dt, frame_step=frame_step)
 
 
 Format = Literal["trajnet", "obsmat", "vsp"]

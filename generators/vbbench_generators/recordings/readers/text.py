@@ -67,7 +67,9 @@ def read_numbers(path: Path, columns: Sequence[str]) -> tuple[FloatArray, IntArr
     except ValueError:
         values = np.empty((0, 0))
     if values.shape != (len(lines), len(columns)) or not np.isfinite(values).all():
-        raise _first_fault(path, lines, columns)
+        for number, line in lines:
+            parse_row(path, number, line, columns)  # raises at the first fault
+        raise FileError(path, f"cannot be read as rows of {' '.join(columns)}")
     return values, np.array([number for number, _ in lines], np.int64)
 
 
@@ -76,25 +78,15 @@ def parse_row(path: Path, number: int, line: str, columns: Sequence[str]) -> lis
     words = line.replace(",", " ").split()
     if len(words) != len(columns):
         raise FileError(path, f"has {len(words)} columns, not {len(columns)} ({' '.join(columns)})", number)
-    return [_number(path, number, name, word) for name, word in zip(columns, words, strict=True)]
-
-
-def _first_fault(path: Path, lines: Lines, columns: Sequence[str]) -> FileError:
-    try:
-        for number, line in lines:
-            parse_row(path, number, line, columns)
-    except FileError as fault:
-        return fault
-    return FileError(path, f"cannot be read as rows of {' '.join(columns)}")
-
-
-def _number(path: Path, line: int, name: str, word: str) -> float:
-    value = parse_number(word)
-    if value is None:
-        raise FileError(path, f"{name} is {quoted(word)}, not a number", line)
-    if not np.isfinite(value):
-        raise FileError(path, f"{name} is {value}, not a finite number", line)
-    return value
+    row = []
+    for name, word in zip(columns, words, strict=True):
+        value = parse_number(word)
+        if value is None:
+            raise FileError(path, f"{name} is {quoted(word)}, not a number", number)
+        if not np.isfinite(value):
+            raise FileError(path, f"{name} is {value}, not a finite number", number)
+        row.append(value)
+    return row
 
 
 def read_homography(path: Path) -> FloatArray:

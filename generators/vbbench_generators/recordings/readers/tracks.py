@@ -1,7 +1,6 @@
 """The rows that readers make of a file, the gates that they pass, and the dense scene made of them."""
 
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -114,55 +113,50 @@ def _cause(speed: float) -> str:
     return "dt is probably too short for the frame step, or positions are feet"
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrackTable:
-    """One row for each person in each frame, with the line where it stands.
+def scene_of_rows(
+    path: Path,
+    frame: FloatArray,
+    person: FloatArray,
+    positions: FloatArray,
+    lines: IntArray,
+    *,
+    dt: float,
+    frame_step: int | None = None,
+) -> Scene:
+    """The scene of one row for each person in each frame.
+
+    Row 0 of the scene is the first frame with anybody in it. Where nobody is, rows are empty.
 
     Parameters
     ----------
     path : the file.
     frame, person : [N] numbers as they stand in the file.
     positions : [N, 2] in m.
-    lines : [N] 1-based.
+    lines : [N] where each row stands in the file, from 1.
+    dt, frame_step : seconds and frame numbers between rows of a person; ``None``: the commonest step.
+
+    Raises
+    ------
+    FileError
+        If a gate of this module is shut; an implausible walking speed is a warning only.
     """
-
-    path: Path
-    frame: FloatArray
-    person: FloatArray
-    positions: FloatArray
-    lines: IntArray
-
-    def to_scene(self, dt: float, frame_step: int | None = None) -> Scene:
-        """The scene with a row every ``frame_step`` frames (``None``: the commonest step), ``dt`` seconds a row.
-
-        Row 0 is the first frame with anybody in it. Where nobody is, rows are empty.
-
-        Raises
-        ------
-        FileError
-            If a gate of ``gates.py`` is shut; an implausible walking speed is a warning only.
-        """
-        frame = check_integers(self.path, "frame", self.frame, self.lines)
-        person = check_integers(self.path, "id", self.person, self.lines)
-        check_on_ground(self.path, self.positions, self.lines)
-        order = np.lexsort((self.lines, frame, person))
-        frame, person, lines = frame[order], person[order], self.lines[order]
-        step = frame_step or commonest_step(frame, person)
-        check_tracks(self.path, frame, person, lines, step)
-        check_phase(self.path, frame, lines, step)
-        scene = self._dense(frame, person, self.positions[order], step, dt)
-        check_speed(self.path, scene)
-        return scene
-
-    def _dense(self, frame: IntArray, person: IntArray, positions: FloatArray, step: int, dt: float) -> Scene:
-        people, column = np.unique(person, return_inverse=True)
-        row = _row_of_frame(frame, step)
-        frames = int(row.max()) + 1
-        check_size(self.path, frames, len(people), len(frame))
-        dense = np.full((frames, len(people), 2), np.nan)
-        dense[row, column] = positions
-        unknown = np.full(len(people), np.nan)
-        return Scene(name=self.path.stem, dt=dt, people=people, positions=dense, heights=unknown)
+    frames, ids = check_integers(path, "frame", frame, lines), check_integers(path, "id", person, lines)
+    check_on_ground(path, positions, lines)
+    order = np.lexsort((lines, frames, ids))
+    frames, ids, lines = frames[order], ids[order], lines[order]
+    step = frame_step or commonest_step(frames, ids)
+    check_tracks(path, frames, ids, lines, step)
+    check_phase(path, frames, lines, step)
+    people, column = np.unique(ids, return_inverse=True)
+    row = _row_of_frame(frames, step)
+    count = int(row.max()) + 1
+    check_size(path, count, len(people), len(frames))
+    dense = np.full((count, len(people), 2), np.nan)
+    dense[row, column] = positions[order]
+    unknown = np.full(len(people), np.nan)
+    scene = Scene(name=path.stem, dt=dt, people=people, positions=dense, heights=unknown)
+    check_speed(path, scene)
+    return scene
 
 
 def commonest_step(frame: IntArray, person: IntArray) -> int:

@@ -21,7 +21,7 @@ from vbbench.errors import FileError
 from vbbench.quoting import quoted
 from vbbench.scene import Scene
 from vbbench_generators.recordings.readers.text import Lines, parse_row, read_lines, to_ground
-from vbbench_generators.recordings.readers.tracks import TrackTable, check_integers, check_on_ground
+from vbbench_generators.recordings.readers.tracks import check_integers, check_on_ground, scene_of_rows
 
 FRAME_RATE = 25.0
 """Video frames a second of the UCY recordings."""
@@ -91,9 +91,8 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
             parts.append(np.column_stack([place, frame, curve(frame, keys.frame.astype(float), ground)]))
     if not parts:
         raise FileError(path, f"nobody is there at a multiple of {frame_step} frames")
-    person_, line, frame_, *xy = np.concatenate(parts).T
-    table = TrackTable(path=path, frame=frame_, person=person_, positions=np.stack(xy, -1), lines=line.astype(np.int64))
-    return table.to_scene(dt, frame_step)
+    ids, line, frames, *xy = np.concatenate(parts).T
+    return scene_of_rows(path, frames, ids, np.stack(xy, -1), line.astype(np.int64), dt=dt, frame_step=frame_step)
 
 
 def read_key_points(path: Path) -> list[KeyPoints]:

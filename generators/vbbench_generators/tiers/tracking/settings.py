@@ -6,7 +6,7 @@ from typing import Annotated
 
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.ranges import Within, check_ranges
-from vbbench_generators.strict_toml import read_bundled, read_toml
+from vbbench_generators.strict_toml import bundled_file, read_toml
 
 Positive = Annotated[float, Within(1e-9, 1e9)]
 Share = Annotated[float, Within(0.0, 1.0)]
@@ -114,7 +114,8 @@ class TrackingSettings:
 
 def get_tracking() -> TrackingSettings:
     """The settings that come with this package."""
-    return read_bundled("detectors", "model", TrackingSettings, "top level")
+    with bundled_file("detectors", "model") as path:
+        return read_tracking(path)
 
 
 def read_tracking(path: Path) -> TrackingSettings:

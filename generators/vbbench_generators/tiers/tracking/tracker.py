@@ -23,6 +23,9 @@ from vbbench.boxes import overlaps
 from vbbench.detector import Detections
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
+HEIGHT = 3
+"""Place of the height among a box's coordinates."""
+
 
 @dataclass(frozen=True)
 class Beliefs:
@@ -117,10 +120,6 @@ def from_centres(boxes: FloatArray) -> FloatArray:
     return np.concatenate([boxes[..., :2] - 0.5 * boxes[..., 2:], boxes[..., 2:]], axis=-1)
 
 
-HEIGHT = 3
-"""Place of the height among a box's coordinates."""
-
-
 @dataclass(frozen=True)
 class CentredDetections:
     """What a detector finds in one frame: boxes [N, 4] (centre column, centre row, width, height) px, scores [N]."""
@@ -158,7 +157,8 @@ class Tracker:
 
     def step(self, detections: CentredDetections) -> Found:
         """Take in the next frame's detections; tell of the confirmed tracks that were seen in it."""
-        self._predict()
+        self._beliefs.mean[self._unseen > 0, HEIGHT, 1] = 0.0  # a height that grows unseen grows without bounds
+        self._beliefs = predict(self._beliefs, self._dt, self._settings)
         partner, used = self._pair(detections)
         rows = np.flatnonzero(partner >= 0)
         boxes = detections.boxes[partner[rows]]
@@ -167,15 +167,12 @@ class Tracker:
         self._confirmed[rows] = True
         self._unseen = np.where(partner >= 0, 0, self._unseen + 1)
         found = Found(self._ids[rows], seen.boxes, detections.scores[partner[rows]])
-        self._keep(self._confirmed & (self._unseen * self._dt <= self._settings.lost_time + 1e-9))
+        kept = self._confirmed & (self._unseen * self._dt <= self._settings.lost_time + 1e-9)
+        self._beliefs = self._beliefs.take(kept)
+        self._ids, self._confirmed, self._unseen = self._ids[kept], self._confirmed[kept], self._unseen[kept]
         first = self._begin(detections, ~used)
         self._frame += 1
         return found if self._frame > 1 else first
-
-    def _predict(self) -> None:
-        lost = self._unseen > 0
-        self._beliefs.mean[lost, HEIGHT, 1] = 0.0  # a height that grows unseen grows without bounds
-        self._beliefs = predict(self._beliefs, self._dt, self._settings)
 
     def _pair(self, detections: CentredDetections) -> tuple[IntArray, BoolArray]:
         """[N] detection paired with each track, −1 = none, and [M] which detections are used."""
@@ -211,10 +208,6 @@ class Tracker:
         self._confirmed = np.concatenate([self._confirmed, np.full(len(new), self._frame == 0)])
         self._unseen = np.concatenate([self._unseen, np.zeros(len(new), np.int64)])
         return Found(ids, detections.boxes[new], detections.scores[new])
-
-    def _keep(self, rows: BoolArray) -> None:
-        self._beliefs = self._beliefs.take(rows)
-        self._ids, self._confirmed, self._unseen = self._ids[rows], self._confirmed[rows], self._unseen[rows]
 
 
 class ByteTracker:
