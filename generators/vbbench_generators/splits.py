@@ -1,6 +1,7 @@
 """The objects that the entry points ``vbbench.generators`` name, one a split."""
 
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 from vbbench.generator import Card, Options
@@ -17,9 +18,9 @@ class RecipeSplit:
 
     name: str
 
-    @property
+    @cached_property
     def recipe(self) -> Recipe:
-        """The recipe, read once."""
+        """The recipe."""
         return get_recipe(self.name)
 
     @property
