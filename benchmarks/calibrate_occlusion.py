@@ -1,4 +1,4 @@
-"""How far the outlines of `vbbench_generators.occlusion` are from rendered people: visible fractions on split `street`.
+"""How far the outlines of `tiers.occlusion` are from rendered people: visible fractions on the split `street`.
 
     python -m benchmarks.calibrate_occlusion            # the outline as it is
     python -m benchmarks.calibrate_occlusion --search   # and the best one of a grid
@@ -16,8 +16,8 @@ import numpy as np
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
-from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import street
+from vbbench_generators.tiers.occlusion import Outline, see
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 from vbbench_renderers.visibility import Onlooker
