@@ -15,9 +15,9 @@ from vbbench.camera import PanoramaCamera
 from vbbench.geometry import relative_to_world, world_to_relative, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, FrameSolver, Problem
-from vbbench_baselines.cascade import Answer, Task
-from vbbench_baselines.crowd_graph import link
-from vbbench_baselines.reweighting import settle
+from vbbench_baselines.view_birdification import Answer, Task
+from vbbench_baselines.cascade.crowd_graph import link
+from vbbench_baselines.cascade.reweighting import settle
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 
 DT, FRAMES, DENSITY = 0.4, 12, 0.17  # seconds, frames, people a square metre as in Students

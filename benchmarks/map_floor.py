@@ -28,11 +28,11 @@ from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_frames, scored_positions
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem
-from vbbench_baselines.joint_map.heads import Head, turn
+from vbbench_baselines.joint_map.motion.heads import Head, turn
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.sighted import sight_boxes, statures_of
-from vbbench_baselines.joint_map.walks import Walk, reweigh, walk_of
-from vbbench_baselines.sightings import measure
+from vbbench_baselines.joint_map.measurement.boxes import sight_boxes, statures_of
+from vbbench_baselines.joint_map.motion.walks import Walk, reweigh, walk_of
+from vbbench_baselines.common.sightings import measure
 
 EXACT = 1e-3
 """Standard deviation in m of exact boxes and given positions, as in the solver."""

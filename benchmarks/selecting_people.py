@@ -15,7 +15,7 @@ from vbbench.generator import Options, Tier
 from vbbench.scorecard import Score
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_baselines.cascade import EVERYBODY
+from vbbench_baselines.view_birdification import EVERYBODY
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 

@@ -8,12 +8,12 @@ from scipy.optimize import minimize
 
 from vbbench.arrays import FloatArray
 from vbbench.geometry import relative_to_world, world_to_relative, wrap_angle
-from vbbench_baselines.ego_motion import fit_pose, least_angle
-from vbbench_baselines.localisation import localise
+from vbbench_baselines.common.ego_motion import fit_pose, least_angle
+from vbbench_baselines.common.ego_motion import localise
 
 
 def pose_energy(pose: FloatArray, *terms: Any) -> float:
-    """E(c, R) of `vbbench_baselines.ego_motion`, person by person."""
+    """E(c, R) of `vbbench_baselines.common.ego_motion`, person by person."""
     relative, covariance, expected, std, predicted, ego_std = terms
     total = float(np.sum((pose[:2] - predicted[:2]) ** 2)) / ego_std**2
     residuals = relative - world_to_relative(expected, pose)

@@ -13,20 +13,20 @@ from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
 from vbbench.runner import frames_of
 from vbbench.solver import Estimate, FrameSolver, SequenceSolver
-from vbbench_baselines.joint_map.acceleration import extrapolate, no_past
-from vbbench_baselines.joint_map.banded import BAND, factor, invert, no_band, solve
+from vbbench_baselines.joint_map.optimiser.descent import extrapolate, no_past
+from vbbench_baselines.joint_map.optimiser.banded import BAND, factor, invert, no_band, solve
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.descent import settle
-from vbbench_baselines.joint_map.forgetting import forget
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, Left, hold, tamed
-from vbbench_baselines.joint_map.people import Scene, axes_of, eliminate
-from vbbench_baselines.joint_map.poses import linearise
+from vbbench_baselines.joint_map.optimiser.descent import settle
+from vbbench_baselines.joint_map.optimiser.marginalisation import forget
+from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_LEFT, Left, hold, tamed
+from vbbench_baselines.joint_map.optimiser.people import Scene, axes_of, eliminate
+from vbbench_baselines.joint_map.optimiser.poses import linearise
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.sighted import Statures, horizon, inform, sight_boxes, statures_of
-from vbbench_baselines.joint_map.state import believe, deviance_of
-from vbbench_baselines.joint_map.walks import add_walk, innovation, reweigh, walk_of
-from vbbench_baselines.joint_map.window import make_scene
+from vbbench_baselines.joint_map.measurement.boxes import Statures, horizon, inform, sight_boxes, statures_of
+from vbbench_baselines.joint_map.optimiser.state import believe, deviance_of
+from vbbench_baselines.joint_map.motion.walks import add_walk, innovation, reweigh, walk_of
+from vbbench_baselines.joint_map.measurement.window import make_scene
 
 NORMAL = Prior(nu=1e9, a0=1e9, yaw_scale=1e3)
 LOOKING_ABOUT = replace(get_prior("default"), following=0.0)

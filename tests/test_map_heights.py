@@ -13,7 +13,7 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.solver import Problem
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.heights import Heights
+from vbbench_baselines.joint_map.measurement.boxes import Heights
 
 CAMERAS: list[Camera] = [PanoramaCamera(), PerspectiveCamera()]
 

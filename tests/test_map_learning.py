@@ -6,14 +6,14 @@ import pytest
 from tests.solver_runs import run, walk
 from vbbench.arrays import FloatArray
 from vbbench.geometry import wrap_angle
-from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.common.ego_motion import fit_pose
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.foresight import foresee
-from vbbench_baselines.joint_map.learning import Lessons, learn, nothing_learned, taught
+from vbbench_baselines.joint_map.one_step import foresee
+from vbbench_baselines.joint_map.motion.learning import Lessons, learn, nothing_learned, taught
 from vbbench_baselines.joint_map.one_step import PAST
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.walks import REACH, Walk, walk_of
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, walk_of
 
 FITTED = Prior(b=(-0.3, -0.1), sigma=0.05, nu=6.0, a0=8.0)
 

@@ -12,7 +12,7 @@ from vbbench.registry import make_solver
 from vbbench.scene import Scene
 from vbbench_baselines.joint_map.fit import fit, main, to_toml
 from vbbench_baselines.joint_map.prior import PRIORS, Prior, get_prior
-from vbbench_baselines.joint_map.priors.likelihood import fit_walks, innovations, log_likelihood
+from vbbench_baselines.joint_map.priors.walks import fit_walks, innovations, log_likelihood
 from vbbench_baselines.joint_map.priors.turns import fit_cauchy
 from vbbench_baselines.joint_map.priors.walks import gather
 

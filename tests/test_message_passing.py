@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vbbench.arrays import FloatArray, IntArray
-from vbbench_baselines.message_passing import pass_messages
-from vbbench_baselines.people import tabulate
+from vbbench_baselines.cascade.message_passing import pass_messages
+from vbbench_baselines.cascade.people import tabulate
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 CHAIN = [(i, i + 1) for i in range(4)]

@@ -19,7 +19,7 @@ from vbbench.plotting.posterior import density_level, spread
 from vbbench.posterior import Posterior, find_posterior
 from vbbench.protocol import PROTOCOLS
 from vbbench.solver import LocationPosterior
-from vbbench_baselines.location import location_energies
+from vbbench_baselines.common.ego_motion import location_energies
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 SEQUENCE = 3

@@ -5,9 +5,9 @@ import pytest
 
 from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.arrays import FloatArray
-from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.localisation import localise
-from vbbench_baselines.uncertainty import pose_covariance, position_covariances
+from vbbench_baselines.common.ego_motion import fit_pose
+from vbbench_baselines.common.ego_motion import localise
+from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
 
 
 def hessian(pose: FloatArray, terms: tuple[FloatArray, ...], h: float = 1e-4) -> FloatArray:

@@ -9,15 +9,15 @@ from scipy.optimize import approx_fprime
 from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.arrays import FloatArray
 from vbbench.geometry import relative_to_world, world_to_relative
-from vbbench_baselines.crowd_graph import link
-from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.localisation import localise
+from vbbench_baselines.cascade.crowd_graph import link
+from vbbench_baselines.common.ego_motion import fit_pose
+from vbbench_baselines.common.ego_motion import localise
 from vbbench_baselines.motion_models import SocialForceWalk, Walkers
-from vbbench_baselines.pair_potential import potential, pull
-from vbbench_baselines.people import choose, descend
-from vbbench_baselines.rays import sample_rays
-from vbbench_baselines.reweighting import settle, weigh
-from vbbench_baselines.selection import nearest, select
+from vbbench_baselines.cascade.crowd_graph import potential, pull
+from vbbench_baselines.cascade.people import choose, descend
+from vbbench_baselines.cascade.people import sample_rays
+from vbbench_baselines.cascade.reweighting import settle, weigh
+from vbbench_baselines.cascade.crowd_graph import nearest, select
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 

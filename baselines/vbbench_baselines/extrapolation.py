@@ -11,7 +11,7 @@ import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.geometry import relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.history import History
+from vbbench_baselines.common.motion import History
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, Spreads, StraightWalk, expect
 
 

@@ -7,15 +7,15 @@ model says how far dt²F is, and how the distance counts is the solver's affair.
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
-
 import numpy as np
-
 from vbbench.arrays import BoolArray, FloatArray
-from vbbench_baselines.history import History
-from vbbench_baselines.motion import continue_observer, continue_people
-from vbbench_baselines.social_force import adapt_velocities
+from vbbench_baselines.common.motion import History
+from vbbench_baselines.common.motion import continue_observer, continue_people
+import numpy as np
+from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel
 
-
+# DOC """Social-force terms: how people who walk near one another take over each other's velocity."""
 class Walkers(NamedTuple):
     """People and, last, the observer at t−1; NaN = unknown.
 
@@ -72,7 +72,7 @@ class SocialForceWalk:
 
 @dataclass(frozen=True, kw_only=True)
 class Spreads:
-    """How far walks stray from what is expected, in m (see `vbbench_baselines.motion`).
+    """How far walks stray from what is expected, in m (see `vbbench_baselines.common.motion`).
 
     Parameters
     ----------
@@ -114,3 +114,35 @@ def expect(model: MotionModel, history: History, chosen: BoolArray, spreads: Spr
     walk[:2] += moved[-1]
     people[chosen] += np.where(np.isnan(history.positions[2, chosen]), moved[:-1], 0.0)
     return Expectations(people, std, walk, walk_std)
+
+
+@kernel
+def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: float, rate: float) -> FloatArray:
+    """Change of velocity rate·(w_k − v_k), w_k the mean velocity of everybody within ``radius``, k included.
+
+    Parameters
+    ----------
+    positions, velocities : [K, 2] in m and m/s; people of unknown velocity (NaN) are left out and do not change.
+    radius : in m.
+    rate : dt/η; above 1 the mean would be overshot, so it is cut there.
+
+    Returns
+    -------
+    [K, 2] in m/s.
+    """
+    change = np.empty(velocities.shape)
+    for k in range(len(positions)):
+        change[k, 0], change[k, 1] = 0.0, 0.0
+        if np.isnan(velocities[k, 0]):
+            continue
+        total_x, total_y, count = 0.0, 0.0, 0
+        for i in range(len(positions)):
+            dx = positions[i, 0] - positions[k, 0]
+            if not abs(dx) < radius:  # spares most of a large crowd the root
+                continue
+            near = np.hypot(dx, positions[i, 1] - positions[k, 1]) < radius
+            if near and not np.isnan(velocities[i, 0]):
+                total_x, total_y, count = total_x + velocities[i, 0], total_y + velocities[i, 1], count + 1
+        change[k, 0] = min(rate, 1.0) * (total_x / count - velocities[k, 0])
+        change[k, 1] = min(rate, 1.0) * (total_y / count - velocities[k, 1])
+    return change

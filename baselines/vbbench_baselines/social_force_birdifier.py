@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.arrays import FloatArray
-from vbbench_baselines.cascade import Answer, Birdifier, Factors, Task
-from vbbench_baselines.crowd_graph import link
+from vbbench_baselines.view_birdification import Answer, Birdifier, Factors, Task
+from vbbench_baselines.cascade.crowd_graph import link
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
-from vbbench_baselines.people import choose, descend, tabulate
-from vbbench_baselines.rays import sample_rays
-from vbbench_baselines.reweighting import settle
-from vbbench_baselines.selection import nearest
+from vbbench_baselines.cascade.people import choose, descend, tabulate
+from vbbench_baselines.cascade.people import sample_rays
+from vbbench_baselines.cascade.reweighting import settle
+from vbbench_baselines.cascade.crowd_graph import nearest
 
 EXPECTED_WEIGHT = 0.5
 """Mean curvature of the norm m = ‖x − p‖/σ in the plane under its own density exp(−m): half that of m²/2."""
@@ -64,7 +64,7 @@ class SocialForceBirdifier(Birdifier):
         return Answer(pose, positions, curved, self._tangent_at(pose, factors, weights))
 
     def _tangent_at(self, pose: FloatArray, factors: Factors, weights: FloatArray) -> Factors:
-        """The weighted squares that touch the energy at its minimum (see `vbbench_baselines.reweighting`)."""
+        """The weighted squares that touch the energy at its minimum (see `vbbench_baselines.cascade.reweighting`)."""
         stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
         walk_std = factors.walk_std * (stray**2 + self.softness**2) ** 0.25
         return factors._replace(std=factors.std / np.sqrt(weights), walk_std=walk_std)

@@ -12,16 +12,16 @@ from vbbench.runner import WINDOW
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.descent import Settled, unwrapped
-from vbbench_baselines.joint_map.heights import Heights, Report
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
-from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
+from vbbench_baselines.joint_map.measurement.boxes import Heights, Report
+from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_LEFT, hold, leave, settle_held
+from vbbench_baselines.joint_map.optimiser.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
-from vbbench_baselines.joint_map.sighted import Eye, Statures, inform, statures_of
-from vbbench_baselines.joint_map.walks import Walk, walk_of
-from vbbench_baselines.joint_map.window import make_scene
-from vbbench_baselines.sightings import Sightings
+from vbbench_baselines.joint_map.measurement.boxes import Eye, Statures, inform, statures_of
+from vbbench_baselines.joint_map.motion.walks import Walk, walk_of
+from vbbench_baselines.joint_map.measurement.window import make_scene
+from vbbench_baselines.common.sightings import Sightings
 
 START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds where to begin: it need not be exact."""

@@ -10,19 +10,19 @@ import numpy as np
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.descent import Settled
-from vbbench_baselines.joint_map.heights import Heights
-from vbbench_baselines.joint_map.learning import nothing_learned
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
+from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.optimiser.descent import Settled
+from vbbench_baselines.joint_map.measurement.boxes import Heights
+from vbbench_baselines.joint_map.motion.learning import nothing_learned
+from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_LEFT, hold, leave, settle_held
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
-from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.optimiser.poses import Anchor
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
-from vbbench_baselines.joint_map.sighted import Eye, statures_of
-from vbbench_baselines.joint_map.walks import walk_of
-from vbbench_baselines.joint_map.window import Window
-from vbbench_baselines.sightings import Sightings
-from vbbench_baselines.uncertainty import linearise_people, position_covariances
+from vbbench_baselines.joint_map.measurement.boxes import Eye, statures_of
+from vbbench_baselines.joint_map.motion.walks import walk_of
+from vbbench_baselines.joint_map.measurement.window import Window
+from vbbench_baselines.common.sightings import Sightings
+from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
 
 CROWD = 30
 """Tracks of a sequence beyond which it is a crowd."""

@@ -16,7 +16,7 @@ from vbbench.generator import Options, Plan
 from vbbench.registry import load
 from vbbench.tables import write_text_atomically
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.priors.likelihood import fit_walks, log_likelihood
+from vbbench_baselines.joint_map.priors.walks import fit_walks, log_likelihood
 from vbbench_baselines.joint_map.priors.turns import Turns, fit_head, turns_of
 from vbbench_baselines.joint_map.priors.walks import Walks, walks_of
 

@@ -1,30 +1,34 @@
 """One frame on a known past: everybody foreseen by the autoregression, then one robust fit of the pose.
 
 This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what
-`vbbench_baselines.joint_map.foresight` expects, p_k, so that a weighted problem but for the head is that of
-`vbbench_baselines.ego_motion.fit_pose`, whose minimum over all poses is exact: there the search starts. Gauss–Newton
-steps with the weights of `vbbench_baselines.joint_map.walks` and the head's
-(`vbbench_baselines.joint_map.heads`) lead on. What the walks are like is learned from the past, too
-(`vbbench_baselines.joint_map.learning`).
+`vbbench_baselines.joint_map.one_step` expects, p_k, so that a weighted problem but for the head is that of
+`vbbench_baselines.common.ego_motion.fit_pose`, whose minimum over all poses is exact: there the search starts. Gauss–Newton
+steps with the weights of `vbbench_baselines.joint_map.motion.walks` and the head's
+(`vbbench_baselines.joint_map.motion.heads`) lead on. What the walks are like is learned from the past, too
+(`vbbench_baselines.joint_map.motion.learning`).
 """
 
 from typing import NamedTuple
-
 import numpy as np
-
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.ego_motion import VAGUE, fit_pose
-from vbbench_baselines.joint_map.foresight import foresee_all
-from vbbench_baselines.joint_map.heads import add_curvature, add_slope, surprise, turn, weigh
-from vbbench_baselines.joint_map.learning import Lessons, learn, taught
-from vbbench_baselines.joint_map.sighted import FLOOR, farther
-from vbbench_baselines.joint_map.walks import REACH, Walk
-from vbbench_baselines.localisation import localise
-from vbbench_baselines.motion import ANCHOR_STD
-from vbbench_baselines.sightings import measure
-from vbbench_baselines.uncertainty import linearise_people
+from vbbench_baselines.common.ego_motion import VAGUE, fit_pose
+from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope, surprise, turn, weigh
+from vbbench_baselines.joint_map.motion.learning import Lessons, learn, taught
+from vbbench_baselines.joint_map.measurement.boxes import FLOOR, farther
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk
+from vbbench_baselines.common.ego_motion import localise
+from vbbench_baselines.common.motion import ANCHOR_STD
+from vbbench_baselines.common.sightings import measure
+from vbbench_baselines.common.uncertainty import linearise_people
+import numpy as np
+from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.motion.learning import known_before
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk
+from vbbench_baselines.common.motion import ANCHOR_STD
 
+# DOC """Where everybody is expected next, by the autoregression, on a past that is known."""
 PAST = REACH + 1
 """Frames before the newest that tell of it."""
 
@@ -73,7 +77,7 @@ def locate(
 
     Parameters
     ----------
-    rays, sideways, stretch, stature, stature_variance : as `vbbench_baselines.sightings.measure` takes them.
+    rays, sideways, stretch, stature, stature_variance : as `vbbench_baselines.common.sightings.measure` takes them.
     places, poses, given : as of `foresee_all`.
     known : [3] the pose where it is given, else NaN.
     fitted, lessons : the prior, and what was learned of it, to which the newest revealed frame adds if it ``learns``.
@@ -181,3 +185,62 @@ def _linearise_boxes(
                 seen[k, i] = relative[k, i] * (2.0 * q - q * q)
             for i in range(3):
                 noise[k, i] = covariance[k, i] * q**4
+
+
+@kernel
+def foresee(places: FloatArray, walk: Walk, variance: float) -> tuple[float, float, float]:
+    """Where a walk [n, 2] with σ_k² = ``variance`` goes next, and its standard deviation, in m; NaN = unknown.
+
+    One unknown frame at the end is foreseen first, and its error carried on.
+    """
+    known = known_before(places)
+    if known > 0:
+        return _continue(places, min(known, REACH), walk, variance)
+    known = known_before(places[:-1])
+    if known == 0:
+        return np.nan, np.nan, np.nan
+    filled = places.copy()
+    filled[-1, 0], filled[-1, 1], before = _continue(places[:-1], min(known, REACH), walk, variance)
+    order = min(known + 1, REACH)
+    x, y, std = _continue(filled, order, walk, variance)
+    return x, y, np.sqrt(std**2 + (walk.filters[order, 1] * before) ** 2)
+
+
+@kernel
+def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tuple[float, float, float]:
+    """`foresee` by the filter of this order; so many frames at the end of places [n, 2] are known."""
+    n, x, y = len(places), 0.0, 0.0
+    for d in range(1, order + 1):
+        x -= walk.filters[order, d] * places[n - d, 0]
+        y -= walk.filters[order, d] * places[n - d, 1]
+    return x, y, walk.spreads[order] * (1.0 if order == 1 else np.sqrt(variance))
+
+
+@kernel
+def foresee_all(
+    places: FloatArray, poses: FloatArray, given: FloatArray, walk: Walk, variances: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Where everybody is expected at t.
+
+    Parameters
+    ----------
+    places, poses : [n, K, 2] and [n, 3] of the n frames before t; NaN = unknown.
+    given : [K, 2] places at t, NaN = not given.
+    variances : [K + 1] σ_k² in m² of the people and the observer.
+
+    Returns
+    -------
+    [K, 2] and [K] expected places and their standard deviations in m, [3] the observer's pose and its own in m.
+    """
+    people = len(given)
+    expected, std = np.empty((people, 2)), np.empty(people)
+    for k in range(people):
+        if np.isnan(given[k, 0]):
+            expected[k, 0], expected[k, 1], std[k] = foresee(places[:, k], walk, variances[k])
+        else:
+            expected[k, 0], expected[k, 1], std[k] = given[k, 0], given[k, 1], ANCHOR_STD
+    pose = poses[-1].copy()
+    if np.isnan(pose[0]):
+        return expected, std, np.zeros(3), np.inf
+    pose[0], pose[1], own = foresee(poses[:, :2], walk, variances[-1])
+    return expected, std, pose, own

@@ -2,7 +2,7 @@
 
 One-step reveals where people truly were, and with it how these people are annotated and walk, which differs from one
 recording to the next. Revealed innovations e = a_0 − b_1 a_1 − b_2 a_2 count with their precision w = (ν + 2)/(νσ_k² +
-m²), as in `vbbench_baselines.joint_map.walks`:
+m²), as in `vbbench_baselines.joint_map.motion.walks`:
 
     b     = (I/s_b² + Σ w AᵀA)⁻¹ (b_fitted/s_b² + Σ w Aᵀa_0),   A = (a_1, a_2),
     σ_k²  = (a_0σ² + Σ w σ_k² m²)/(a_0 + 2n),
@@ -17,8 +17,8 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.heads import Head, evidence
-from vbbench_baselines.joint_map.walks import REACH, UNKNOWN, Walk, filters_of, innovation
+from vbbench_baselines.joint_map.motion.heads import Head, evidence
+from vbbench_baselines.joint_map.motion.walks import REACH, UNKNOWN, Walk, filters_of, innovation
 
 B_STD = 0.3
 """s_b: how far one recording's b is from another's; the fits to Hotel and ETH are .29 and .25 apart."""

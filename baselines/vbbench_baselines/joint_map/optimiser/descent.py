@@ -3,23 +3,30 @@
 A step minimises the quadratic model of the weighted energy (Levenberg–Marquardt, the damping scaled by the Hessian's
 diagonal), everybody following, and is taken only if the deviance falls. The Hessian is renewed only now and then: the
 gradient is that of the point, so that an old one costs steps and not exactness, and it makes the most of a step's cost.
-What the last steps have in common shows where they lead (`vbbench_baselines.joint_map.acceleration`); that point is
+What the last steps have in common shows where they lead (`vbbench_baselines.joint_map.optimiser.descent`); that point is
 taken if its deviance is lower still. The loop has converged when a whole step is short, in metres or in standard
 deviations, λ² = gᵀH⁻¹g: where poses are hardly known it does not matter where exactly they are.
 """
 
 from typing import NamedTuple
-
 import numpy as np
-
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.acceleration import Past, extrapolate, no_past
-from vbbench_baselines.joint_map.people import Person, Scene, follow
-from vbbench_baselines.joint_map.poses import Anchor, eliminate_all, gradient_of, hessian_of
-from vbbench_baselines.joint_map.state import State, believe, deviance_of
-from vbbench_baselines.joint_map.walks import Walk
+from vbbench_baselines.joint_map.optimiser.people import Person, Scene, follow
+from vbbench_baselines.joint_map.optimiser.poses import Anchor, eliminate_all, gradient_of, hessian_of
+from vbbench_baselines.joint_map.optimiser.state import State, believe, deviance_of
+from vbbench_baselines.joint_map.motion.walks import Walk
+from typing import NamedTuple
+import numpy as np
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.kernels import kernel
 
+# DOC """Anderson's acceleration: a fixed point is guessed from the last points and where one step led from each.
+# DOC 
+# DOC Renewing weights and stepping is a map x → F(x) that comes near its fixed point linearly. Of the last few pairs the
+# DOC combination Σ α_i F(x_i), Σ α_i = 1, is taken for which Σ α_i (F(x_i) − x_i) is shortest (D. G. Anderson 1965,
+# DOC "Iterative procedures for nonlinear integral equations"). Whether the guess is better is for the caller to find out.
+# DOC """
 LONGEST = 1.0
 """No step moves a pose further, in m and rad."""
 
@@ -181,3 +188,45 @@ def unwrapped(poses: FloatArray) -> FloatArray:
         turns = np.round((poses[t - 1, 2] - poses[t, 2]) / (2.0 * np.pi))
         poses[t, 2] += turns * 2.0 * np.pi
     return poses
+
+
+DEPTH = 6
+"""Differences that are combined."""
+
+
+class Past(NamedTuple):
+    """The last points in a ring.
+
+    Attributes
+    ----------
+    points, moves : [DEPTH + 1, n] F(x_i) and F(x_i) − x_i.
+    entered : [1] how many were entered.
+    """
+
+    points: FloatArray
+    moves: FloatArray
+    entered: IntArray
+
+
+@kernel
+def no_past(size: int) -> Past:
+    """Nothing entered yet, for points [``size``]."""
+    return Past(np.zeros((DEPTH + 1, size)), np.zeros((DEPTH + 1, size)), np.zeros(1, np.int64))
+
+
+@kernel
+def extrapolate(past: Past, here: FloatArray, there: FloatArray) -> FloatArray:
+    """Enter that a step leads from ``here`` [n] to ``there`` [n], and guess where the steps lead in the end."""
+    used, slot = min(past.entered[0], DEPTH), past.entered[0] % (DEPTH + 1)
+    past.points[slot], past.moves[slot] = there, there - here
+    past.entered[0] += 1
+    differences, move = np.empty((used, len(here))), past.moves[slot]
+    for j in range(used):
+        differences[j] = move - past.moves[(slot - 1 - j) % (DEPTH + 1)]
+    gram = differences @ differences.T
+    for j in range(used):
+        gram[j, j] = gram[j, j] * (1.0 + 1e-8) + 1e-300
+    share, guess = np.linalg.solve(gram, differences @ move), there.copy()
+    for j in range(used):
+        guess -= share[j] * (there - past.points[(slot - 1 - j) % (DEPTH + 1)])
+    return guess

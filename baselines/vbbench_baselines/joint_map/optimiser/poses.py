@@ -1,9 +1,9 @@
 """The joint energy as a function of the poses alone, and its Gauss–Newton model.
 
-Everybody eliminated (`vbbench_baselines.joint_map.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
+Everybody eliminated (`vbbench_baselines.joint_map.optimiser.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
 (I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
 the whole problem in poses and places together. It is x and not y that G turns about c: M turns with the camera, too.
-The observer is a walker whose place is c itself, and a head that turns (`vbbench_baselines.joint_map.heads`).
+The observer is a walker whose place is c itself, and a head that turns (`vbbench_baselines.joint_map.motion.heads`).
 """
 
 from typing import NamedTuple
@@ -12,10 +12,10 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.banded import BAND, invert
-from vbbench_baselines.joint_map.heads import add_curvature, add_slope
-from vbbench_baselines.joint_map.people import Person, Scene, axes_of, eliminate
-from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
+from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
+from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope
+from vbbench_baselines.joint_map.optimiser.people import Person, Scene, axes_of, eliminate
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
 
 
 class Anchor(NamedTuple):
@@ -45,7 +45,7 @@ def linearise(
     Parameters
     ----------
     weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
-    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`vbbench_baselines.joint_map.heads`).
+    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`vbbench_baselines.joint_map.motion.heads`).
     """
     people = eliminate_all(poses, scene, walk, weights)
     gradient = gradient_of(people, poses, anchor, walk, weights[-1], yaw_weights)

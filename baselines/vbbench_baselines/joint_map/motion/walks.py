@@ -16,7 +16,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.heads import Head, head_of
+from vbbench_baselines.joint_map.motion.heads import Head, head_of
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
 REACH = 4

@@ -12,11 +12,11 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.banded import solve
-from vbbench_baselines.joint_map.people import Person, axes_of, eliminate
-from vbbench_baselines.joint_map.poses import Anchor, linearise
-from vbbench_baselines.joint_map.state import State
-from vbbench_baselines.joint_map.walks import Walk
+from vbbench_baselines.joint_map.optimiser.banded import solve
+from vbbench_baselines.joint_map.optimiser.people import Person, axes_of, eliminate
+from vbbench_baselines.joint_map.optimiser.poses import Anchor, linearise
+from vbbench_baselines.joint_map.optimiser.state import State
+from vbbench_baselines.joint_map.motion.walks import Walk
 
 
 @kernel

@@ -6,7 +6,7 @@ Poses (c_t, θ_t) fixed, a person's track x, in the world, has the energy
 
 y_t = c_t + R_t z_t the measured places, M_t = R_t N_t⁻¹ R_tᵀ, g_t the given places (ε = 1 mm) and s the stature, by
 which z_t = s ρ_t scales. It is least at A x = M y + g/ε², A = DᵀWD + M + E, a banded matrix (half-bandwidth 8, see
-`vbbench_baselines.joint_map.banded`). With x eliminated the energy of the y has the gradient M(y − x) and the Hessian
+`vbbench_baselines.joint_map.optimiser.banded`). With x eliminated the energy of the y has the gradient M(y − x) and the Hessian
 
     H_yy = M − M A⁻¹ M,
 
@@ -19,9 +19,9 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.banded import factor, no_band, solve
-from vbbench_baselines.joint_map.walks import REACH, Walk, add_walk
-from vbbench_baselines.motion import ANCHOR_STD
+from vbbench_baselines.joint_map.optimiser.banded import factor, no_band, solve
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
+from vbbench_baselines.common.motion import ANCHOR_STD
 
 
 class Scene(NamedTuple):
@@ -54,7 +54,7 @@ class Person(NamedTuple):
     track, measured : [n, 2] x and y in m.
     seen : [n] whether there is a box.
     information : [n, 3] M as (xx, xy, yy) in 1/m², nought where there is no box.
-    lower : Cholesky factor of A [2n, 2n], see `vbbench_baselines.joint_map.banded`.
+    lower : Cholesky factor of A [2n, 2n], see `vbbench_baselines.joint_map.optimiser.banded`.
     along : [2n] u, nought where there is no box.
     response : [2n] H_yy u.
     height : s in m.

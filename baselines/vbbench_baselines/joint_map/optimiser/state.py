@@ -11,11 +11,11 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.heads import judge
-from vbbench_baselines.joint_map.people import Scene, axes_of, misfit
-from vbbench_baselines.joint_map.poses import Anchor
-from vbbench_baselines.joint_map.sighted import farther
-from vbbench_baselines.joint_map.walks import Walk, own_walk, reweigh
+from vbbench_baselines.joint_map.motion.heads import judge
+from vbbench_baselines.joint_map.optimiser.people import Scene, axes_of, misfit
+from vbbench_baselines.joint_map.optimiser.poses import Anchor
+from vbbench_baselines.joint_map.measurement.boxes import farther
+from vbbench_baselines.joint_map.motion.walks import Walk, own_walk, reweigh
 
 
 class State(NamedTuple):
@@ -24,7 +24,7 @@ class State(NamedTuple):
     Attributes
     ----------
     poses, places, heights : [T, 3], [T, K, 2] (NaN where unknown) and [K].
-    weights, yaw_weights : [K + 1, T] and [T, 2], see `vbbench_baselines.joint_map.poses.linearise`.
+    weights, yaw_weights : [K + 1, T] and [T, 2], see `vbbench_baselines.joint_map.optimiser.poses.linearise`.
     variances : [K + 1] σ_k² in m².
     scene : what was known, with the boxes' noise that belongs to these distances.
     improbable : the deviance but for that of boxes and given places; NaN as long as somebody's place is unknown.

@@ -19,10 +19,21 @@ the weighted rigid (Procrustes) fit. The people are summed over once.
 """
 
 import numpy as np
-
+from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel
+import numpy as np
+from vbbench.arrays import FloatArray
+from vbbench.kernels import kernel
+import numpy as np
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
 
+# DOC """How likely the observer is to be anywhere else: the energy of `vbbench_baselines.common.ego_motion` as a function of place.
+# DOC 
+# DOC With the origin o at the place c itself, q = 0 and E(c, R) = mᵀAm − 2gᵀm + const.; the yaw of least energy at c is found
+# DOC as there. The people's places are eliminated already. E is a sum of squared, normalised errors, so −ln p = E/2.
+# DOC """
+# DOC """People's positions once the pose is known: measurement and expectation weighed against each other."""
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
 
@@ -154,3 +165,74 @@ def _derivatives(a: Symmetric, g: Vector, angle: float) -> tuple[float, float]:
     slope = spread * sin2 + 2.0 * a[1] * cos2 + 2.0 * (g[0] * sin - g[1] * cos)
     curvature = 2.0 * spread * cos2 - 4.0 * a[1] * sin2 + 2.0 * (g[0] * cos + g[1] * sin)
     return slope, curvature
+
+
+@kernel
+def location_energies(
+    places: FloatArray,
+    relative: FloatArray,
+    covariance: FloatArray,
+    expected: FloatArray,
+    std: FloatArray,
+    predicted: FloatArray,
+    ego_std: float,
+) -> FloatArray:
+    """−ln p of the observer at each of the places [N, 2] in m, up to a constant; the rest as in `fit_pose`."""
+    energies = np.empty(len(places))
+    information = max(1.0 / ego_std**2, VAGUE)
+    for n in range(len(places)):
+        cc, cs, ss, g_c, g_s = 0.0, 0.0, 0.0, VAGUE * np.cos(predicted[2]), VAGUE * np.sin(predicted[2])
+        for k in range(len(std)):
+            if np.isnan(std[k]) or np.isnan(relative[k, 0]):
+                continue
+            v = std[k] ** 2
+            rr, rf, ff = invert(covariance[k, 0] + v, covariance[k, 1], covariance[k, 2] + v)
+            x, y = expected[k, 0] - places[n, 0], expected[k, 1] - places[n, 1]
+            # W D with D = [[−y, x], [x, y]], and W z
+            rc, rs, fc, fs = rf * x - rr * y, rr * x + rf * y, ff * x - rf * y, rf * x + ff * y
+            zr, zf = rr * relative[k, 0] + rf * relative[k, 1], rf * relative[k, 0] + ff * relative[k, 1]
+            cc, cs, ss = cc + x * fc - y * rc, cs + x * fs - y * rs, ss + x * rs + y * fs
+            g_c, g_s = g_c + x * zf - y * zr, g_s + x * zr + y * zf
+        yaw = least_angle((cc, cs, ss), (g_c, g_s))
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        moved = (places[n, 0] - predicted[0]) ** 2 + (places[n, 1] - predicted[1]) ** 2
+        turned = cc * cos * cos + 2.0 * cs * cos * sin + ss * sin * sin - 2.0 * (g_c * cos + g_s * sin)
+        energies[n] = 0.5 * (turned + information * moved)
+    return energies
+
+
+@kernel
+def localise(
+    pose: FloatArray, relative: FloatArray, covariance: FloatArray, expected: FloatArray, std: FloatArray
+) -> FloatArray:
+    """Positions of least energy given the pose (see `vbbench_baselines.common.ego_motion`), the same as a Kalman update.
+
+    Rᵀ(x_k − c) = e_k + σ_k² (σ_k² I + N_k)⁻¹ (z_k − e_k),   e_k = Rᵀ(p_k − c).
+
+    With N_k → 0 a person stands on its ray where its height says; without expectation the measurement is all there is.
+
+    Parameters
+    ----------
+    pose : [3] (x, y, yaw) in m and rad.
+    relative, covariance : [K, 2] measured (right, forward) in m, NaN = not observed, and [K, 3] (rr, rf, ff) in m².
+    expected, std : [K, 2] and [K] where people are expected, in m, NaN = unknown.
+
+    Returns
+    -------
+    [K, 2] world positions in m, NaN = not observed.
+    """
+    people = len(std)
+    sin, cos = np.sin(pose[2]), np.cos(pose[2])
+    positions = np.empty((people, 2))
+    for k in range(people):
+        right, forward = relative[k, 0], relative[k, 1]
+        if not np.isnan(std[k]):
+            dx, dy = expected[k, 0] - pose[0], expected[k, 1] - pose[1]
+            e_r, e_f = dx * sin - dy * cos, dx * cos + dy * sin
+            v = std[k] ** 2
+            rr, rf, ff = invert(covariance[k, 0] + v, covariance[k, 1], covariance[k, 2] + v)
+            d_r, d_f = right - e_r, forward - e_f
+            right, forward = e_r + v * (rr * d_r + rf * d_f), e_f + v * (rf * d_r + ff * d_f)
+        positions[k, 0] = pose[0] + right * sin + forward * cos
+        positions[k, 1] = pose[1] - right * cos + forward * sin
+    return positions

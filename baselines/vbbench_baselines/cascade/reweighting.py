@@ -19,8 +19,8 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.localisation import localise
+from vbbench_baselines.common.ego_motion import fit_pose
+from vbbench_baselines.common.ego_motion import localise
 
 
 @kernel
@@ -62,7 +62,7 @@ def settle(
 
     Parameters
     ----------
-    relative, covariance, expected, std, walk, walk_std : as in `vbbench_baselines.ego_motion.fit_pose`.
+    relative, covariance, expected, std, walk, walk_std : as in `vbbench_baselines.common.ego_motion.fit_pose`.
     pose : [3] the known pose, or NaN.
     softness : ε, in standard deviations.
     rounds, tolerance : stop after so many rounds, or when nobody's place (m), nor the yaw (rad), moved further.

@@ -4,8 +4,8 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.history import History
-from vbbench_baselines.sightings import Sightings
+from vbbench_baselines.common.motion import History
+from vbbench_baselines.common.sightings import Sightings
 
 FLOOR = 1e-5
 """Standard deviation in m below which no single frame measures a height: keeps exact data from dividing by zero."""

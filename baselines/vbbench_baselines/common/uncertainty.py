@@ -1,6 +1,6 @@
 """How sure pose and positions are: the inverse Gauss–Newton Hessian.
 
-With r_k = z_k + Rᵀ(c − p_k) as in `vbbench_baselines.ego_motion` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
+With r_k = z_k + Rᵀ(c − p_k) as in `vbbench_baselines.common.ego_motion` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
 
     Σ = (I/σ_0² + Σ_k J_kᵀ W_k J_k)⁻¹,   W_k = (σ_k² I + N_k)⁻¹ (I/σ_0² on the place only),
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.ego_motion import VAGUE, invert
+from vbbench_baselines.common.ego_motion import VAGUE, invert
 
 
 @kernel

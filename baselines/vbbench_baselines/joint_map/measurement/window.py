@@ -6,9 +6,9 @@ import numpy as np
 
 from vbbench.arrays import BoolArray, FloatArray, IntArray
 from vbbench.sequence import Given
-from vbbench_baselines.joint_map.people import Scene
-from vbbench_baselines.joint_map.sighted import Statures, inform
-from vbbench_baselines.sightings import Sightings
+from vbbench_baselines.joint_map.optimiser.people import Scene
+from vbbench_baselines.joint_map.measurement.boxes import Statures, inform
+from vbbench_baselines.common.sightings import Sightings
 
 
 @dataclass
@@ -19,7 +19,7 @@ class Window:
     ----------
     poses, places : [n, 3] and [n, K, 2] as believed.
     given_poses, given : [n, 3] and [n, K, 2].
-    relative, information : [n, K, 2] and [n, K, 3], see `vbbench_baselines.joint_map.people.Scene`.
+    relative, information : [n, K, 2] and [n, K, 3], see `vbbench_baselines.joint_map.optimiser.people.Scene`.
     """
 
     size: int
