@@ -16,8 +16,8 @@ from vbbench.protocol import PROTOCOLS
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameSolver
 from vbbench_baselines.common.ego_motion import invert
-from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.common.motion import History
+from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.motion_models import adapt_velocities
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 

@@ -1,54 +1,31 @@
-"""The paper's cascade, frame by frame: first the pose from everybody at once, then everybody from the pose.
+"""``vb-cv``, and the cascade that it shares with ``vb-sf``: view birdification (arXiv 2111.05060), frame by frame.
 
-What `vb-cv` and `vb-sf` share: the window, heights, measurements, the selection of people in large crowds, and what is
-reported. A solver adds its motion model and how it minimises the energies.
+First the pose from everybody at once, then everybody from the pose. Shared are the window, heights, measurements, the
+selection of people in large crowds, and what is reported. A solver adds its motion model and how it minimises the
+energies; ``vb-cv`` (VB-CV, constant velocity) is the plainest.
 """
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+
 import numpy as np
+
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.motion import History
-from vbbench_baselines.common.ego_motion import localise
-from vbbench_baselines.common.ego_motion import location_energies
-from vbbench_baselines.motion_models import MotionModel, Spreads, StraightWalk, expect
 from vbbench_baselines.cascade.crowd_graph import select
+from vbbench_baselines.cascade.heights import Heights
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise, location_energies
+from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.sightings import measure, sight
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
-from dataclasses import dataclass
-import numpy as np
-from vbbench_baselines.common.ego_motion import fit_pose
-from vbbench_baselines.common.ego_motion import localise
+from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
 
-# DOC """``vb-cv``: view birdification with constant-velocity motion (VB-CV of arXiv 2111.05060)."""
 EVERYBODY = 1_000_000
 """More people than are ever in sight."""
 
 FEWEST = 2
 """Usable people (seen, and expected somewhere) below whom the observer's own prior decides."""
-
-
-class Factors(NamedTuple):
-    """The terms of a frame's energy, in the order in which the kernels take them (see `fit_pose`)."""
-
-    relative: FloatArray
-    covariance: FloatArray
-    expected: FloatArray
-    std: FloatArray
-    walk: FloatArray
-    walk_std: float
-
-    def of(self, chosen: BoolArray) -> "Factors":
-        """The terms of the ``chosen`` people [K] and the observer."""
-        relative, covariance, expected, std = (rows[chosen] for rows in self[:4])
-        return Factors(relative, covariance, expected, std, self.walk, self.walk_std)
-
-    def spread(self, times: float) -> "Factors":
-        """The same terms with standard deviations of motion that many times as large."""
-        return self._replace(std=self.std * times, walk_std=self.walk_std * times)
 
 
 class Task(NamedTuple):
@@ -139,7 +116,7 @@ class Birdifier(ABC):
             heights.learn(history, self._seen, *self._confident)
         self._seen = sight(self._camera, frame.observations, self._pixel_std)
         chosen = select(frame.observations, self.most_people, self.smallest_box)
-        relative, covariance = measure(*self._seen, heights.mean, heights.variance)
+        relative, covariance = measure(self._seen, heights.mean, heights.variance)
         factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
         usable = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
         fallback = bool(usable < FEWEST) and not history.pose_given[2]
@@ -147,14 +124,14 @@ class Birdifier(ABC):
             factors = factors._replace(walk_std=np.inf)
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
         answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen]))
-        positions = localise(answer.pose, *factors[:4])
+        positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
         self._tangent = answer.tangent
         return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
 
     def location_energy(self, places: FloatArray) -> FloatArray:
         """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
-        return location_energies(np.ascontiguousarray(places), *self._tangent)
+        return location_energies(np.ascontiguousarray(places), self._tangent)
 
     def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
         """What is reported besides pose and positions."""
@@ -165,8 +142,8 @@ class Birdifier(ABC):
         std[chosen] = answer.curved.std
         pose = np.zeros((3, 3))
         if not self._history.pose_given[2]:
-            pose = pose_covariance(answer.pose, *answer.curved[:4], answer.curved.walk_std)
-        people = position_covariances(answer.pose, pose, factors.relative, factors.covariance, std)
+            pose = pose_covariance(answer.pose, answer.curved)
+        people = position_covariances(answer.pose, pose, factors._replace(std=std))
         return {**known, "pose_covariance": pose, "position_covariances": people}
 
 
@@ -175,7 +152,6 @@ class ConstantVelocityBirdifier(Birdifier):
     """Squared norms about constant velocity, with both stages in closed form: no samples, no messages."""
 
     def _minimise(self, task: Task) -> Answer:
-        pose, factors = task.pose, task.factors
-        if np.isnan(pose[2]):
-            pose = fit_pose(*factors)
-        return Answer(pose, localise(pose, *factors[:4]), factors, factors)
+        factors = task.factors
+        pose = fit_pose(factors) if np.isnan(task.pose[2]) else task.pose
+        return Answer(pose, localise(pose, factors), factors, factors)

@@ -41,7 +41,7 @@ class Heights:
         places = np.where(given[:, None], history.positions[1], expected)
         pose_std = 0.0 if history.pose_given[1] else self._pose_std
         spread = np.where(given, 0.0, std)
-        _update(self.mean, self.variance, history.poses[1], places, spread, *previous, pose_std, *self._limits)
+        _update(self.mean, self.variance, history.poses[1], places, spread, previous, pose_std, self._limits)
 
 
 @kernel
@@ -51,13 +51,11 @@ def _update(
     pose: FloatArray,
     positions: FloatArray,
     spread: FloatArray,
-    rays: FloatArray,
-    sideways: FloatArray,
-    stretch: FloatArray,
+    sightings: Sightings,
     pose_std: float,
-    lowest: float,
-    highest: float,
+    limits: tuple[float, float],
 ) -> None:
+    rays, sideways, stretch = sightings
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
     for k in range(len(mean)):
         if np.isnan(spread[k] + stretch[k]):
@@ -69,5 +67,5 @@ def _update(
         slip = (rays[k, 0] * sideways[k, 0] + rays[k, 1] * sideways[k, 1]) / squared
         noise = height**2 * (stretch[k] ** 2 + slip**2) + (pose_std**2 + spread[k] ** 2) / squared + FLOOR**2
         gain = variance[k] / (variance[k] + noise)
-        mean[k] = min(max(mean[k] + gain * (height - mean[k]), lowest), highest)
+        mean[k] = min(max(mean[k] + gain * (height - mean[k]), limits[0]), limits[1])
         variance[k] *= 1.0 - gain

@@ -27,10 +27,7 @@ def pass_messages(
     [K] choices, and the number of rounds.
     """
     count, samples = len(edges), unary.shape[1]
-    messages = np.empty((count, 2, samples))  # 0: to i from j, 1: to j from i
-    for e in range(count):
-        for s in range(samples):
-            messages[e, 0, s], messages[e, 1, s] = 0.0, 0.0
+    messages = np.zeros((count, 2, samples))  # 0: to i from j, 1: to j from i
     belief = unary.copy()
     done = 0
     while done < rounds:

@@ -1,132 +1,68 @@
 """People's places given the pose: the cascade's second energy, with everybody's influence on everybody.
 
-E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; U in `vbbench_baselines.cascade.people`, V in
-`vbbench_baselines.cascade.crowd_graph`): message passing over the samples along the rays finds the valley, and a descent
-from there its lowest point, so that answers do not stand on a grid. In each step of the descent ρ is replaced by its
-weighted square and V by its tangent; what is left is a Kalman update with p_k moved by −σ_k²/w_k·λ∇V.
+E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; V in
+`vbbench_baselines.cascade.crowd_graph`), a person's own energy, given the pose, being
+
+    U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}   (see `vbbench_baselines.cascade.reweighting`).
+
+Message passing over samples along the viewing rays finds the valley, and a descent from there its lowest point, so that
+answers do not stand on a grid. In each step of the descent ρ is replaced by its weighted square and V by its tangent;
+what is left is a Kalman update with p_k moved by −σ_k²/w_k·λ∇V.
+
+The samples stand δ of height apart on the ray about the person's own optimum, as many as ±SPAN standard deviations of
+the height take, at most S. Box noise across the ray moves each sample to where, at that height, U_k is least under the
+weights at the optimum; without box noise all samples are on the ray. Who is known to less than δ/2 has the one sample.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+
 from vbbench.arrays import FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.ego_motion import localise
-from vbbench_baselines.cascade.message_passing import pass_messages
-from vbbench_baselines.cascade.crowd_graph import potential, pull
+from vbbench_baselines.cascade.crowd_graph import CrowdGraph, potential, pull
 from vbbench_baselines.cascade.reweighting import moved, weigh
-import numpy as np
-from vbbench.arrays import FloatArray
-from vbbench.kernels import kernel
-from vbbench_baselines.common.ego_motion import invert
-
-# DOC """Samples along the viewing rays: where a person may stand, and what that costs by its own terms.
-# DOC 
-# DOC Given the pose, person k's own energy is U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹} (see
-# DOC `vbbench_baselines.cascade.reweighting`). The samples stand δ of height apart on the ray about the person's own optimum, as
-# DOC many as ±SPAN standard deviations of the height take, at most S. Box noise across the ray moves each sample to where,
-# DOC at that height, U_k is least under the weights at the optimum; without box noise all samples are on the ray. Who is
-# DOC known to less than δ/2 has the one sample.
-# DOC """
-@kernel
-def tabulate(
-    places: FloatArray, energies: FloatArray, edges: IntArray, strength: float, sigma: float
-) -> tuple[IntArray, FloatArray]:
-    """The edges [E', 2] along which a choice makes a difference, and λV there, [E', S, S].
-
-    Places [K, S, 2] in m and energies [K, S] of the samples, inf = unused; edges [E, 2].
-    """
-    samples = energies.shape[1]
-    kept, pair = edges.copy(), np.empty((len(edges), samples, samples))
-    count = 0
-    for e in range(len(edges)):
-        i, j = edges[e, 0], edges[e, 1]
-        if samples == 1 or (np.isinf(energies[i, 1]) and np.isinf(energies[j, 1])):
-            continue
-        for s in range(samples):
-            for r in range(samples):
-                pair[count, s, r] = 0.0
-                if not (np.isinf(energies[i, s]) or np.isinf(energies[j, r])):
-                    dx, dy = places[i, s, 0] - places[j, r, 0], places[i, s, 1] - places[j, r, 1]
-                    pair[count, s, r] = strength * potential(dx * dx + dy * dy, sigma)
-        kept[count, 0], kept[count, 1] = i, j
-        count += 1
-    return kept[:count], pair[:count]
-
-
-@kernel
-def descend(
-    pose: FloatArray,
-    positions: FloatArray,
-    relative: FloatArray,
-    covariance: FloatArray,
-    expected: FloatArray,
-    std: FloatArray,
-    softness: float,
-    edges: IntArray,
-    strength: float,
-    sigma: float,
-    rounds: int,
-    tolerance: float,
-) -> FloatArray:
-    """Positions [K, 2] of least E_p near ``positions``; arguments as in `settle` and above."""
-    weights, spread, pulled = weigh(positions, expected, std, softness), std.copy(), expected.copy()
-    for _ in range(rounds):
-        force = pull(positions, edges, strength, sigma)
-        for k in range(len(std)):
-            spread[k] = std[k] / np.sqrt(weights[k])
-            pulled[k, 0] = expected[k, 0] - spread[k] ** 2 * force[k, 0]
-            pulled[k, 1] = expected[k, 1] - spread[k] ** 2 * force[k, 1]
-        last = positions
-        positions = localise(pose, relative, covariance, pulled, spread)
-        if not moved(last, positions, tolerance):
-            break
-        weights = weigh(positions, expected, std, softness)
-    return positions
-
-
-@kernel
-def choose(
-    places: FloatArray, energies: FloatArray, edges: IntArray, pair: FloatArray, rounds: int, damping: float
-) -> FloatArray:
-    """The places [K, 2] that message passing chooses among the samples; arguments as above."""
-    choices, _ = pass_messages(energies, edges, pair, rounds, damping, 1e-3)
-    chosen = np.empty((len(choices), 2))
-    for k in range(len(choices)):
-        chosen[k, 0], chosen[k, 1] = places[k, choices[k], 0], places[k, choices[k], 1]
-    return chosen
-
+from vbbench_baselines.common.ego_motion import Factors, invert, localise
 
 SPAN = 3.0
 """Standard deviations of the height, by the person's own terms, on either side of the optimum."""
+
+
+class Samples(NamedTuple):
+    """Places along the viewing rays; sample 0 is the person's own optimum.
+
+    Attributes
+    ----------
+    places : [K, S, 2] in the world, in m.
+    energies : [K, S] U less that at the optimum; inf = unused.
+    """
+
+    places: FloatArray
+    energies: FloatArray
 
 
 @kernel
 def sample_rays(
     yaw: float,
     positions: FloatArray,
-    rays: FloatArray,
-    covariance: FloatArray,
-    expected: FloatArray,
-    std: FloatArray,
     weights: FloatArray,
+    rays: FloatArray,
+    factors: Factors,
     softness: float,
     most: int,
     spacing: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Places and energies of the samples.
+) -> Samples:
+    """The samples of everybody; people without expectation stay where they are.
 
     Parameters
     ----------
     yaw : of the observer, in rad.
     positions, weights : [K, 2] optima in m and [K] weights there, as `settle` gives them.
-    rays, covariance : [K, 2] place of a person one metre tall and [K, 3] N as (rr, rf, ff), in m and m².
-    expected, std, softness : as in `settle`; people without expectation stay where they are.
+    rays : [K, 2] place in m of a person one metre tall.
+    softness : as in `settle`.
     most, spacing : S, odd, and δ in m of height.
-
-    Returns
-    -------
-    [K, S, 2] places in the world in m and [K, S] energies less U at the optimum; the optimum is sample 0, unused
-    samples have the energy inf.
     """
+    covariance, expected, std = factors.covariance, factors.expected, factors.std
     people, sin, cos = len(std), np.sin(yaw), np.cos(yaw)
     places, energies = np.empty((people, most, 2)), np.empty((people, most))
     for k in range(people):
@@ -152,7 +88,7 @@ def sample_rays(
             walk = np.sqrt((moved_x * moved_x + moved_y * moved_y) / std[k] ** 2 + softness**2) - start
             places[k, s, 0], places[k, s, 1] = x + n * step_x, y + n * step_y
             energies[k, s] = walk - n * slope + 0.5 * n * n * curvature
-    return places, energies
+    return Samples(places, energies)
 
 
 @kernel
@@ -168,3 +104,53 @@ def _direction(ray: FloatArray, covariance: FloatArray, spread: float) -> tuple[
     right, forward = v * (u_r - v * (rr * u_r + rf * u_f)), v * (u_f - v * (rf * u_r + ff * u_f))
     variance = u_r * right + u_f * forward
     return variance, right / variance, forward / variance
+
+
+@kernel
+def tabulate(samples: Samples, graph: CrowdGraph) -> tuple[IntArray, FloatArray]:
+    """The edges [E', 2] along which a choice makes a difference, and λV there, [E', S, S]."""
+    places, energies = samples
+    edges, strength, sigma = graph
+    most = energies.shape[1]
+    kept, pair = edges.copy(), np.empty((len(edges), most, most))
+    count = 0
+    for e in range(len(edges)):
+        i, j = edges[e, 0], edges[e, 1]
+        if most == 1 or (np.isinf(energies[i, 1]) and np.isinf(energies[j, 1])):
+            continue
+        for s in range(most):
+            for r in range(most):
+                pair[count, s, r] = 0.0
+                if not (np.isinf(energies[i, s]) or np.isinf(energies[j, r])):
+                    dx, dy = places[i, s, 0] - places[j, r, 0], places[i, s, 1] - places[j, r, 1]
+                    pair[count, s, r] = strength * potential(dx * dx + dy * dy, sigma)
+        kept[count, 0], kept[count, 1] = i, j
+        count += 1
+    return kept[:count], pair[:count]
+
+
+@kernel
+def descend(
+    pose: FloatArray,
+    positions: FloatArray,
+    factors: Factors,
+    softness: float,
+    graph: CrowdGraph,
+    rounds: int,
+    tolerance: float,
+) -> FloatArray:
+    """Positions [K, 2] of least E_p near ``positions``; the rest as in `settle`."""
+    relative, covariance, expected, std, walk, walk_std = factors
+    weights, spread, pulled = weigh(positions, factors, softness), std.copy(), expected.copy()
+    for _ in range(rounds):
+        force = pull(positions, graph)
+        for k in range(len(std)):
+            spread[k] = std[k] / np.sqrt(weights[k])
+            pulled[k, 0] = expected[k, 0] - spread[k] ** 2 * force[k, 0]
+            pulled[k, 1] = expected[k, 1] - spread[k] ** 2 * force[k, 1]
+        last = positions
+        positions = localise(pose, Factors(relative, covariance, pulled, spread, walk, walk_std))
+        if not moved(last, positions, tolerance):
+            break
+        weights = weigh(positions, factors, softness)
+    return positions

@@ -19,13 +19,13 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.ego_motion import fit_pose
-from vbbench_baselines.common.ego_motion import localise
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
 
 
 @kernel
-def weigh(positions: FloatArray, expected: FloatArray, std: FloatArray, softness: float) -> FloatArray:
-    """Weights w [K] of positions [K, 2] about ``expected`` [K, 2] with ``std`` [K]; one where nothing is expected."""
+def weigh(positions: FloatArray, factors: Factors, softness: float) -> FloatArray:
+    """Weights w [K] of positions [K, 2] about what is expected; one where nothing is."""
+    expected, std = factors.expected, factors.std
     weights = np.empty(len(std))
     for k in range(len(std)):
         weights[k] = 1.0
@@ -47,22 +47,12 @@ def moved(before: FloatArray, after: FloatArray, distance: float) -> bool:
 
 @kernel
 def settle(
-    relative: FloatArray,
-    covariance: FloatArray,
-    expected: FloatArray,
-    std: FloatArray,
-    walk: FloatArray,
-    walk_std: float,
-    pose: FloatArray,
-    softness: float,
-    rounds: int,
-    tolerance: float,
+    factors: Factors, pose: FloatArray, softness: float, rounds: int, tolerance: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Minimise E_c over the pose, unless it is known, and the people.
 
     Parameters
     ----------
-    relative, covariance, expected, std, walk, walk_std : as in `vbbench_baselines.common.ego_motion.fit_pose`.
     pose : [3] the known pose, or NaN.
     softness : ε, in standard deviations.
     rounds, tolerance : stop after so many rounds, or when nobody's place (m), nor the yaw (rad), moved further.
@@ -71,6 +61,7 @@ def settle(
     -------
     Pose [3], positions [K, 2] in m (NaN = not observed) and the weights [K] of the people's terms.
     """
+    relative, covariance, expected, std, walk, walk_std = factors
     free, here = np.isnan(pose[2]), pose.copy()
     people, walk_weight = len(std), 1.0
     weights, spread, positions = np.empty(people), std.copy(), np.empty((people, 2))
@@ -78,14 +69,15 @@ def settle(
         weights[k], positions[k, 0], positions[k, 1] = 1.0, np.inf, np.inf
     for _ in range(rounds):
         before, last = here, positions
+        weighted = Factors(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
         if free:
-            here = fit_pose(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
-        positions = localise(here, relative, covariance, expected, spread)
+            here = fit_pose(weighted)
+        positions = localise(here, weighted)
         turned = abs(here[0] - before[0]), abs(here[1] - before[1]), abs(here[2] - before[2])
         held = turned[0] < tolerance and turned[1] < tolerance and turned[2] < tolerance
         if held and not moved(last, positions, tolerance):
             break
-        weights = weigh(positions, expected, std, softness)
+        weights = weigh(positions, factors, softness)
         for k in range(people):
             spread[k] = std[k] / np.sqrt(weights[k])
         if free and not np.isinf(walk_std):

@@ -1,20 +1,23 @@
-"""What a frame-by-frame solver remembers: poses and positions at t−2, t−1 and t."""
+"""What a frame-by-frame solver remembers, and where it expects people and the observer next.
 
-from typing import Any
+Constant velocity: x = 2x' − x'' (arXiv 2111.05060, eq. 10). Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
+being the motion's, σ_e that of the solver's own estimates, and e', e'' one where the past position is such an estimate
+and zero where it was given.
+"""
+
+from typing import Any, NamedTuple
+
 import numpy as np
-from vbbench.arrays import BoolArray, FloatArray
-from vbbench.sequence import Given
-from vbbench.solver import FrameEstimate
-import numpy as np
+
 from vbbench.arrays import BoolArray, FloatArray
 from vbbench.kernels import kernel
+from vbbench.sequence import Given
+from vbbench.solver import FrameEstimate
 
-# DOC """Where people and the observer are expected at t, from where they were at t−1 and t−2.
-# DOC 
-# DOC Constant velocity: x = 2x' − x'' (arXiv 2111.05060, eq. 10). Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
-# DOC being the motion's, σ_e that of the solver's own estimates, and e', e'' one where the past position is such an estimate
-# DOC and zero where it was given.
-# DOC """
+ANCHOR_STD = 1e-3
+"""Standard deviation in m of a position given at t itself."""
+
+
 class History:
     """The window of two past frames (arXiv 2111.05060, section IV) and the present one, rows t−2, t−1, t.
 
@@ -40,15 +43,13 @@ class History:
             rows[:2] = rows[1:]
         self.poses[2] = self.positions[2] = np.nan
         self.pose_given[2] = self.position_given[2] = False
-        self._merge(given)
-
-    def _merge(self, given: Given) -> None:
-        known = ~np.isnan(given.positions)
-        np.copyto(self.positions, given.positions, where=known)
-        self.position_given |= known[..., 0]
-        known = ~np.isnan(given.poses)
-        np.copyto(self.poses, given.poses, where=known)
-        self.pose_given |= known[:, 2]
+        for rows, told, shown in (
+            (self.poses, self.pose_given, given.poses),
+            (self.positions, self.position_given, given.positions),
+        ):
+            known = ~np.isnan(shown)
+            np.copyto(rows, shown, where=known)
+            told |= known[..., -1]
 
     def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
         """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
@@ -60,22 +61,29 @@ class History:
         return FrameEstimate(pose=self.poses[2].copy(), positions=self.positions[2].copy(), **report)
 
 
-ANCHOR_STD = 1e-3
-"""Standard deviation in m of a position given at t itself."""
+class Spreads(NamedTuple):
+    """How far walks stray from what is expected, in m.
+
+    Attributes
+    ----------
+    motion : σ_m, about the expectation of a model.
+    stay : about the one known past position, for each frame since.
+    estimate : σ_e, of the solver's own past positions.
+    """
+
+    motion: float
+    stay: float
+    estimate: float
 
 
 @kernel
-def continue_people(
-    positions: FloatArray, given: BoolArray, motion_std: float, stay_std: float, estimate_std: float
-) -> tuple[FloatArray, FloatArray]:
+def continue_people(positions: FloatArray, given: BoolArray, spreads: Spreads) -> tuple[FloatArray, FloatArray]:
     """Constant velocity, as far as the past is known.
 
     Parameters
     ----------
     positions : [3, K, 2] at t−2, t−1 and t in m, NaN = unknown. Row t is where people are, if known.
     given : [3, K] whether the position was given.
-    motion_std, estimate_std : σ_m and σ_e in m.
-    stay_std : standard deviation in m about the one known past position, for each frame since.
 
     Returns
     -------
@@ -90,20 +98,18 @@ def continue_people(
             x, y, std[k] = now[0], now[1], ANCHOR_STD
         elif np.isnan(last[0]):
             if not np.isnan(before[0]):
-                x, y, std[k] = before[0], before[1], 2.0 * stay_std
+                x, y, std[k] = before[0], before[1], 2.0 * spreads.stay
         elif np.isnan(before[0]):
-            x, y, std[k] = last[0], last[1], stay_std
+            x, y, std[k] = last[0], last[1], spreads.stay
         else:
             x, y = 2.0 * last[0] - before[0], 2.0 * last[1] - before[1]
-            std[k] = total_std(given[0, k], given[1, k], motion_std, estimate_std)
+            std[k] = _total_std(given[0, k], given[1, k], spreads)
         expected[k, 0], expected[k, 1] = x, y
     return expected, std
 
 
 @kernel
-def continue_observer(
-    poses: FloatArray, given: BoolArray, motion_std: float, estimate_std: float
-) -> tuple[FloatArray, float]:
+def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads) -> tuple[FloatArray, float]:
     """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
 
     Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
@@ -116,11 +122,11 @@ def continue_observer(
             pose[i] = 0.0 if np.isnan(before) else before
         elif i < 2 and not np.isnan(before):
             pose[i] += last - before
-    return pose, total_std(given[0], given[1], motion_std, estimate_std)
+    return pose, _total_std(given[0], given[1], spreads)
 
 
 @kernel
-def total_std(before_given: bool, last_given: bool, motion_std: float, estimate_std: float) -> float:
+def _total_std(before_given: bool, last_given: bool, spreads: Spreads) -> float:
     """Standard deviation in m about 2x' − x'', as derived above."""
     estimates = (0.0 if last_given else 4.0) + (0.0 if before_given else 1.0)
-    return float(np.sqrt(motion_std**2 + estimates * estimate_std**2))
+    return float(np.sqrt(spreads.motion**2 + estimates * spreads.estimate**2))

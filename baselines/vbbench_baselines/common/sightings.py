@@ -40,28 +40,19 @@ def sight(camera: Camera, observations: FloatArray, pixel_std: float) -> Sightin
     boxes = np.array((observations, observations))
     boxes[1, ..., 0] += 1.0
     np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
-    rays, shifted = camera.unproject(boxes, _ONE_METRE)
+    rays, shifted = camera.unproject(boxes, np.ones(()))
     return Sightings(rays, pixel_std * (shifted - rays), (np.sqrt(2.0) * pixel_std) / boxes[0, ..., 2])
 
 
-_ONE_METRE = np.ones(())
-
-
 @kernel
-def measure(
-    rays: FloatArray, sideways: FloatArray, stretch: FloatArray, heights: FloatArray, variances: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Where boxes place people of known or uncertain height.
-
-    Parameters
-    ----------
-    rays, sideways, stretch : as in `Sightings`.
-    heights, variances : [K] mean and variance of the heights, in m and m².
+def measure(sightings: Sightings, heights: FloatArray, variances: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where boxes place people of known or uncertain height: mean and variance [K] in m and m².
 
     Returns
     -------
     [K, 2] (right, forward) in m, and [K, 3] covariance N as (rr, rf, ff) in m².
     """
+    rays, sideways, stretch = sightings
     people = len(heights)
     relative, covariance = np.empty((people, 2)), np.empty((people, 3))
     for k in range(people):

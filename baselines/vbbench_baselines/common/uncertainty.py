@@ -1,6 +1,6 @@
 """How sure pose and positions are: the inverse Gauss–Newton Hessian.
 
-With r_k = z_k + Rᵀ(c − p_k) as in `vbbench_baselines.common.ego_motion` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
+With r_k = z_k + Rᵀ(c − p_k) as in `common.ego_motion` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
 
     Σ = (I/σ_0² + Σ_k J_kᵀ W_k J_k)⁻¹,   W_k = (σ_k² I + N_k)⁻¹ (I/σ_0² on the place only),
 
@@ -12,21 +12,14 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.ego_motion import VAGUE, invert
+from vbbench_baselines.common.ego_motion import VAGUE, Factors, invert
 
 
 @kernel
-def pose_covariance(
-    pose: FloatArray,
-    relative: FloatArray,
-    covariance: FloatArray,
-    expected: FloatArray,
-    std: FloatArray,
-    walk_std: float,
-) -> FloatArray:
-    """[3, 3] of (x, y, yaw) in m, m·rad, rad²; arguments as in `fit_pose`, at the pose [3] found."""
-    prior = max(1.0 / walk_std**2, VAGUE)
-    _, hessian = linearise_people(pose, relative, covariance, expected, std)
+def pose_covariance(pose: FloatArray, factors: Factors) -> FloatArray:
+    """[3, 3] of (x, y, yaw) in m, m·rad, rad², at the pose [3] that `fit_pose` found."""
+    prior = max(1.0 / factors.walk_std**2, VAGUE)
+    _, hessian = linearise_people(pose, factors)
     hessian[0, 0] += prior
     hessian[1, 1] += prior
     hessian[2, 2] += VAGUE
@@ -34,14 +27,11 @@ def pose_covariance(
 
 
 @kernel
-def linearise_people(
-    pose: FloatArray, relative: FloatArray, covariance: FloatArray, expected: FloatArray, std: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Gradient [3] and Gauss–Newton Hessian [3, 3] of ½ Σ rᵀWr by (x, y, yaw); arguments as in `fit_pose`."""
+def linearise_people(pose: FloatArray, factors: Factors) -> tuple[FloatArray, FloatArray]:
+    """Gradient [3] and Gauss–Newton Hessian [3, 3] of ½ Σ rᵀWr by (x, y, yaw), without the observer's own terms."""
+    relative, covariance, expected, std = factors.relative, factors.covariance, factors.expected, factors.std
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
-    gradient, hessian = np.empty(3), np.empty((3, 3))
-    for i in range(3):
-        gradient[i], hessian[i, 0], hessian[i, 1], hessian[i, 2] = 0.0, 0.0, 0.0, 0.0
+    gradient, hessian = np.zeros(3), np.zeros((3, 3))
     for k in range(len(std)):
         if np.isnan(std[k]) or np.isnan(relative[k, 0]):
             continue
@@ -68,11 +58,10 @@ def linearise_people(
 
 
 @kernel
-def position_covariances(
-    pose: FloatArray, sigma: FloatArray, relative: FloatArray, covariance: FloatArray, std: FloatArray
-) -> FloatArray:
+def position_covariances(pose: FloatArray, sigma: FloatArray, factors: Factors) -> FloatArray:
     """[K, 2, 2] in m², in the world; ``sigma`` [3, 3] is the pose's covariance. NaN for people not observed."""
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
+    relative, covariance, std = factors.relative, factors.covariance, factors.std
     spread = np.empty((len(std), 2, 2))
     for k in range(len(std)):
         n_rr, n_rf, n_ff = covariance[k, 0], covariance[k, 1], covariance[k, 2]

@@ -5,34 +5,34 @@ v + l/2 − c_y of somebody as tall as the camera's mount would, with the noise 
 adds, (h_0 − h)²/h_0² of that information where the height h is known, is under one per cent for people about as tall
 as the mount; it is left out, and no height is unknown any more. Without feet, the box height l = f·h/r and the prior of
 h are all there is.
+
+The same two edges tell how tall people are, wherever the camera is: h = h_0·l/(v + l/2 − c_y). With independent errors
+of σ px in top and bottom edge,
+
+    var h = σ² (h_0² + (h_0 − h)²)/(v + l/2 − c_y)².
+
+All boxes of a person and the prior N(μ_h, σ_h²) are put together by their precisions.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
+
 import numpy as np
+
 from vbbench.arrays import FloatArray
 from vbbench.camera import Camera
 from vbbench.kernels import kernel
 from vbbench.solver import Problem
 from vbbench_baselines.common.ego_motion import invert
 from vbbench_baselines.common.sightings import Sightings, measure, sight
-from typing import TypedDict
-import numpy as np
-from vbbench.arrays import FloatArray
-from vbbench.kernels import kernel
-from vbbench.solver import Problem
 
-# DOC """How tall people are, from their boxes alone.
-# DOC 
-# DOC A box stands with its foot on the ground, v + l/2 = c_y + f·h_0/r, and is l = f·h/r high: h = h_0·l/(v + l/2 − c_y),
-# DOC whatever the distance, and wherever the camera is. With independent errors of σ px in top and bottom edge,
-# DOC 
-# DOC     var h = σ² (h_0² + (h_0 − h)²)/(v + l/2 − c_y)².
-# DOC 
-# DOC All boxes of a person and the prior N(μ_h, σ_h²) are put together by their precisions.
-# DOC """
 FLOOR = 1e-3
 """Standard deviation in m that every measured place has at least, exact boxes or not."""
 
+HEIGHT_FLOOR = 1e-4
+"""The same of every measured height."""
+
+LOWEST_FOOT = 1.0
+"""Boxes that end less than so many px below the horizon are too far away, or too high, to measure anybody's height."""
 
 FARTHEST = 1.5
 """Nobody is taken to be more than so many times as far, or as near, as measured."""
@@ -78,11 +78,6 @@ class Eye:
         return Sightings(rays, sideways, stretch * np.sqrt(0.5))
 
 
-def sight_boxes(problem: Problem, boxes: FloatArray, feet: bool) -> Sightings:
-    """Rays of boxes [..., K, 3] in px, see `Eye`."""
-    return Eye(problem, feet).sight(boxes)
-
-
 def statures_of(problem: Problem, feet: bool) -> Statures:
     """What scales the rays of a problem's people before anything is seen."""
     people = len(problem.tracks)
@@ -92,11 +87,9 @@ def statures_of(problem: Problem, feet: bool) -> Statures:
 
 
 @kernel
-def inform(
-    rays: FloatArray, sideways: FloatArray, stretch: FloatArray, statures: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def inform(sightings: Sightings, statures: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Where boxes [K] place people of known stature: places z [K, 2] in m and N⁻¹ [K, 3] as (rr, rf, ff) in 1/m²."""
-    relative, noise = measure(rays, sideways, stretch, statures, np.zeros(len(statures)))
+    relative, noise = measure(sightings, statures, np.zeros(len(statures)))
     for k in range(len(statures)):
         n = noise[k]
         n[0], n[1], n[2] = invert(n[0] + FLOOR**2, n[1], n[2] + FLOOR**2)
@@ -116,15 +109,15 @@ def farther(relative: FloatArray, place: FloatArray, pose: FloatArray) -> float:
     return float(min(max(true / np.sqrt(relative[0] ** 2 + relative[1] ** 2), 1.0 / FARTHEST), FARTHEST))
 
 
-FLOOR = 1e-4
-"""Standard deviation in m that every measured height has at least, exact boxes or not."""
+class Report(TypedDict, total=False):
+    """What an estimate says of heights: means [K] in m and variances [K] in m²."""
 
-LOWEST_FOOT = 1.0
-"""Boxes that end less than so many px below the horizon are too far away, or too high, to measure anybody."""
+    heights: FloatArray
+    height_variances: FloatArray
 
 
-class Heights:
-    """Everybody's height as believed so far.
+class BoxHeights:
+    """Everybody's height as their boxes alone tell so far.
 
     Attributes
     ----------
@@ -132,7 +125,7 @@ class Heights:
     """
 
     def __init__(self, problem: Problem) -> None:
-        people, known = len(problem.tracks), 1.0 / max(problem.height_std, FLOOR) ** 2
+        people, known = len(problem.tracks), 1.0 / max(problem.height_std, HEIGHT_FLOOR) ** 2
         self.precision = np.full(people, known)
         self.weighted = np.full(people, known * problem.height_mean)
         self._facts = horizon(problem.camera), problem.camera.mount_height, problem.pixel_std
@@ -141,16 +134,9 @@ class Heights:
         """Take in the boxes [K, 3] of a frame, or [T, K, 3], in px; NaN = none."""
         _learn(boxes if boxes.ndim == 3 else boxes[None], *self._facts, self.precision, self.weighted)
 
-    def report(self) -> "Report":
+    def report(self) -> Report:
         """What is believed so far."""
         return {"heights": self.weighted / self.precision, "height_variances": 1.0 / self.precision}
-
-
-class Report(TypedDict, total=False):
-    """What an estimate says of heights: means [K] in m and variances [K] in m²."""
-
-    heights: FloatArray
-    height_variances: FloatArray
 
 
 @kernel
@@ -162,6 +148,6 @@ def _learn(
             foot = boxes[t, k, 1] + 0.5 * boxes[t, k, 2] - horizon
             if foot >= LOWEST_FOOT:
                 height = mount * boxes[t, k, 2] / foot
-                known = 1.0 / (FLOOR**2 + (std / foot) ** 2 * (mount**2 + (mount - height) ** 2))
+                known = 1.0 / (HEIGHT_FLOOR**2 + (std / foot) ** 2 * (mount**2 + (mount - height) ** 2))
                 precision[k] += known
                 weighted[k] += known * height

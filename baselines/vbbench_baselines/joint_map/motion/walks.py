@@ -61,12 +61,6 @@ def walk_of(prior: Prior, dt: float, ego_prior: bool = True) -> Walk:
 
 
 @kernel
-def own_walk(walk: Walk) -> Walk:
-    """The numbers with the observer's σ for everybody's."""
-    return Walk(walk.filters, walk.spreads, walk.own, walk.nu, walk.a0, walk.own, walk.head)
-
-
-@kernel
 def filters_of(b1: float, b2: float, pace: float) -> tuple[FloatArray, FloatArray]:
     """The filters and spreads of an autoregression; ``pace`` is the standard deviation in m of a displacement."""
     first, b, second = start_of(b1, b2)
@@ -95,10 +89,11 @@ def innovation(track: FloatArray, i: int, walk: Walk) -> float:
 
 
 @kernel
-def reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float) -> tuple[float, float]:
+def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, variance: float) -> tuple[float, float]:
     """Write the ``weights`` [n] of a track [n, 2], and return its σ_k² in m² and its deviance.
 
-    The scale is looked for from ``variance`` on; the deviance is −ln of the prior density, up to a constant.
+    The scale is looked for about ``sigma`` in m, from ``variance`` on; the deviance is −ln of the prior density, up to
+    a constant.
     """
     n = len(track)
     for i in range(2, n):
@@ -108,14 +103,14 @@ def reweigh(track: FloatArray, walk: Walk, weights: FloatArray, variance: float)
         for i in range(2, n):
             total += weights[i] / (walk.nu * variance + weights[i])
         total *= (walk.nu + 2.0) * variance
-        variance = (walk.a0 * walk.sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
         if abs(variance - before) < SETTLED_SCALE * variance:
             break
     deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
     for i in range(2, n):
         deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
         weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
-    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (walk.sigma**2 / variance + np.log(variance))
+    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
     return variance, float(deviance + scale)
 
 

@@ -16,12 +16,6 @@ BAND = 8
 
 
 @kernel
-def no_band(n: int) -> FloatArray:
-    """Room for a matrix [n, n]: noughts."""
-    return np.zeros((n + BAND, 2 * BAND + 1))
-
-
-@kernel
 def factor(band: FloatArray) -> None:
     """Put the Cholesky factor in the place of the matrix; its diagonal is kept as reciprocals."""
     for j in range(len(band) - BAND):

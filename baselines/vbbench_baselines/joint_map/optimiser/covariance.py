@@ -12,24 +12,24 @@ import numpy as np
 
 from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.optimiser.banded import solve
-from vbbench_baselines.joint_map.optimiser.people import Person, axes_of, eliminate
-from vbbench_baselines.joint_map.optimiser.poses import Anchor, linearise
-from vbbench_baselines.joint_map.optimiser.state import State
 from vbbench_baselines.joint_map.motion.walks import Walk
+from vbbench_baselines.joint_map.optimiser.banded import solve
+from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, tilt_of, weighed
+from vbbench_baselines.joint_map.optimiser.poses import linearise
+from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
 
 @kernel
-def pose_covariance_of(state: State, anchor: Anchor, walk: Walk) -> FloatArray:
+def pose_covariance_of(state: State, problem: JointProblem) -> FloatArray:
     """Σ [3T, 3T] of the poses at the energy's minimum; nought for given ones."""
     frames = len(state.poses)
-    _, hessian = linearise(state.poses, state.scene, anchor, walk, state.weights, state.yaw_weights)
+    _, hessian = linearise(state, problem)
     for t in range(frames):
         hessian[3 * t + 2, 3 * t + 2] += 1e-9
     sigma = np.eye(3 * frames)
     sigma[:] = np.linalg.inv(hessian)
     for t in range(frames):
-        if anchor.fixed[t]:
+        if problem.anchor.fixed[t]:
             sigma[3 * t : 3 * t + 3] = 0.0
             sigma[:, 3 * t : 3 * t + 3] = 0.0
     return sigma
@@ -38,14 +38,14 @@ def pose_covariance_of(state: State, anchor: Anchor, walk: Walk) -> FloatArray:
 @kernel
 def place_covariances(state: State, walk: Walk, sigma: FloatArray, oldest: int) -> FloatArray:
     """[T, K, 2, 2] in m² of the places from frame ``oldest`` on, NaN where there is no box; ``sigma`` as above."""
-    scene = state.scene
-    frames, people = len(state.poses), len(scene.first)
+    data = state.data
+    frames, people = len(state.poses), len(data.first)
     spread, axes = np.full((frames, people, 2, 2), np.nan), axes_of(state.poses)
     for k in range(people):
-        if scene.last[k] < scene.first[k]:
+        if data.last[k] < data.first[k]:
             continue
-        person = eliminate(k, state.poses, axes, scene, state.weights[k], walk)
-        _spread_person(person, int(scene.first[k]), k, state.poses, sigma, oldest, spread)
+        person = eliminate(k, state.poses, axes, data, state.weights[k], walk)
+        _spread_person(person, int(data.first[k]), k, state.poses, sigma, oldest, spread)
     return spread
 
 
@@ -55,14 +55,11 @@ def _spread_person(
 ) -> None:
     """Write the covariances of one person's places to ``spread`` [T, K, 2, 2]."""
     n = len(person.track)
-    tilt = np.zeros(3 * n)
-    for i in range(n):
-        rx, ry = person.response[2 * i], person.response[2 * i + 1]
-        jx, jy = poses[first + i, 1] - person.track[i, 1], person.track[i, 0] - poses[first + i, 0]
-        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * jx + ry * jy
+    arms = arms_of(person, poses)
+    tilt = tilt_of(person, arms)
     raised = np.zeros(2 * n)
     if not np.isinf(person.height_information):
-        raised = _weigh(person.information, person.along)
+        raised = weighed(person.information, person.along)
         solve(person.lower, raised)
     own = np.ascontiguousarray(sigma[3 * first : 3 * (first + n), 3 * first : 3 * (first + n)])
     for i in range(max(oldest - first, 0), n):
@@ -74,24 +71,12 @@ def _spread_person(
             row[2 * i + a] = 1.0
             solve(person.lower, row)
             alone[a] = row[2 * i : 2 * i + 2]
-            pull = _weigh(person.information, row)
+            pull = weighed(person.information, row)
             for j in range(n):
-                jx, jy = poses[first + j, 1] - person.track[j, 1], person.track[j, 0] - poses[first + j, 0]
                 follow[a, 3 * j], follow[a, 3 * j + 1] = pull[2 * j], pull[2 * j + 1]
-                follow[a, 3 * j + 2] = pull[2 * j] * jx + pull[2 * j + 1] * jy
+                follow[a, 3 * j + 2] = pull[2 * j] * arms[j, 0] + pull[2 * j + 1] * arms[j, 1]
             follow[a] -= raised[2 * i + a] / person.height_information * tilt
         for a in range(2):
             for b in range(2):
                 alone[a, b] += raised[2 * i + a] * raised[2 * i + b] / person.height_information
         spread[first + i, k] = alone + follow @ own @ follow.T
-
-
-@kernel
-def _weigh(information: FloatArray, values: FloatArray) -> FloatArray:
-    """M v for values [2n]."""
-    weighed = np.empty_like(values)
-    for i in range(len(information)):
-        xx, xy, yy = information[i]
-        x, y = values[2 * i], values[2 * i + 1]
-        weighed[2 * i], weighed[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
-    return weighed

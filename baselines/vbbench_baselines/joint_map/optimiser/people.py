@@ -6,7 +6,7 @@ Poses (c_t, θ_t) fixed, a person's track x, in the world, has the energy
 
 y_t = c_t + R_t z_t the measured places, M_t = R_t N_t⁻¹ R_tᵀ, g_t the given places (ε = 1 mm) and s the stature, by
 which z_t = s ρ_t scales. It is least at A x = M y + g/ε², A = DᵀWD + M + E, a banded matrix (half-bandwidth 8, see
-`vbbench_baselines.joint_map.optimiser.banded`). With x eliminated the energy of the y has the gradient M(y − x) and the Hessian
+`optimiser.banded`). With x eliminated the energy of the y has the gradient M(y − x) and the Hessian
 
     H_yy = M − M A⁻¹ M,
 
@@ -17,32 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray, IntArray
+from vbbench.arrays import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.optimiser.banded import factor, no_band, solve
-from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
 from vbbench_baselines.common.motion import ANCHOR_STD
-
-
-class Scene(NamedTuple):
-    """What is known of T frames and K people, as the kernels take it; NaN = absent.
-
-    Attributes
-    ----------
-    relative : [T, K, 2] z in m for the statures' means.
-    information : [T, K, 3] N⁻¹ as (rr, rf, ff) in 1/m².
-    given : [T, K, 2] positions in m.
-    first, last : [K] the frames between which a person is followed; last < first for nobody.
-    stature, stature_variance : [K] μ in m and σ_s² in m².
-    """
-
-    relative: FloatArray
-    information: FloatArray
-    given: FloatArray
-    first: IntArray
-    last: IntArray
-    stature: FloatArray
-    stature_variance: FloatArray
+from vbbench_baselines.joint_map.measurement.window import Measurements
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
+from vbbench_baselines.joint_map.optimiser.banded import BAND, factor, solve
 
 
 class Person(NamedTuple):
@@ -83,14 +63,16 @@ def axes_of(poses: FloatArray) -> FloatArray:
 
 
 @kernel
-def eliminate(k: int, poses: FloatArray, axes: FloatArray, scene: Scene, weights: FloatArray, walk: Walk) -> Person:
+def eliminate(
+    k: int, poses: FloatArray, axes: FloatArray, data: Measurements, weights: FloatArray, walk: Walk
+) -> Person:
     """Person ``k`` at its least energy, given poses [T, 3] and the weights [T] of its innovations from its first on.
 
     ``axes`` are the poses' `axes_of`.
     """
-    first, n = int(scene.first[k]), int(scene.last[k] - scene.first[k]) + 1
-    measured, information, seen, along = _measured(k, first, n, poses, axes, scene)
-    lower, right = no_band(2 * n), np.zeros(2 * n)
+    first, n = int(data.first[k]), int(data.last[k] - data.first[k]) + 1
+    measured, information, seen, along = _measured(k, first, n, poses, axes, data)
+    lower, right = np.zeros((2 * n + BAND, 2 * BAND + 1)), np.zeros(2 * n)
     _fill(weights[:n], walk, lower)
     anchor = 1.0 / ANCHOR_STD**2
     for i in range(n):
@@ -100,7 +82,7 @@ def eliminate(k: int, poses: FloatArray, axes: FloatArray, scene: Scene, weights
         lower[2 * i, 0] += xx
         lower[2 * i + 1, 0] += yy
         lower[2 * i, 1] += xy
-        gx, gy = scene.given[first + i, k]
+        gx, gy = data.given[first + i, k]
         if not np.isnan(gx):
             lower[2 * i, 0] += anchor
             lower[2 * i + 1, 0] += anchor
@@ -109,10 +91,10 @@ def eliminate(k: int, poses: FloatArray, axes: FloatArray, scene: Scene, weights
     factor(lower)
     solve(lower, right)
     track = right.reshape((n, 2))
-    height, height_information = scene.stature[k], np.inf
+    height, height_information = data.stature[k], np.inf
     response = np.zeros(2 * n)
-    if scene.stature_variance[k] > 0.0:
-        response, height_information, move = _raise(measured, information, lower, track, along, scene, k)
+    if data.stature_variance[k] > 0.0:
+        response, height_information, move = _raise(measured, information, lower, track, along, data, k)
         height += move
     return Person(k, first, track, measured, seen, information, lower, along, response, height, height_information)
 
@@ -122,31 +104,28 @@ def follow(person: Person, poses: FloatArray, step: FloatArray) -> tuple[FloatAr
     """The track [n, 2] and height after a ``step`` [T, 3] of the ``poses`` [T, 3], to first order."""
     n, first = len(person.track), person.first
     move, height = np.empty(2 * n), person.height
+    arms = arms_of(person, poses)
     for i in range(n):
         x, y, yaw = step[first + i]
-        move[2 * i] = x + yaw * (poses[first + i, 1] - person.track[i, 1])
-        move[2 * i + 1] = y + yaw * (person.track[i, 0] - poses[first + i, 0])
+        move[2 * i], move[2 * i + 1] = x + yaw * arms[i, 0], y + yaw * arms[i, 1]
     if not np.isinf(person.height_information):
         lean = float(-(person.response @ move) / person.height_information)
         move += lean * person.along
         height += lean
-    for i in range(n):
-        xx, xy, yy = person.information[i]
-        x, y = move[2 * i], move[2 * i + 1]
-        move[2 * i], move[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
+    move = weighed(person.information, move)
     solve(person.lower, move)
     return person.track + move.reshape((n, 2)), height
 
 
 @kernel
 def _measured(
-    k: int, first: int, n: int, poses: FloatArray, axes: FloatArray, scene: Scene
+    k: int, first: int, n: int, poses: FloatArray, axes: FloatArray, data: Measurements
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """The y [n, 2], M [n, 3], whether there is a box [n], and u [2n]."""
     measured, information = np.zeros((n, 2)), np.zeros((n, 3))
     seen, along = np.zeros(n, np.bool_), np.zeros(2 * n)
     for i in range(n):
-        right, forward = scene.relative[first + i, k]
+        right, forward = data.relative[first + i, k]
         if np.isnan(right):
             continue
         seen[i] = True
@@ -154,8 +133,8 @@ def _measured(
         sin, cos = axes[first + i]
         wx, wy = right * sin + forward * cos, forward * sin - right * cos
         measured[i, 0], measured[i, 1] = x + wx, y + wy
-        along[2 * i], along[2 * i + 1] = wx / scene.stature[k], wy / scene.stature[k]
-        rr, rf, ff = scene.information[first + i, k]
+        along[2 * i], along[2 * i + 1] = wx / data.stature[k], wy / data.stature[k]
+        rr, rf, ff = data.information[first + i, k]
         information[i, 0] = sin * sin * rr + 2.0 * sin * cos * rf + cos * cos * ff
         information[i, 1] = sin * cos * (ff - rr) + (sin * sin - cos * cos) * rf
         information[i, 2] = cos * cos * rr - 2.0 * sin * cos * rf + sin * sin * ff
@@ -181,27 +160,20 @@ def _raise(
     lower: FloatArray,
     track: FloatArray,
     along: FloatArray,
-    scene: Scene,
+    data: Measurements,
     k: int,
 ) -> tuple[FloatArray, float, float]:
     """H_yy u, the height's information, and by how much the height moves; y and x are moved with it."""
-    n = len(track)
-    response = np.empty(2 * n)
-    slope = 0.0
+    n, slope, response = len(track), 0.0, weighed(information, along)
     for i in range(n):
-        xx, xy, yy = information[i]
-        ux, uy = along[2 * i], along[2 * i + 1]
-        mx, my = xx * ux + xy * uy, xy * ux + yy * uy
-        response[2 * i], response[2 * i + 1] = mx, my
+        mx, my = response[2 * i], response[2 * i + 1]
         slope += mx * (measured[i, 0] - track[i, 0]) + my * (measured[i, 1] - track[i, 1])
     moved = response.copy()
     solve(lower, moved)
-    total = 1.0 / scene.stature_variance[k]
+    total, back = 1.0 / data.stature_variance[k], weighed(information, moved)
     for i in range(n):
-        xx, xy, yy = information[i]
-        ax, ay = moved[2 * i], moved[2 * i + 1]
-        response[2 * i] -= xx * ax + xy * ay
-        response[2 * i + 1] -= xy * ax + yy * ay
+        response[2 * i] -= back[2 * i]
+        response[2 * i + 1] -= back[2 * i + 1]
         total += response[2 * i] * along[2 * i] + response[2 * i + 1] * along[2 * i + 1]
     move = -slope / total
     for i in range(n):
@@ -212,30 +184,48 @@ def _raise(
 
 
 @kernel
-def _misfit(
-    k: int, first: int, track: FloatArray, measured: FloatArray, information: FloatArray, scene: Scene
-) -> float:
-    """½ Σ of the squared errors of boxes and given places."""
-    total = 0.0
+def misfit(k: int, track: FloatArray, poses: FloatArray, axes: FloatArray, height: float, data: Measurements) -> float:
+    """½ Σ of person ``k``'s squared errors of boxes, given places and stature, at a track [n, 2] as it is."""
+    first = int(data.first[k])
+    measured, information, _, along = _measured(k, first, len(track), poses, axes, data)
+    move, total = height - data.stature[k], 0.0
     for i in range(len(track)):
-        x, y = track[i, 0] - measured[i, 0], track[i, 1] - measured[i, 1]
+        x = track[i, 0] - (measured[i, 0] + move * along[2 * i])
+        y = track[i, 1] - (measured[i, 1] + move * along[2 * i + 1])
         xx, xy, yy = information[i]
         total += xx * x * x + 2.0 * xy * x * y + yy * y * y
-        gx, gy = scene.given[first + i, k]
+        gx, gy = data.given[first + i, k]
         if not np.isnan(gx):
             total += ((track[i, 0] - gx) ** 2 + (track[i, 1] - gy) ** 2) / ANCHOR_STD**2
-    return 0.5 * total
+    stature = 0.5 * move * move / data.stature_variance[k] if data.stature_variance[k] > 0.0 else 0.0
+    return stature + 0.5 * total
 
 
 @kernel
-def misfit(k: int, track: FloatArray, poses: FloatArray, axes: FloatArray, height: float, scene: Scene) -> float:
-    """½ Σ of person ``k``'s squared errors of boxes, given places and stature, at a track [n, 2] as it is."""
-    first = int(scene.first[k])
-    measured, information, _, along = _measured(k, first, len(track), poses, axes, scene)
-    move, total = height - scene.stature[k], 0.0
-    for i in range(len(track)):
-        measured[i, 0] += move * along[2 * i]
-        measured[i, 1] += move * along[2 * i + 1]
-    if scene.stature_variance[k] > 0.0:
-        total += 0.5 * move * move / scene.stature_variance[k]
-    return total + _misfit(k, first, track, measured, information, scene)
+def weighed(information: FloatArray, values: FloatArray) -> FloatArray:
+    """M v for ``values`` v [2n]."""
+    product = np.empty_like(values)
+    for i in range(len(information)):
+        xx, xy, yy = information[i]
+        x, y = values[2 * i], values[2 * i + 1]
+        product[2 * i], product[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
+    return product
+
+
+@kernel
+def arms_of(person: Person, poses: FloatArray) -> FloatArray:
+    """J(x_t − c_t) [n, 2] in m: how a turn of the camera moves the person's track."""
+    arms, first = np.empty((len(person.track), 2)), person.first
+    for i in range(len(arms)):
+        arms[i, 0], arms[i, 1] = poses[first + i, 1] - person.track[i, 1], person.track[i, 0] - poses[first + i, 0]
+    return arms
+
+
+@kernel
+def tilt_of(person: Person, arms: FloatArray) -> FloatArray:
+    """Gᵀ H_yy u [3n]: how the poses pull at the person's height."""
+    tilt = np.empty(3 * len(arms))
+    for i in range(len(arms)):
+        rx, ry = person.response[2 * i], person.response[2 * i + 1]
+        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * arms[i, 0] + ry * arms[i, 1]
+    return tilt

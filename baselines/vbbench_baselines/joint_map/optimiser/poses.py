@@ -1,81 +1,52 @@
 """The joint energy as a function of the poses alone, and its Gauss–Newton model.
 
-Everybody eliminated (`vbbench_baselines.joint_map.optimiser.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
+Everybody eliminated (`optimiser.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
 (I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
 the whole problem in poses and places together. It is x and not y that G turns about c: M turns with the camera, too.
 The observer is a walker whose place is c itself, and a head that turns (`vbbench_baselines.joint_map.motion.heads`).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from vbbench.arrays import BoolArray, FloatArray
+from vbbench.arrays import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
 from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope
-from vbbench_baselines.joint_map.optimiser.people import Person, Scene, axes_of, eliminate
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
-
-
-class Anchor(NamedTuple):
-    """What holds the poses.
-
-    Attributes
-    ----------
-    fixed : [T] whether the pose is given.
-    poses, slope, information : [T, 3], [3T] and [3T, 3T] what is kept of frames before, sᵀd + ½ dᵀΛd with d the poses'
-        distance from ``poses``.
-    odds : what they added to the logarithm of the odds that the head follows.
-    """
-
-    fixed: BoolArray
-    poses: FloatArray
-    slope: FloatArray
-    information: FloatArray
-    odds: float
+from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
+from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, tilt_of
+from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
 
 @kernel
-def linearise(
-    poses: FloatArray, scene: Scene, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Gradient [3T] and Hessian [3T, 3T] at poses [T, 3], everybody at their least energy.
-
-    Parameters
-    ----------
-    weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
-    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`vbbench_baselines.joint_map.motion.heads`).
-    """
-    people = eliminate_all(poses, scene, walk, weights)
-    gradient = gradient_of(people, poses, anchor, walk, weights[-1], yaw_weights)
-    return gradient, hessian_of(people, poses, anchor, walk, weights[-1], yaw_weights)
+def linearise(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray]:
+    """Gradient [3T] and Hessian [3T, 3T] at a point's poses, everybody at their least energy."""
+    people = eliminate_all(state, problem.walk)
+    return gradient_of(people, state, problem), hessian_of(people, state, problem)
 
 
 @kernel
-def eliminate_all(poses: FloatArray, scene: Scene, walk: Walk, weights: FloatArray) -> list[Person]:
+def eliminate_all(state: State, walk: Walk) -> list[Person]:
     """Everybody who is followed at all, see `eliminate`."""
-    axes, last = axes_of(poses), scene.last
-    followed = [k for k in range(len(last)) if last[k] >= scene.first[k]]
-    return [eliminate(k, poses, axes, scene, weights[k], walk) for k in followed]
+    axes, data = axes_of(state.poses), state.data
+    followed = [k for k in range(len(data.last)) if data.last[k] >= data.first[k]]
+    return [eliminate(k, state.poses, axes, data, state.weights[k], walk) for k in followed]
 
 
 @kernel
-def gradient_of(
-    people: list[Person], poses: FloatArray, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray
-) -> FloatArray:
-    """[3T], nought at given poses; ``weights`` [T] the observer's own."""
+def gradient_of(people: list[Person], state: State, problem: JointProblem) -> FloatArray:
+    """[3T], zero at given poses."""
+    poses, anchor, walk = state.poses, problem.anchor, problem.walk
     frames = len(poses)
     gradient = anchor.slope + anchor.information @ (poses - anchor.poses).ravel()
     band = np.zeros((frames, REACH + 1))
-    add_walk(weights, walk, band)
+    add_walk(state.weights[-1], walk, band)
     for i in range(frames):
         for d in range(min(i, REACH) + 1):
             for a in range(2):
                 gradient[3 * i + a] += band[i, d] * poses[i - d, a]
                 if d > 0:
                     gradient[3 * (i - d) + a] += band[i, d] * poses[i, a]
-    add_slope(poses, walk.head, yaw_weights, gradient)
+    add_slope(poses, walk.head, state.yaw_weights, gradient)
     for person in people:
         _add_gradient(person, poses, gradient)
     for t in range(frames):
@@ -85,19 +56,18 @@ def gradient_of(
 
 
 @kernel
-def hessian_of(
-    people: list[Person], poses: FloatArray, anchor: Anchor, walk: Walk, weights: FloatArray, yaw_weights: FloatArray
-) -> FloatArray:
-    """[3T, 3T], that of the identity at given poses; arguments as of `gradient_of`."""
+def hessian_of(people: list[Person], state: State, problem: JointProblem) -> FloatArray:
+    """[3T, 3T], that of the identity at given poses."""
+    poses, anchor, walk = state.poses, problem.anchor, problem.walk
     frames = len(poses)
     hessian = anchor.information.copy()
     band, inverse = np.zeros((frames, REACH + 1)), np.zeros((2 * frames + BAND, 2 * frames))
-    add_walk(weights, walk, band)
+    add_walk(state.weights[-1], walk, band)
     for i in range(frames):
         for d in range(min(i, REACH) + 1):
             hessian[3 * (i - d), 3 * i] += band[i, d]
             hessian[3 * (i - d) + 1, 3 * i + 1] += band[i, d]
-    add_curvature(poses, walk.head, yaw_weights, hessian)
+    add_curvature(poses, walk.head, state.yaw_weights, hessian)
     for person in people:
         invert(person.lower, inverse)
         _add_hessian(person, poses, inverse, hessian)
@@ -116,31 +86,26 @@ def hessian_of(
 @kernel
 def _add_gradient(person: Person, poses: FloatArray, gradient: FloatArray) -> None:
     """Add Gᵀ M (y − x)."""
-    for i in range(len(person.track)):
-        pose, track, measured = poses[person.first + i], person.track[i], person.measured[i]
+    arms = arms_of(person, poses)
+    for i in range(len(arms)):
         xx, xy, yy = person.information[i]
-        x, y = measured[0] - track[0], measured[1] - track[1]
+        x, y = person.measured[i, 0] - person.track[i, 0], person.measured[i, 1] - person.track[i, 1]
         mx, my = xx * x + xy * y, xy * x + yy * y
         p = 3 * (person.first + i)
         gradient[p] += mx
         gradient[p + 1] += my
-        gradient[p + 2] += mx * (pose[1] - track[1]) + my * (track[0] - pose[0])
+        gradient[p + 2] += mx * arms[i, 0] + my * arms[i, 1]
 
 
 @kernel
 def _add_hessian(person: Person, poses: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
     """Add the upper half of a person's; ``inverse`` holds the upper half of A⁻¹."""
     n, first = len(person.track), person.first
-    turn = np.empty((n, 2))
-    for i in range(n):
-        turn[i, 0], turn[i, 1] = poses[first + i, 1] - person.track[i, 1], person.track[i, 0] - poses[first + i, 0]
-    _add_places(person, turn, inverse, hessian)
+    arms = arms_of(person, poses)
+    _add_places(person, arms, inverse, hessian)
     if np.isinf(person.height_information):
         return
-    tilt = np.zeros(3 * n)
-    for i in range(n):
-        rx, ry = person.response[2 * i], person.response[2 * i + 1]
-        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * turn[i, 0] + ry * turn[i, 1]
+    tilt = tilt_of(person, arms)
     for i in range(3 * n):
         scaled = tilt[i] / person.height_information
         for j in range(i, 3 * n):
@@ -148,8 +113,8 @@ def _add_hessian(person: Person, poses: FloatArray, inverse: FloatArray, hessian
 
 
 @kernel
-def _add_places(person: Person, turn: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
-    """Add the upper half of Gᵀ(M − M A⁻¹ M)G; ``turn`` [n, 2] is the yaw's column of G."""
+def _add_places(person: Person, arms: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
+    """Add the upper half of Gᵀ(M − M A⁻¹ M)G; ``arms`` as of `arms_of`."""
     n, first = len(person.track), person.first
     for i in range(n):
         if not person.seen[i]:
@@ -169,9 +134,9 @@ def _add_places(person: Person, turn: FloatArray, inverse: FloatArray, hessian: 
             if i == j:
                 ha, hb, hc, hd = ha + xx, hb + xy, hc + xy, hd + yy
             q = 3 * (first + j)
-            jx, jy = turn[j]
+            jx, jy = arms[j]
             ta, tc = ha * jx + hb * jy, hc * jx + hd * jy
-            ix, iy = turn[i]
+            ix, iy = arms[i]
             hessian[p, q] += ha
             hessian[p, q + 1] += hb
             hessian[p, q + 2] += ta

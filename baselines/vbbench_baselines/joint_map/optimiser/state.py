@@ -9,13 +9,44 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.arrays import FloatArray
+from vbbench.arrays import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.motion.heads import judge
-from vbbench_baselines.joint_map.optimiser.people import Scene, axes_of, misfit
-from vbbench_baselines.joint_map.optimiser.poses import Anchor
 from vbbench_baselines.joint_map.measurement.boxes import farther
-from vbbench_baselines.joint_map.motion.walks import Walk, own_walk, reweigh
+from vbbench_baselines.joint_map.measurement.window import Measurements
+from vbbench_baselines.joint_map.motion.heads import judge
+from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
+from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
+
+
+class Anchor(NamedTuple):
+    """What holds the poses.
+
+    Attributes
+    ----------
+    fixed : [T] whether the pose is given.
+    poses, slope, information : [T, 3], [3T] and [3T, 3T] what is kept of frames before, sᵀd + ½ dᵀΛd with d the poses'
+        distance from ``poses``.
+    odds : what they added to the logarithm of the odds that the head follows.
+    """
+
+    fixed: BoolArray
+    poses: FloatArray
+    slope: FloatArray
+    information: FloatArray
+    odds: float
+
+
+class JointProblem(NamedTuple):
+    """What the poses of a window or block are to be found from.
+
+    Attributes
+    ----------
+    data, anchor, walk : what is known, what holds the poses, and the motion prior.
+    """
+
+    data: Measurements
+    anchor: Anchor
+    walk: Walk
 
 
 class State(NamedTuple):
@@ -24,9 +55,10 @@ class State(NamedTuple):
     Attributes
     ----------
     poses, places, heights : [T, 3], [T, K, 2] (NaN where unknown) and [K].
-    weights, yaw_weights : [K + 1, T] and [T, 2], see `vbbench_baselines.joint_map.optimiser.poses.linearise`.
+    weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
+    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`motion.heads`).
     variances : [K + 1] σ_k² in m².
-    scene : what was known, with the boxes' noise that belongs to these distances.
+    data : what was known, with the boxes' noise that belongs to these distances.
     improbable : the deviance but for that of boxes and given places; NaN as long as somebody's place is unknown.
     """
 
@@ -36,21 +68,16 @@ class State(NamedTuple):
     weights: FloatArray
     yaw_weights: FloatArray
     variances: FloatArray
-    scene: Scene
+    data: Measurements
     improbable: float
 
 
 @kernel
 def believe(
-    poses: FloatArray,
-    places: FloatArray,
-    heights: FloatArray,
-    boxes: Scene,
-    anchor: Anchor,
-    walk: Walk,
-    variances: FloatArray,
+    poses: FloatArray, places: FloatArray, heights: FloatArray, problem: JointProblem, variances: FloatArray
 ) -> State:
     """The state at a point; the search for scales begins with ``variances`` [K + 1]."""
+    boxes, anchor, walk = problem
     frames, people = len(poses), len(boxes.first)
     weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
     weights[-1] = 1.0 / walk.own**2
@@ -64,37 +91,37 @@ def believe(
         if np.any(np.isnan(track)):
             total = np.nan
             continue
-        variances[k], improbable = reweigh(track, walk, weights[k], variances[k])
+        variances[k], improbable = reweigh(track, walk, walk.sigma, weights[k], variances[k])
         total, smooth = total + improbable, True
     if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
-        variances[-1], improbable = reweigh(poses[:, :2].copy(), own_walk(walk), weights[-1], variances[-1])
+        variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, walk.own, weights[-1], variances[-1])
         total += improbable
     yaw_weights = np.empty((frames, 2))
     total += judge(poses, walk.head, anchor.odds, yaw_weights)
-    scene = rescaled(boxes, poses, places, heights)
-    return State(poses, places, heights, weights, yaw_weights, variances, scene, total)
+    data = rescaled(boxes, poses, places, heights)
+    return State(poses, places, heights, weights, yaw_weights, variances, data, total)
 
 
 @kernel
-def deviance_of(state: State, scene: Scene) -> float:
-    """The deviance with the boxes linearised as they are in ``scene``; NaN as long as somebody's place is unknown."""
+def deviance_of(state: State, data: Measurements) -> float:
+    """The deviance with the boxes linearised as they are in ``data``; NaN as long as somebody's place is unknown."""
     total, axes = state.improbable, axes_of(state.poses)
-    for k in range(len(scene.first)):
-        first, last = int(scene.first[k]), int(scene.last[k])
+    for k in range(len(data.first)):
+        first, last = int(data.first[k]), int(data.last[k])
         if last >= first:
             track = state.places[first : last + 1, k].copy()
-            total += misfit(k, track, state.poses, axes, state.heights[k], scene)
+            total += misfit(k, track, state.poses, axes, state.heights[k], data)
     return float(total)
 
 
 @kernel
-def rescaled(scene: Scene, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Scene:
-    """The scene with its boxes linearised about these poses, places and heights, where known (see `farther`)."""
-    relative, information = scene.relative.copy(), scene.information.copy()
+def rescaled(data: Measurements, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Measurements:
+    """The data with its boxes linearised about these poses, places and heights, where known (see `farther`)."""
+    relative, information = data.relative.copy(), data.information.copy()
     for t in range(len(poses)):
-        for k in range(len(scene.first)):
+        for k in range(len(data.first)):
             if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
-                q = farther(relative[t, k] * (heights[k] / scene.stature[k]), places[t, k], poses[t])
+                q = farther(relative[t, k] * (heights[k] / data.stature[k]), places[t, k], poses[t])
                 relative[t, k] *= 2.0 * q - q * q
                 information[t, k] /= q**4
-    return Scene(relative, information, scene.given, scene.first, scene.last, scene.stature, scene.stature_variance)
+    return Measurements(relative, information, data.given, data.first, data.last, data.stature, data.stature_variance)

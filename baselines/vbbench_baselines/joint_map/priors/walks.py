@@ -1,28 +1,26 @@
-"""What a motion prior is fitted on: second differences of true walks."""
+"""What a motion prior is fitted on, second differences of true walks, and the prior under which they are most likely.
 
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple
-import numpy as np
-from vbbench.arrays import FloatArray, IntArray
-from vbbench.generator import Plan
-from vbbench.scene import Scene
-from collections.abc import Collection, Sequence
+With innovations e_j of the autoregression, in units c_j of their scale where a walk begins, a person's likelihood is
+
+    ∫ p(s²) Π_j t_ν(e_j; s c_j) ds²,   t_ν(e; s) = (1 + ‖e‖²/(νs²))^{−(ν/2 + 1)} / (2πs²)
+
+(the Student-t density in the plane), s² scaled inverse χ² with a_0 degrees of freedom about σ². The integral is a sum
+over a fixed grid of ln s², so that the likelihood is smooth in all parameters.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 from scipy.optimize import Bounds, minimize
 from scipy.special import gammaln, logsumexp
-from vbbench.arrays import FloatArray
+
+from vbbench.arrays import FloatArray, IntArray
+from vbbench.generator import Plan
+from vbbench.scene import Scene
 from vbbench_baselines.joint_map.prior import Prior
 
-# DOC """How likely walks are under a motion prior, and the prior under which they are most likely.
-# DOC 
-# DOC With innovations e_j of the autoregression, in units c_j of their scale where a walk begins, a person's likelihood is
-# DOC 
-# DOC     ∫ p(s²) Π_j t_ν(e_j; s c_j) ds²,   t_ν(e; s) = (1 + ‖e‖²/(νs²))^{−(ν/2 + 1)} / (2πs²)
-# DOC 
-# DOC (the Student-t density in the plane), s² scaled inverse χ² with a_0 degrees of freedom about σ². The integral is a sum
-# DOC over a fixed grid of ln s², so that the likelihood is smooth in all parameters.
-# DOC """
 STANDING = 0.5
 """Who ends nearer than this (m) to the start is left out: splits do not show them, and rounded stillness is no walk."""
 
@@ -46,7 +44,8 @@ class Walks(NamedTuple):
 
 def walks_of(plan: Plan, most: int) -> Walks:
     """The walks of a split's shared scenes, or of the scenes of its first ``most`` sequences."""
-    return gather(plan.scenes or _built_scenes(plan, most))
+    built = (plan.build(index).scene for index in range(min(most, len(plan))))
+    return gather(plan.scenes or (scene for scene in built if scene is not None))
 
 
 def gather(scenes: Iterable[Scene]) -> Walks:
@@ -69,13 +68,6 @@ def gather(scenes: Iterable[Scene]) -> Walks:
         first=np.cumsum([0, *lengths[:-1]], dtype=np.int64),
         speed=float(np.concatenate(squares).mean()),
     )
-
-
-def _built_scenes(plan: Plan, most: int) -> Iterator[Scene]:
-    for index in range(min(most, len(plan))):
-        scene = plan.build(index).scene
-        if scene is not None:
-            yield scene
 
 
 def _runs(path: FloatArray) -> list[FloatArray]:
@@ -111,26 +103,14 @@ def innovations(walks: Walks, prior: Prior) -> FloatArray:
 
 def log_likelihood(walks: Walks, prior: Prior) -> float:
     """Mean over second differences of their log density, in nats."""
-    squares = innovations(walks, prior)[:, None]
-    half = 0.5 * prior.nu + 1.0
+    squares, counts = innovations(walks, prior)[:, None], np.bincount(walks.order, minlength=3)
+    half, a = 0.5 * prior.nu + 1.0, 0.5 * prior.a0
     each = -half * np.log1p(squares / (prior.nu * np.exp(GRID))) - GRID - np.log(2.0 * np.pi)
     persons = np.add.reduceat(each, walks.first, axis=0)
-    total = float(logsumexp(persons + _log_spread(prior), axis=1).sum()) + _log_units(walks, prior)
-    return total / len(walks.order)
-
-
-def _log_spread(prior: Prior) -> FloatArray:
-    """Log of p(s²) ds² on the grid."""
-    a = 0.5 * prior.a0
     x = np.log(a * prior.sigma**2) - GRID
-    log_density: FloatArray = a * x - np.exp(x) - gammaln(a) + np.log(GRID[1] - GRID[0])
-    return log_density
-
-
-def _log_units(walks: Walks, prior: Prior) -> float:
-    """What the units c cost: −2 Σ ln c."""
-    counts = np.bincount(walks.order, minlength=3)
-    return -2.0 * float(counts[0] * np.log(prior.start.first) + counts[1] * np.log(prior.start.second))
+    spread = a * x - np.exp(x) - gammaln(a) + np.log(GRID[1] - GRID[0])  # ln of p(s²) ds²
+    units = -2.0 * float(counts[0] * np.log(prior.start.first) + counts[1] * np.log(prior.start.second))  # −2 Σ ln c
+    return (float(logsumexp(persons + spread, axis=1).sum()) + units) / len(walks.order)
 
 
 def fit_walks(crowds: Sequence[Walks], start: Prior, least_nu: float, held: Collection[str] = ()) -> Prior:
