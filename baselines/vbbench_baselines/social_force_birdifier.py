@@ -68,12 +68,11 @@ class SocialForceBirdifier(Birdifier):
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
         """The second stage: people's places [K, 2] given the pose, from where each of them stands best alone."""
         pose, factors, rays = task
-        how = self.softness, self.samples, self.spacing
-        samples = sample_rays(pose[2], alone, weights, rays, factors, *how)
+        samples = sample_rays(pose[2], alone, weights, rays, factors, self.softness, self.samples, self.spacing)
         if self.samples == 1 or np.isinf(samples.energies[:, 1]).all():
             return alone
-        edges = link(alone, self.reach, self.neighbours)
-        graph = CrowdGraph(edges, self.strength / self.acceleration_std, self.sigma)
+        strength = self.strength / self.acceleration_std
+        graph = CrowdGraph(link(alone, self.reach, self.neighbours), strength, self.sigma)
         felt, pair = tabulate(samples, graph)
         choices, _ = pass_messages(samples.energies, felt, pair, self.rounds, self.damping, 1e-3)
         valley = samples.places[np.arange(len(choices)), choices]

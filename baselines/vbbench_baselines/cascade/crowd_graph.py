@@ -79,15 +79,9 @@ def link(positions: FloatArray, reach: float, most: int) -> IntArray:
             count = min(count + 1, most)
         for slot in range(count):
             linked[min(i, ids[slot]), max(i, ids[slot])] = True
-    return _pairs(linked, people * most)
-
-
-@kernel
-def _pairs(linked: BoolArray, most: int) -> IntArray:
-    """Edges [E, 2] for which ``linked`` [K, K] is true, in its order; at most so many."""
-    edges, e = np.empty((most, 2), np.int64), 0
-    for i in range(len(linked)):
-        for j in range(len(linked)):
+    edges, e = np.empty((people * most, 2), np.int64), 0
+    for i in range(people):
+        for j in range(people):
             if linked[i, j]:
                 edges[e, 0], edges[e, 1] = i, j
                 e += 1

@@ -62,7 +62,8 @@ class Factors(NamedTuple):
 
     def of(self, chosen: BoolArray) -> "Factors":
         """The terms of the ``chosen`` people [K] and the observer."""
-        return Factors(*(rows[chosen] for rows in self[:4]), self.walk, self.walk_std)
+        relative, covariance, expected, std = (rows[chosen] for rows in self[:4])
+        return Factors(relative, covariance, expected, std, self.walk, self.walk_std)
 
     def spread(self, times: float) -> "Factors":
         """The same terms with standard deviations of motion that many times as large."""

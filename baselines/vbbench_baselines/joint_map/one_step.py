@@ -39,7 +39,7 @@ class Located(NamedTuple):
     ----------
     pose, places : [3], [K, 2] (NaN = not observed).
     factors : the normal terms that were minimised in the end.
-    own : [3, 3] the information that the observer's own walk and head add.
+    own : [3, 3] the information that the observer's own walk and head add, where the pose is not given.
     """
 
     pose: FloatArray
@@ -83,7 +83,7 @@ def locate(
     if free:
         facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
         pose = fit_pose(factors, facing)
-    own = _vague()
+    own = np.zeros((3, 3))
     for _ in range(ROUNDS):
         found = localise(pose, factors)
         _spread(found, std, walk.nu, factors)
@@ -112,7 +112,9 @@ def own_terms(
     pose: FloatArray, before: FloatArray, walk_pose: FloatArray, std: float, walk: Walk
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient [3] and Hessian [3, 3] of the observer's walk, expected at ``walk_pose`` within ``std``, and head."""
-    gradient, hessian = np.zeros(3), _vague()
+    gradient, hessian = np.zeros(3), np.zeros((3, 3))
+    for i in range(3):
+        hessian[i, i] = VAGUE
     if np.isinf(std):
         return gradient, hessian
     off_x, off_y = pose[0] - walk_pose[0], pose[1] - walk_pose[1]
@@ -133,15 +135,6 @@ def own_terms(
         for j in range(3):
             hessian[i, j] += curvature[min(3 + i, 3 + j), max(3 + i, 3 + j)]
     return gradient, hessian
-
-
-@kernel
-def _vague() -> FloatArray:
-    """The information [3, 3] that always holds the pose."""
-    information = np.zeros((3, 3))
-    for i in range(3):
-        information[i, i] = VAGUE
-    return information
 
 
 @kernel

@@ -73,7 +73,11 @@ def eliminate(
     first, n = int(data.first[k]), int(data.last[k] - data.first[k]) + 1
     measured, information, seen, along = _measured(k, first, n, poses, axes, data)
     lower, right = np.zeros((2 * n + BAND, 2 * BAND + 1)), np.zeros(2 * n)
-    _fill(weights[:n], walk, lower)
+    band = np.zeros((n, REACH + 1))
+    add_walk(weights[:n], walk, band)
+    for i in range(n):  # DᵀWD, the same for both coordinates
+        for d in range(min(i, REACH) + 1):
+            lower[2 * (i - d), 2 * d] = lower[2 * (i - d) + 1, 2 * d] = band[i, d]
     anchor = 1.0 / ANCHOR_STD**2
     for i in range(n):
         xx, xy, yy = information[i]
@@ -139,18 +143,6 @@ def _measured(
         information[i, 1] = sin * cos * (ff - rr) + (sin * sin - cos * cos) * rf
         information[i, 2] = cos * cos * rr - 2.0 * sin * cos * rf + sin * sin * ff
     return measured, information, seen, along
-
-
-@kernel
-def _fill(weights: FloatArray, walk: Walk, lower: FloatArray) -> None:
-    """Write DᵀWD, the same for both coordinates, to the banded ``lower``."""
-    n = len(weights)
-    band = np.zeros((n, REACH + 1))
-    add_walk(weights, walk, band)
-    for i in range(n):
-        for d in range(min(i, REACH) + 1):
-            j = 2 * (i - d)
-            lower[j, 2 * d] = lower[j + 1, 2 * d] = band[i, d]
 
 
 @kernel
