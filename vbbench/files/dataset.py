@@ -30,7 +30,7 @@ SCENES_AT_HAND = 64
 
 
 class Dataset:
-    """A dataset folder, opened for reading; sequences come as they are asked for.
+    """A dataset folder, opened for reading; sequences are read when they are asked for.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class Dataset:
                 yield self._sequence(index, _of(boxes, index), _of(given, index))
 
     def truth(self, sequence: Sequence) -> Truth:
-        """Truth of one sequence; tracks that belong to nobody are NaN.
+        """Truth of one sequence; tracks of false alarms are NaN.
 
         Raises
         ------

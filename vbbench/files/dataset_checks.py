@@ -13,7 +13,7 @@ from vbbench.files.schemas import SCHEMAS
 from vbbench.geometry import IntArray
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
-"""Names that a table of a dataset can have; what stands there under another one is never made a path."""
+"""Names that a table of a dataset can have; any other name is never made a path."""
 
 ALWAYS = tuple(name for name in TABLES if name != "truth/tracks")
 """The tables that every dataset has."""
@@ -115,7 +115,7 @@ def _scenes(value: Any) -> Fault:
 
 
 def _camera(value: Any) -> Fault:
-    """Its kind and parameters are checked by who makes it; here, that they are numbers."""
+    """That its parameters are numbers; kind and ranges are checked when the camera is made."""
     if not isinstance(value, dict) or not isinstance(value.get("kind"), str):
         return f"is {quoted(value)}, not a camera: it has a 'kind' and its parameters"
     number = _number(-1e9, 1e9)
@@ -193,14 +193,14 @@ def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given:
     Raises
     ------
     FileError
-        If a row has a frame or somebody that the sequence has not, or nearly all of it would be empty.
+        If a row has a frame or a person that the sequence does not have, or nearly all of it would be empty.
     """
     for name, rows in (("observations", boxes), ("given", given)):
         if not _all_below(rows["frame"], frames):
             raise _contradiction(path_of(name), f"sequence {index} has {frames:,} frames, and a row another one")
     people = given["track"][given["track"] >= 0]
     if not np.isin(people, tracks).all():
-        raise _contradiction(path_of("given"), f"in sequence {index} it gives somebody who is never observed")
+        raise _contradiction(path_of("given"), f"in sequence {index} it gives a person who is never observed")
     if frames * max(1, len(tracks)) > _most_cells(len(boxes["frame"]) + len(given["frame"])):
         problem = f"sequence {index} has {frames:,} frames with {len(boxes['frame']):,} boxes"
         raise _contradiction(path_of("sequences"), problem)
@@ -212,7 +212,7 @@ def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows) -> in
     Raises
     ------
     FileError
-        If people are not in order, a row is of somebody else, or nearly all of the scene would be empty.
+        If people are not in order, a row is of an unknown person, or nearly all of the scene would be empty.
     """
     if not (np.diff(people) > 0).all() or not np.isin(rows["person"], people).all():
         raise _contradiction(path_of("truth/people"), f"scene {scene} has people twice, unsorted or unknown")
@@ -234,7 +234,7 @@ def check_truth_rows(
     if not np.array_equal(poses["frame"], np.arange(len(frames))):
         raise _contradiction(path_of("truth/poses"), f"sequence {index} has {len(frames):,} frames")
     if not len(people) or frames.stop > scene_frames:
-        raise _contradiction(path_of("truth/scenes"), f"sequence {index} goes on after its scene, or nobody is in it")
+        raise _contradiction(path_of("truth/scenes"), f"sequence {index} outlasts its scene, or the scene is empty")
 
 
 def check_tracks(path_of: PathOf, index: int, frames: int, tracks: IntArray, rows: Rows) -> None:

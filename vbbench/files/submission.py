@@ -28,7 +28,7 @@ LONGEST_TEXT = 1000
 """Characters of a text in it: names and references are printed with every score."""
 
 LONGEST_FRAME = 1e6
-"""Seconds a frame that are believed: eleven days."""
+"""Seconds per frame that are believed: eleven days."""
 
 Columns = Mapping[str, NDArray[Any]]
 

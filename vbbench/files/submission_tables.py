@@ -30,7 +30,7 @@ class SubmissionTable(Protocol):
         """Name of the file, for messages."""
 
     def read(self, first: int, last: int) -> Arrays:
-        """Rows with first ≤ sequence < last, an array a column; the optional ones that are there, ``line`` from CSV."""
+        """Rows with first ≤ sequence < last, an array per column that there is; from CSV also ``line``."""
 
 
 class RowsInMemory:
@@ -73,7 +73,7 @@ def open_table(
 
 
 def row_bound(name: str, dataset: Dataset) -> RowBound:
-    """The rows that ``poses`` (one a frame) or ``positions`` (one for each track in each frame) can have."""
+    """The rows that ``poses`` (one per frame) or ``positions`` (one per track and frame) can have."""
     rows = dataset.rows["frames"] if name == "poses" else dataset.cells
     return RowBound(int(rows.sum(dtype=np.int64)))
 
@@ -104,7 +104,7 @@ def read_csv_rows(
 
     Returns
     -------
-    The rows whose ids could be read (0 stands for a value that could not), or ``None`` without usable header.
+    The rows whose ids could be read (0 in place of a value that could not), or ``None`` without usable header.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def _short_lines(path: Path, file: TextIO) -> Iterator[str]:
     while line := file.readline(_LONGEST_LINE):
         number += 1
         if len(line) == _LONGEST_LINE:
-            raise FileError(path, f"has more than {_LONGEST_LINE} characters; write a row a line", number)
+            raise FileError(path, f"has more than {_LONGEST_LINE} characters; write one row per line", number)
         yield line
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from vbbench.errors import VbbenchError, VbbenchWarning, plain_errors
 
 LOCK = ".vbbench-lock"
-"""File in a folder that somebody writes into: locked with ``flock``, and saying by whom."""
+"""File in a folder that a command writes into: locked with ``flock``; it names that command."""
 
 _BUSY = {errno.EWOULDBLOCK, errno.EACCES}
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
@@ -94,7 +94,7 @@ def _acquire(path: Path, out: Path) -> int:
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         except FileNotFoundError:
-            continue  # who held it removed the folder meanwhile
+            continue  # its holder removed the folder in between
         try:
             _claim(handle, path, out)
         except BusyError:
@@ -167,7 +167,7 @@ def _printable(value: object) -> str:
 
 @contextmanager
 def loose_files(folder: Path) -> Iterator[None]:
-    """Write loose files into ``folder`` while the block runs, nobody else at the same time.
+    """Write loose files into ``folder`` while the block runs, and keep other commands out.
 
     Raises
     ------

@@ -7,7 +7,7 @@
     OUT.partial/swap.json           they are being put in their places
     OUT.partial/old, old-truth      what stood there
 
-A folder of that name without the mark is somebody else's and never touched.
+A folder of that name without the mark is not ours and never touched.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""Partitioned datasets and submissions: a folder a table, a Parquet file a part, as a cluster of workers leaves them.
+"""Partitioned datasets and submissions: a folder per table, a Parquet file per part, as a cluster writes them.
 
-Beside the tables' folders stands the folder ``partitioned``: a JSON file a part, written when all its tables are there,
+Beside the tables' folders is the folder ``partitioned``: one JSON file per part, written when all its tables are there,
 the facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
 """
 
@@ -223,7 +223,7 @@ def _facts_path(folder: Path, part: str) -> Path:
 def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool = False) -> Path:
     """Merge the partitions in ``folder`` into whole tables, there or in the folder ``out``; return where they are.
 
-    Interrupted, it is made good by the same call: partitions go only when the whole is there.
+    After an interruption the same call completes it: partitions are removed only when the whole is written.
 
     Parameters
     ----------
@@ -275,5 +275,5 @@ def _facts(folder: Path, layout: Layout, paths: dict[str, Path], work: WorkFolde
 
 
 def _strangers(folder: Path, layout: Layout) -> set[str]:
-    """Names of what lies in a partitioned folder and is no part of it."""
+    """Names of what is in a partitioned folder and does not belong to it."""
     return {path.name for path in folder.iterdir()} - {Path(name).parts[0] for name in layout.tables} - {PARTITIONED}

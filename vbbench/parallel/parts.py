@@ -1,10 +1,10 @@
 """Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
 
 The work on N sequences is cut into parts of a fixed number of sequences, or fewer where these are large, so that
-neither who makes a part nor who writes it into the tables holds more than some megabytes. A worker writes its part's
+neither a worker nor the writer of the tables holds more than some megabytes. A worker writes its part's
 tables, one Arrow stream after the other, into a file that gets its final name when it is whole; the tables are then
 written from the parts in order. How the work is cut leaves no trace in them but for the row groups of ``sequences``,
-one a part; it follows from the work alone.
+one per part; it follows from the work alone.
 """
 
 import json
@@ -50,7 +50,7 @@ NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part's row groups (a table a sequence), by table name, and facts about it that go to JSON."""
+    """One part's row groups (one table per sequence), by table name, and facts about it that go to JSON."""
 
     groups: dict[str, list[pa.Table]]
     facts: dict[str, Any]

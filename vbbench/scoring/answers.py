@@ -116,7 +116,7 @@ def fill_gaps(rows: ScoredRows, answers: Answers) -> Answers:
     """The answers with every gap filled.
 
     A missing pose is the observer's last one, a missing position the track's last one, given or estimated, at an
-    earlier frame of the sequence; a track never known before stands where the observer does.
+    earlier frame of the sequence; a track never known before is put where the observer is.
     """
     if answers.posed.all() and answers.placed.all():
         return answers
@@ -173,7 +173,7 @@ class CheckedSubmission:
     ----------
     folder : the submission folder.
     dataset : the dataset it answers.
-    truth : where it is available, tracks that belong to nobody need no answer.
+    truth : where it is available, tracks of false alarms need no answer.
     """
 
     def __init__(self, folder: Path, dataset: Dataset, truth: TruthRows | None) -> None:

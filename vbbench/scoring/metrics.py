@@ -123,7 +123,7 @@ class Metric:
 
     @property
     def section(self) -> Literal["metrics", "drift"]:
-        """The part of a score's JSON that it stands in."""
+        """The part of a score's JSON that holds it."""
         return "drift" if self.over == "seconds" else "metrics"
 
 
@@ -191,7 +191,7 @@ def section(part: Literal["metrics", "drift"]) -> dict[str, Metric]:
 def frame_errors(
     poses: FloatArray, positions: FloatArray, true_poses: FloatArray, true_positions: FloatArray, counted: BoolArray
 ) -> dict[str, FloatArray]:
-    """Errors of each frame by metric, drifts left out; NaN where there is no answer or nobody counts.
+    """Errors of each frame by metric, drifts left out; NaN without an answer or without people who count.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ class TruthRows:
         return self._credible(paths.positions.take(row, axis=0), self._scenes)
 
     def _paths(self, first: int, last: int) -> "_Paths":
-        """Everybody's way in the scenes first ≤ scene < last; the last ones asked for are kept."""
+        """The paths of all people in the scenes first ≤ scene < last; the last ones asked for are kept."""
         if self._paths_in_hand is None or self._paths_in_hand.scenes != (first, last):
             truth = self._scenes.read(first, last)
             length = np.full(last - first, truth["frame"].max(initial=-1) + 1)

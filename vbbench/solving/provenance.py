@@ -121,7 +121,7 @@ def solver_version(solver: str) -> str:
 
 
 def hardware() -> str:
-    """What the solver ran on, for the reader of its seconds a frame."""
+    """What the solver ran on, for readers of its seconds per frame."""
     path = Path("/proc/cpuinfo")
     lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

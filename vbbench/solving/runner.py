@@ -43,8 +43,10 @@ def run_sequence(
     if isinstance(solver, FrameSolver):
         estimate, seconds = _run_frames(solver, problem, sequence, given, known)
     elif isinstance(solver, SequenceSolver):
-        run = _run_prefixes if protocol.needs_truth else _run_whole
-        estimate, seconds = run(solver, problem, sequence, given, known)
+        if protocol.needs_truth:
+            estimate, seconds = _run_prefixes(solver, problem, sequence, given, known)
+        else:
+            estimate, seconds = _timed_solve(solver, problem, sequence, sequence.frames, given)
     else:
         raise VbbenchError(f"{type(solver).__name__} is not a solver: it has neither start and step nor solve")
     _check_complete(estimate, sequence, given)
@@ -87,12 +89,6 @@ def _run_frames(
         seconds += perf_counter() - started
         answers.append(_checked_kind(answer, FrameEstimate, sequence))
     return Estimate.of_frames(answers), seconds
-
-
-def _run_whole(
-    solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, _known: Given
-) -> tuple[Estimate, float]:
-    return _timed_solve(solver, problem, sequence, sequence.frames, given)
 
 
 def _run_prefixes(

@@ -50,7 +50,7 @@ def solve(
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
 
     A solver that was fitted on the dataset's split is run as the variant that was not (`registry.held_out`).
-    Interrupted work goes on where it stopped when the same call is made again.
+    Interrupted work continues where it stopped when the same call is made again.
 
     Parameters
     ----------

@@ -135,7 +135,7 @@ def _forbid_new_privileges() -> None:
 def _allow(ruleset: int, path: str, rights: int) -> None:
     try:
         place = os.open(path, os.O_PATH | os.O_CLOEXEC)
-    except OSError:  # gone meanwhile, or not ours to see
+    except OSError:  # it is gone, or not visible to us
         return
     try:
         here = rights if Path(f"/proc/self/fd/{place}").is_dir() else rights & FILE_RIGHTS
