@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from vbbench.errors import VbbenchError, VbbenchWarning, plain_errors
+from vbbench.errors import VbbenchError, VbbenchWarning, one_line, plain_errors
 
 LOCK = ".vbbench-lock"
 """File in a folder that a command writes into: locked with ``flock``; it names that command."""
@@ -157,12 +157,8 @@ def _read(handle: int) -> dict[str, Any]:
 def _spoken(holder: dict[str, Any]) -> str:
     if not holder:
         return "another command"
-    told = {name: _printable(holder.get(name)) for name in ("process", "host", "since", "command")}
+    told = {name: one_line(str(holder.get(name)), _LONGEST) for name in ("process", "host", "since", "command")}
     return f"process {told['process']} on {told['host']} since {told['since']} ({told['command']})"
-
-
-def _printable(value: object) -> str:
-    return "".join(letter if letter.isprintable() else "?" for letter in str(value))[:_LONGEST]
 
 
 @contextmanager

@@ -85,7 +85,8 @@ def write_in_parts(
     Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
     make = partial(_make_part, work, parts)
-    made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
+    made: Iterable[Part | Path]
+    made = _make_here(make, ranges) if jobs == 1 else in_parallel(partial(make, keep=True), ranges, jobs)
     parts_made = list(_with_progress(made, ranges, label))
     with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
         for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
@@ -118,10 +119,6 @@ def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Par
         part = make(first, last, keep=held > BYTES_IN_MEMORY or perf_counter() - started > PATIENCE)
         held += part.nbytes if isinstance(part, Part) else 0
         yield part
-
-
-def _make_elsewhere(make: Callable[..., Part | Path], ranges: Ranges, jobs: int) -> Iterator[Part | Path]:
-    return in_parallel(partial(make, keep=True), ranges, jobs)
 
 
 def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:
