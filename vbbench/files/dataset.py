@@ -184,7 +184,7 @@ class Dataset:
 
     def _require_truth(self) -> None:
         if not self.has_truth:
-            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it")
+            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it (truth)")
 
     def _sequence(self, index: int, boxes: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> Sequence:
         row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}

@@ -38,7 +38,8 @@ class TruthRows:
         if not dataset.has_truth:
             place = dataset.table_path("truth/poses")
             raise VbbenchError(
-                f"the truth of {dataset.folder} is not available ({place} is missing); name the folder that holds it"
+                f"the truth of {dataset.folder} is not available ({place} is missing); "
+                "name the folder that holds it (truth)"
             )
         self._rows = dataset.rows
         self._poses = SequenceTable(dataset.table_path("truth/poses"), "truth/poses")

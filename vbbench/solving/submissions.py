@@ -73,7 +73,8 @@ def solve(
     out, rules = Path(out), get_protocol(protocol)
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
-            f"'{protocol}' needs truth while solving; use sequential or rollout, or name the folder that holds it"
+            f"'{protocol}' needs truth while solving; use sequential or rollout, "
+            "or name the folder that holds it (truth)"
         )
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
     run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
