@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from vbbench_generators.occlusion import Outline, see
 
+from benchmarks.visibility import Onlooker
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
-from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import street
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
-from vbbench_renderers.visibility import Onlooker
 
 SEQUENCES, EVERY = 3, 25
 SHOULDERS, HEADS = (0.08, 0.09, 0.10, 0.11, 0.12, 0.13, 0.14, 0.15), (0.03, 0.04, 0.05, 0.06)

@@ -15,9 +15,8 @@ from vbbench.generation.generator import Options, Tier
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
-from vbbench_baselines.cascade import EVERYBODY
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
-from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
+from vbbench_baselines.view_birdification import EVERYBODY, ConstantVelocityBirdifier
 
 METRICS = {"dt": ("Δt", 1e3, "mm"), "dx": ("Δx", 1e3, "mm"), "dx_rel": ("Δx̃", 1e3, "mm"), "dr": ("Δr", 1e3, "mrad")}
 
