@@ -39,8 +39,8 @@ are in [splits.md](splits.md), the solvers in [solvers.md](solvers.md), the prot
 
 Lengths are in metres, angles in radians. Each figure is the mean, or the median, over sequences of the mean of each
 sequence. Sequential and rollout errors are heavy-tailed (a few sequences with two or three people have very large
-errors), so read the median too. µs a frame is the time inside the solver per frame, with two processes and with compiled
-code warm. Coverage is the share of scored rows that were submitted. Estimates are never aligned to truth.
+errors), so read the median too. µs a frame is the time inside the solver per frame, with two processes and with warm
+compiled code. Coverage is the share of scored rows that were submitted. Estimates are never aligned to truth.
 
 Rows marked *paper* are quoted from Table 2 of arXiv 2111.05060, not measured here. The paper does not name the
 protocol; one-step is the interpretation that fits its figures. Its CV and SF rows fit no single interpretation and are
