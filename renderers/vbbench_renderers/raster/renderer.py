@@ -64,7 +64,7 @@ class RasterRenderer:
 
 
 class Drawer:
-    """Draws people and surroundings, whoever made them."""
+    """Draws people and surroundings from any source."""
 
     def __init__(self, people: People, surroundings: Surroundings) -> None:
         library, pieces = joined_library(people), split_mesh(surroundings.mesh)
@@ -105,7 +105,7 @@ class Drawer:
         return _picture(seen, np.append(ids, NOBODY - 1).astype(np.int32), colours, rays.closed)
 
     def _people_shadows(self, people: Limbs, pose: FloatArray, around: bool) -> ShadowMap:
-        """Shadows near the camera, or near a point ahead of a camera that looks one way."""
+        """Shadows near the camera, or near a point ahead of a camera that looks in one direction."""
         heading = np.array([np.cos(pose[2]), np.sin(pose[2])])
         centre = np.asarray(pose[:2], np.float64) + (0.0 if around else SHADOW_AHEAD) * heading
         near = np.abs(people.transform[:, :2, 3] - centre).max(axis=1, initial=0.0) < SHADOW_HALF_WIDTH + 2.0

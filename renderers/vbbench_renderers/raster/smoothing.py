@@ -1,4 +1,4 @@
-"""Smooth edges: on people, and where the z-buffer knows of one; elsewhere textures stay sharp."""
+"""Smooth edges: on people, and where the z-buffer has an edge; elsewhere textures stay sharp."""
 
 import numpy as np
 from numba import prange
@@ -88,7 +88,7 @@ def _brightness(colours: Image, column: int, row: int) -> float:
 
 @kernel
 def _mix(colours: Image, left: int, column: int, right: int, above: int, row: int, below: int, picture: Image) -> None:
-    """The colour of a pixel on an edge; places in between are mixed from the 3 x 3 neighbourhood."""
+    """The colour of a pixel on an edge; positions in between are mixed from the 3 x 3 neighbourhood."""
     nw, ne = _brightness(colours, left, above), _brightness(colours, right, above)
     sw, se = _brightness(colours, left, below), _brightness(colours, right, below)
     along_x, along_y = (sw + se) - (nw + ne), (nw + sw) - (ne + se)
