@@ -11,7 +11,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.kernels import kernel
-from vbbench.pictures.renderer import Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Int32

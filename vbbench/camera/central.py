@@ -46,12 +46,17 @@ class CentralCamera:
 
     @property
     def view(self) -> tuple[float, float] | None:
-        """See `Camera.view`; borders are taken where the horizon of a level camera meets them."""
+        """See `Camera.view`; borders are taken where the horizon meets them."""
         if self.period is not None:
             return None
         columns = np.array([0.0, self.picture_size[0]])
-        left, right = self.directions(np.stack([columns, self.horizon(columns)], axis=-1))
+        left, right = self.to_level(self.directions(np.stack([columns, self.horizon(columns)], axis=-1)))
         return float(np.arctan2(left[0], left[2])), float(np.arctan2(right[0], right[2]))
+
+    @property
+    def intrinsics(self) -> FloatArray | None:
+        """See `Camera.intrinsics`; none unless a model says otherwise."""
+        return None
 
     @property
     def level(self) -> bool:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.figure import Rectangles, lay_out, save_png
+from vbbench.pictures.plotting.style import Rectangles, lay_out, save_png
 from vbbench.realism.histogram import BINS, Histogram
 from vbbench.realism.report import Realism
 from vbbench.realism.walking import ACCELERATION, COLLISION, EFFICIENCY, NEAREST

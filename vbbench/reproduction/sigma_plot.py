@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.figure import Rectangles, lay_out, save_png
+from vbbench.pictures.plotting.style import Rectangles, lay_out, save_png
 from vbbench.reproduction.curves import METRICS
 from vbbench.reproduction.sigma import Curve, SigmaFigure
 from vbbench.reproduction.study import title_of

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,
