@@ -19,7 +19,7 @@ from vbbench.files.submission import SubmissionInfo
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import START_FRAMES, Protocol, get_protocol, scored_frames, scored_positions
-from vbbench.scoring.metrics import LABELS, UNITS, frame_errors
+from vbbench.scoring.metrics import METRICS, frame_errors
 from vbbench.sequence import Given, Sequence, Truth
 
 
@@ -33,7 +33,7 @@ class Answer:
     protocol : the protocol that it was solved under.
     estimate : its poses and positions, what was given filled in, NaN = no answer.
     given : what its protocol hands over.
-    errors : [T] each of scored frames, by their key, NaN elsewhere; empty without truth.
+    errors : [T] of scored frames by metric, NaN elsewhere; empty without truth.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Answer:
     def figures(self, frame: int) -> list[str]:
         """The errors of a frame in words; none where it is not scored."""
         return [
-            f"{LABELS[key]} = {values[frame]:.3f} {UNITS[key]}"
+            f"{METRICS[key].symbol} = {values[frame]:.3f} {METRICS[key].unit}"
             for key, values in self.errors.items()
             if np.isfinite(values[frame])
         ]

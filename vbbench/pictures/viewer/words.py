@@ -5,7 +5,7 @@ import numpy as np
 from vbbench.files.dataset_info import describe
 from vbbench.pictures.replay import Answer, Replay
 from vbbench.pictures.viewer.marks import Tape
-from vbbench.scoring.metrics import LABELS, UNITS
+from vbbench.scoring.metrics import METRICS
 from vbbench.sequence import Given
 
 FACTS, NOW = "facts", "now"
@@ -45,7 +45,7 @@ def _facts(replay: Replay) -> str:
 
 def _answer_text(answer: Answer) -> str:
     known = {key: values for key, values in answer.errors.items() if np.isfinite(values).any()}
-    means = [f"{LABELS[key]} {np.nanmean(values):.3f} {UNITS[key]}" for key, values in known.items()]
+    means = [f"{METRICS[key].symbol} {np.nanmean(values):.3f} {METRICS[key].unit}" for key, values in known.items()]
     figures = f" Means over the frames scored: {', '.join(means)}." if means else ""
     return f"**{answer.name}** ({answer.protocol.id}).{figures} {' '.join(answer.protocol.text.split())}"
 
