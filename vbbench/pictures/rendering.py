@@ -10,7 +10,7 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,12 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.tables import file_sha256
 from vbbench.geometry import FloatArray, frozen_array
 from vbbench.parallel.parts import progress_bar
-from vbbench.pictures.video import Codec, write_mp4, write_png_folder
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence
+
+if TYPE_CHECKING:
+    from vbbench.pictures.video import Codec
 
 NOBODY = -1
 """The id of pixels that show no person."""
@@ -174,7 +176,7 @@ def render_to_file(
     backend: Backend | None = None,
     submission: Path | str | None = None,
     fps: float | None = None,
-    codec: Codec | None = None,
+    codec: "Codec | None" = None,
     announce: Callable[[str], object] = silent,
 ) -> Path:
     """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
@@ -205,6 +207,7 @@ def render_to_file(
     """
     from vbbench.pictures.film.frames import Film
     from vbbench.pictures.replay import load_replay
+    from vbbench.pictures.video import write_mp4, write_png_folder
 
     out, backend = _checked(Path(out)), backend or Backend()
     scene = scene_of(dataset, dataset.sequence(sequence).scene)
