@@ -13,13 +13,19 @@ from hypothesis import strategies as st
 
 from tests.head_crowds import make_crowd, square
 from vbbench.cli import main
-from vbbench.exchange.heads.annotating import draw_boxes
+from vbbench.exchange.heads.annotating import draw_boxes, draw_others
 from vbbench.exchange.heads.camera import HEAD_HEIGHT, SurveillanceCamera, camera_of
-from vbbench.exchange.heads.hiding import LEAST_VISIBLE, draw_screens, visible_fractions
-from vbbench.exchange.heads.others import draw_others
 from vbbench.exchange.heads.recording import export_heads
 from vbbench.exchange.heads.settings import HeadOptions
-from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, see_heads
+from vbbench.exchange.heads.sighting import (
+    BELOW_TOP,
+    HEAD,
+    LEAST_VISIBLE,
+    Heads,
+    draw_screens,
+    see_heads,
+    visible_fractions,
+)
 from vbbench.exchange.mot import read_mot
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate

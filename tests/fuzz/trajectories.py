@@ -13,7 +13,7 @@ from vbbench.tum import import_tum
 from tests.fuzz.kind import Kind, Refused
 from tests.fuzz.mutations import TEXT
 from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
-from vbbench.exchange.mot.file import MotRows, read_mot
+from vbbench.exchange.mot.text import MotRows, read_mot
 from vbbench.scene import Scene
 from vbbench_generators.readers.homography import read_homography
 from vbbench_generators.readers.obsmat import read_obsmat

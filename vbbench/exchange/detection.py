@@ -12,8 +12,7 @@ from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.exchange.matching import match_boxes
-from vbbench.exchange.mot.file import MotRows, write_mot
-from vbbench.exchange.mot.table import UNLINKED
+from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.parallel.parts import progress_bar

@@ -3,8 +3,7 @@
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.mot.file import PEDESTRIAN
-from vbbench.exchange.mot.table import COLUMNS, UNLINKED, MotTable, parse_mot
+from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, MotTable, parse_mot
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.crohd.finding import RecordingFiles
 from vbbench_generators.crohd.heads import HeadBoxes

@@ -10,12 +10,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.errors import VbbenchError
-from vbbench.exchange.heads.annotating import draw_boxes
+from vbbench.exchange.heads.annotating import PEDESTRIAN, Others, draw_boxes, draw_others
 from vbbench.exchange.heads.camera import SurveillanceCamera, camera_of
-from vbbench.exchange.heads.hiding import draw_screens, visible_fractions
-from vbbench.exchange.heads.others import PEDESTRIAN, Others, draw_others
 from vbbench.exchange.heads.settings import HeadOptions
-from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, see_heads
+from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, draw_screens, see_heads, visible_fractions
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically

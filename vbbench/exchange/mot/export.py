@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.boxes import rectangles
-from vbbench.exchange.mot.file import MotRows, write_mot
-from vbbench.exchange.mot.table import UNLINKED
+from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
