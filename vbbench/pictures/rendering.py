@@ -130,7 +130,7 @@ def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], obje
         If there is no such backend, it cannot work on this machine, or the seed is negative.
     """
     if backend.seed < 0:
-        raise VbbenchError(f"--seed must be 0 or more, not {backend.seed}")
+        raise VbbenchError(f"seed must be at least 0, not {backend.seed}")
     factory: RendererFactory = load("renderer", backend.name)
     if not callable(factory):
         raise VbbenchError(f"renderer '{backend.name}' is no class or function; see RendererFactory")
