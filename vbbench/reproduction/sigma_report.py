@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.style import Rectangles, lay_out, save_png
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_png
 from vbbench.reproduction.sigma import PANELS, Curve, SigmaFigure, SigmaStudy, Statistic, measure_sigma, title_of
 from vbbench.scoring.metrics import METRICS
 
@@ -33,7 +33,7 @@ def reproduce_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwr
     table = sigma_table(figure)
     write_text_atomically(files[0], table)
     write_text_atomically(files[1], sigma_csv(figure))
-    plot_sigma_to_file(figure, files[2])
+    save_png(plot_sigma(figure), files[2])
     return "\n".join([table, *map(str, files)])
 
 
@@ -117,17 +117,14 @@ def plot_sigma(figure: SigmaFigure) -> Figure:
     for row, (solver, curves) in enumerate(figure.solvers.items()):
         for metric in PANELS:
             _draw_panel(next(axes), metric, curves)
-        _write(
-            drawn, _top(len(figure.solvers), row) + 0.14, f"({chr(ord('a') + row)}) {title_of(solver)}", weight="bold"
-        )
-    _draw_heading(drawn, figure)
+        place = _LEFT / _WIDTH, (_top(len(figure.solvers), row) + 0.14) / drawn.get_figheight()
+        title = f"({chr(ord('a') + row)}) {title_of(solver)}"
+        drawn.text(*place, title, fontsize=10.0, weight="bold", color=style.INK)
+    text = "lines: mean over sequences, with its 95 % bootstrap interval; dotted: median; every panel has its own scale"
+    conditions = figure.conditions.replace("σ_h", r"$\sigma_h$")
+    title = "Errors over the number of people, by the spread of their heights"
+    draw_heading(drawn, _LEFT, title, f"{conditions};  {text}", drawn.axes[0])
     return drawn
-
-
-def plot_sigma_to_file(figure: SigmaFigure, out: Path | str) -> Path:
-    """Draw the figure into a PNG file; see `save_png`."""
-    save_png(plot_sigma(figure), out)
-    return Path(out)
 
 
 def _layout(solvers: list[str]) -> tuple[tuple[float, float], Rectangles]:
@@ -166,30 +163,3 @@ def _draw_panel(axes: Axes, metric: str, curves: list[Curve]) -> None:
 
 def _colours(count: int) -> list[tuple[float, ...]]:
     return [tuple(colour) for colour in style.distance_colours()(np.linspace(1.0, 0.0, count))]
-
-
-def _draw_heading(drawn: Figure, figure: SigmaFigure) -> None:
-    height = drawn.get_figheight()
-    _write(drawn, height - 0.34, "Errors over the number of people, by the spread of their heights", 12.5, "bold")
-    text = "lines: mean over sequences, with its 95 % bootstrap interval; dotted: median; every panel has its own scale"
-    conditions = figure.conditions.replace("σ_h", r"$\sigma_h$")
-    _write(drawn, height - 0.58, f"{conditions};  {text}", style.TEXT_SIZE)
-    handles, labels = drawn.axes[0].get_legend_handles_labels()
-    place = (_LEFT / _WIDTH, 1.0 - 0.66 / height)
-    drawn.legend(
-        handles,
-        labels,
-        loc="upper left",
-        bbox_to_anchor=place,
-        borderaxespad=0.0,
-        borderpad=0.2,
-        ncols=len(labels),
-        frameon=False,
-        fontsize=style.TEXT_SIZE,
-    )
-
-
-def _write(drawn: Figure, height: float, text: str, size: float = 10.0, weight: str = "normal") -> None:
-    """A line of text, ``height`` inches from below."""
-    x, y = _LEFT / _WIDTH, height / drawn.get_figheight()
-    drawn.text(x, y, text, fontsize=size, weight=weight, color=style.INK)

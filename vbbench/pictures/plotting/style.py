@@ -2,8 +2,10 @@
 
 import io
 from pathlib import Path
+from typing import Any
 
 from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 
@@ -46,6 +48,17 @@ def lay_out(size: tuple[float, float], rectangles: Rectangles) -> Figure:
         axes = figure.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]), label=name)
         axes.tick_params(labelsize=TEXT_SIZE)
     return figure
+
+
+def draw_heading(figure: Figure, left: float, title: str, facts: str, axes: Axes) -> None:
+    """Over panels of one kind, from ``left`` inches on: a title, a line of facts, and the legend of ``axes``."""
+    x, height = left / figure.get_figwidth(), figure.get_figheight()
+    figure.text(x, 1.0 - 0.34 / height, title, fontsize=12.5, weight="bold", color=INK)
+    figure.text(x, 1.0 - 0.58 / height, facts, fontsize=TEXT_SIZE, color=INK)
+    handles, labels = axes.get_legend_handles_labels()
+    look: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.2, "frameon": False, "fontsize": TEXT_SIZE}
+    place = (x, 1.0 - 0.66 / height)
+    figure.legend(handles, labels, loc="upper left", bbox_to_anchor=place, ncols=len(labels), **look)
 
 
 def save_png(figure: Figure, path: Path | str) -> None:
