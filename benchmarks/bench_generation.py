@@ -21,10 +21,9 @@ from vbbench.errors import SourceMissingError
 from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options
 from vbbench.registry import load
-from vbbench_generators.demo import record_plaza
-from vbbench_generators.eligibility import Rules
-from vbbench_generators.planning import plan_reprojection
-from vbbench_generators.reprojection import Reprojection
+from vbbench_generators.crowds.demo import record_plaza
+from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 NAIVE_SEQUENCES = 40
 RUNS = 3

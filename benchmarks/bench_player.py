@@ -20,7 +20,7 @@ from tests.browser.browsing import chromium
 from tests.made_sequence import DT, made_sequence
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.player.writing import FOLDER, Films, player_assets, write_data, write_player
-from vbbench_leaderboards.results_folder import read_results
+from vbbench_leaderboards.results.folder import read_results
 
 CROWD = {"people": 500, "frames": 300}
 SHOWN = 3

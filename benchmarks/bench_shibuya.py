@@ -25,14 +25,12 @@ import numpy as np
 from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
-from vbbench_generators.eligibility import Rules
-from vbbench_generators.planning import plan_reprojection
-from vbbench_generators.precision import Precision
-from vbbench_generators.reprojection import Reprojection
-from vbbench_generators.scenario import get_scenario
-from vbbench_generators.simulation import walk
+from vbbench_generators.crowds.scenario import get_scenario
+from vbbench_generators.crowds.scenes import draw_crowd, walk
+from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.social_force import Model
-from vbbench_generators.spawning import draw_crowd
+from vbbench_generators.tiers.noise import Precision
+from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 SEQUENCES = 806
 PRECISION = Precision(u_bits=10, v_bits=10, l_bits=12)

@@ -7,9 +7,9 @@ import numpy as np
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Options, Simulation
-from vbbench_generators.occlusion import see
-from vbbench_generators.scenario import get_scenario
+from vbbench_generators.crowds.scenario import get_scenario
 from vbbench_generators.splits import sim
+from vbbench_generators.tiers.occlusion import see
 
 REPEATS = 10
 

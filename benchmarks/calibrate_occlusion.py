@@ -1,4 +1,4 @@
-"""How far the outlines of `vbbench_generators.occlusion` are from rendered people: visible fractions on split `street`.
+"""How far the outlines of tier `occluded` are from rendered people: visible fractions on split `street`.
 
     python -m benchmarks.calibrate_occlusion            # the outline as it is
     python -m benchmarks.calibrate_occlusion --search   # and the best one of a grid
@@ -13,14 +13,14 @@ from itertools import product
 
 import numpy as np
 
+from benchmarks.visibility import Onlooker
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
-from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import street
+from vbbench_generators.tiers.occlusion import Outline, see
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
-from vbbench_renderers.visibility import Onlooker
 
 SEQUENCES, EVERY = 3, 25
 SHOULDERS, HEADS = (0.08, 0.09, 0.10, 0.11, 0.12, 0.13, 0.14, 0.15), (0.03, 0.04, 0.05, 0.06)

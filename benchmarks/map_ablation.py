@@ -18,8 +18,7 @@ from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.fit import LEAST_NU
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.priors.likelihood import A0_RANGE, MOST_NU, fit_walks
-from vbbench_baselines.joint_map.priors.walks import walks_of
+from vbbench_baselines.joint_map.priors.walks import A0_RANGE, MOST_NU, fit_walks, walks_of
 
 OTHERS = {"hotel": ("eth",), "eth": ("hotel",)}
 """What each split's prior is fitted on."""

@@ -27,11 +27,11 @@ from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_frames, scored_positions
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem
-from vbbench_baselines.joint_map.heads import Head, turn
+from vbbench_baselines.common.sightings import measure
+from vbbench_baselines.joint_map.measurement.boxes import Eye, statures_of
+from vbbench_baselines.joint_map.motion.heads import Head, turn
+from vbbench_baselines.joint_map.motion.walks import Walk, reweigh, walk_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.sighted import sight_boxes, statures_of
-from vbbench_baselines.joint_map.walks import Walk, reweigh, walk_of
-from vbbench_baselines.sightings import measure
 
 EXACT = 1e-3
 """Standard deviation in m of exact boxes and given positions, as in the solver."""
@@ -136,8 +136,8 @@ class Floor:
         heights = statures.mean if self.feet else np.nan_to_num(truth.heights, nan=problem.height_mean)
         out = np.empty((*sequence.observed.shape, 2, 2))
         for t in range(sequence.frames):
-            seen = sight_boxes(problem, sequence.observations[t], self.feet)
-            rr, rf, ff = measure(*seen, heights, np.zeros(len(heights)))[1].T
+            seen = Eye(problem, self.feet).sight(sequence.observations[t])
+            rr, rf, ff = measure(seen, heights, np.zeros(len(heights)))[1].T
             out[t] = np.stack((np.stack((rr, rf), -1), np.stack((rf, ff), -1)), -2)
         return out + EXACT**2 * np.eye(2)
 
@@ -170,7 +170,7 @@ def _between(observed: BoolArray) -> BoolArray:
 
 def _own_variance(track: FloatArray, walk: Walk) -> float:
     """σ_k² in m² as the true walk [n, 2] has it."""
-    return reweigh(track, walk, np.zeros(len(track)), walk.sigma**2)[0]
+    return reweigh(track, walk, walk.sigma, np.zeros(len(track)), walk.sigma**2)[0]
 
 
 def _add_walks(information: Information, t: int, followed: BoolArray, precision: FloatArray, walk: Walk) -> None:

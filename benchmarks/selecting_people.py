@@ -16,9 +16,8 @@ from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
-from vbbench_baselines.cascade import EVERYBODY
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
-from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
+from vbbench_baselines.view_birdification import EVERYBODY, ConstantVelocityBirdifier
 
 COLUMNS = ("dt", "dx", "dx_rel", "dr")
 

@@ -7,8 +7,7 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.scoring.scorecard import PerSequence
 from vbbench.scoring.statistics import summarise
-from vbbench_leaderboards.ranking import RANKED
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.result import FIGURES, Board, Result
 
 BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 
@@ -16,7 +15,7 @@ BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -> Result:
     """A solver whose every metric has the figures ``dx`` [N] of the sequences 0 … N − 1."""
     count = len(dx)
-    figures = {name: np.asarray(dx, float) for name in RANKED}
+    figures = {name: np.asarray(dx, float) for name in FIGURES}
     sequence, ones = np.arange(count), np.ones(count, np.int64)
     own = PerSequence(sequence=sequence, frames=ones, positions=ones, posed=ones, placed=ones, figures=figures)
     values = {

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.lifting_crowd import Camera, photograph, walk
-from vbbench_generators.crohd import HeadBoxes
+from vbbench_generators.lifting.heads import HeadBoxes
 
 SEQINFO = "[Sequence]\nname={name}\nimDir=img1\nframeRate=25\nseqLength=90\nimWidth=1920\nimHeight=1080\nimExt=.jpg\n"
 MEMBERS = ("seqinfo.ini", "gt/gt.txt")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from vbbench.geometry import FloatArray
-from vbbench_generators.crohd import HeadBoxes
+from vbbench_generators.lifting.heads import HeadBoxes
 
 HEAD, HEAD_HEIGHT, SIZE = 0.24, 1.58, (1920, 1080)
 

@@ -12,23 +12,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vbbench.tum import import_tum
 
 from tests.make_dataset import Crowd
 from tests.tiny_board import tiny_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.mot.text import read_mot
+from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.archives import open_archive
 from vbbench.generation.generator import Options, parse_people
 from vbbench.parsing.numbers import Within
-from vbbench_generators.crohd.seqinfo import parse_seqinfo
-from vbbench_generators.readers.homography import read_homography
-from vbbench_generators.readers.trajnet import read_trajnet
-from vbbench_generators.readers.vsp import read_vsp
-from vbbench_generators.recipe import read_recipe
-from vbbench_generators.scenario import read_scenario
+from vbbench_generators.crowds.scenario import read_scenario
+from vbbench_generators.recordings.readers.crohd import parse_seqinfo
+from vbbench_generators.recordings.readers.tables import read_trajnet
+from vbbench_generators.recordings.readers.text import read_homography
+from vbbench_generators.recordings.readers.vsp import read_vsp
+from vbbench_generators.recordings.recipe import read_recipe
 
 Write = Callable[..., Path]
 

@@ -14,10 +14,10 @@ from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
 from vbbench.protocol import PROTOCOLS
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameSolver
-from vbbench_baselines.ego_motion import invert
+from vbbench_baselines.common.ego_motion import invert
+from vbbench_baselines.common.motion import History
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
-from vbbench_baselines.history import History
-from vbbench_baselines.social_force import adapt_velocities
+from vbbench_baselines.motion_models import adapt_velocities
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 

@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vbbench_leaderboards.charts.axis import axis_over, short
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
-from vbbench_leaderboards.charts.svg import Series
+from vbbench_leaderboards.charts.svg import Series, axis_over, short
 from vbbench_leaderboards.charts.task import task_drawing
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -60,7 +59,7 @@ def test_every_point_is_reached_and_says_its_figures() -> None:
     found = marks(svg)
     assert [mark.get("tabindex") for mark in found] == ["0", "0"]
     assert [mark.get("data-solver") for mark in found] == ["good", "fast"]
-    assert "Δx 0.0500 m, 95 % interval 0.0450 to 0.0550; 900 µs a frame" in found[0].get("aria-label", "")
+    assert "Δx 0.0500 m, 95 % interval 0.0450 to 0.0550; 900 µs per frame" in found[0].get("aria-label", "")
     good, fast = (next(mark.iter(f"{SVG}circle")) for mark in found)
     assert float(good.get("cx", 0)) > float(fast.get("cx", 0))
     assert float(good.get("cy", 0)) > float(fast.get("cy", 0))

@@ -24,12 +24,10 @@ from vbbench.generation.catalogue import fetch_splits
 from vbbench.generation.generator import Options
 from vbbench.generation.sources import Source
 from vbbench.scene import Scene
-from vbbench_generators.crohd import HeadBoxes
-from vbbench_generators.crohd.finding import find_recording
-from vbbench_generators.crohd.reading import read_heads
-from vbbench_generators.crohd.seqinfo import parse_seqinfo
-from vbbench_generators.crohd.stepping import every_frame
-from vbbench_generators.recipe import get_recipe
+from vbbench_generators.lifting.heads import HeadBoxes
+from vbbench_generators.recordings.loading import every_frame, load_scenes
+from vbbench_generators.recordings.readers.crohd import find_recording, parse_seqinfo, read_heads
+from vbbench_generators.recordings.recipe import get_recipe
 from vbbench_generators.splits import shibuya01
 
 GOOD = "2,7,101,51,20,30,1,1,0.5"
@@ -214,7 +212,7 @@ def test_an_archive_that_means_harm_is_refused(tmp_path: Path) -> None:
 
 def test_the_published_archive_is_taken_from_the_data_folder_if_it_is_whole(no_data: Path, tmp_path: Path) -> None:
     with pytest.raises(SourceMissingError, match="vbbench fetch shibuya01"):
-        get_recipe("shibuya01").load_scenes(None, seed=0)
+        load_scenes(get_recipe("shibuya01"), None, seed=0)
     folder = write_recording(tmp_path / "made" / "HT21-03")
     (no_data / "crohd").mkdir()
     packed = pack(no_data / "crohd" / "HT21Labels.zip", {"train/HT21-03": folder})
@@ -347,13 +345,13 @@ def test_with_a_homography_metres_are_metres(recording: Path, tmp_path: Path) ->
 
 def test_dt_is_that_of_the_recording(recording: Path) -> None:
     with pytest.raises(VbbenchError, match=r"--dt is for the split 'custom'; here seqinfo\.ini tells"):
-        get_recipe("shibuya01").load_scenes(recording, seed=0, dt=0.4)
+        load_scenes(get_recipe("shibuya01"), recording, seed=0, dt=0.4)
 
 
 def test_fewer_frames_where_a_recipe_says_so(recording: Path) -> None:
     recipe = get_recipe("shibuya01")
-    every = recipe.load_scenes(recording, seed=0).scenes[0]
-    fifth = replace(recipe, frame_step=5).load_scenes(recording, seed=0).scenes[0]
+    every = load_scenes(recipe, recording, seed=0).scenes[0]
+    fifth = load_scenes(replace(recipe, frame_step=5), recording, seed=0).scenes[0]
     assert fifth.dt == pytest.approx(0.2)
     np.testing.assert_array_equal(fifth.positions, every.positions[::5][:, np.isin(every.people, fifth.people)])
 

@@ -7,12 +7,11 @@ import pytest
 from scipy.optimize import minimize
 
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
-from vbbench_baselines.ego_motion import fit_pose, least_angle
-from vbbench_baselines.localisation import localise
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, least_angle, localise
 
 
 def pose_energy(pose: FloatArray, *terms: Any) -> float:
-    """E(c, R) of `vbbench_baselines.ego_motion`, person by person."""
+    """E(c, R) of `vbbench_baselines.common.ego_motion`, person by person."""
     relative, covariance, expected, std, predicted, ego_std = terms
     total = float(np.sum((pose[:2] - predicted[:2]) ** 2)) / ego_std**2
     residuals = relative - world_to_relative(expected, pose)
@@ -21,7 +20,7 @@ def pose_energy(pose: FloatArray, *terms: Any) -> float:
     return float(total)
 
 
-def random_terms(seed: int, people: int = 5, depth_std: float = 1.0) -> tuple[Any, ...]:
+def random_terms(seed: int, people: int = 5, depth_std: float = 1.0) -> Factors:
     rng = np.random.default_rng(seed)
     pose = np.append(rng.normal(0, 3, 2), rng.uniform(-3, 3))
     relative = rng.normal(0, 5, (people, 2))
@@ -29,14 +28,14 @@ def random_terms(seed: int, people: int = 5, depth_std: float = 1.0) -> tuple[An
     spread = axes @ axes.transpose(0, 2, 1)
     covariance = np.stack((spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]), axis=1)
     expected = relative_to_world(relative, pose) + rng.normal(0, 0.3, (people, 2))
-    return relative, covariance, expected, rng.uniform(0.05, 0.3, people), pose + rng.normal(0, 0.3, 3), 0.1
+    return Factors(relative, covariance, expected, rng.uniform(0.05, 0.3, people), pose + rng.normal(0, 0.3, 3), 0.1)
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_pose_is_the_least_that_scipy_finds(seed: int) -> None:
     terms = random_terms(seed)
-    pose = fit_pose(*terms)
-    starts = [np.append(terms[4][:2], yaw) for yaw in np.linspace(-np.pi, np.pi, 6)]
+    pose = fit_pose(terms)
+    starts = [np.append(terms.walk[:2], yaw) for yaw in np.linspace(-np.pi, np.pi, 6)]
     best = min((minimize(pose_energy, start, terms, options={"gtol": 1e-9}) for start in starts), key=lambda r: r.fun)
     assert pose_energy(pose, *terms) <= best.fun + 1e-9
     np.testing.assert_allclose(
@@ -47,14 +46,15 @@ def test_the_pose_is_the_least_that_scipy_finds(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(20))
 def test_the_gradient_vanishes_at_the_pose(seed: int) -> None:
     terms = random_terms(seed)
-    pose, h = fit_pose(*terms), 1e-5
+    pose, h = fit_pose(terms), 1e-5
     slopes = [pose_energy(pose + d, *terms) - pose_energy(pose - d, *terms) for d in h * np.eye(3)]
     np.testing.assert_allclose(np.array(slopes) / (2 * h), 0.0, atol=1e-3)
 
 
 def test_with_exact_heights_the_fit_is_the_closed_rigid_one() -> None:
-    relative, _, expected, std, predicted, _ = random_terms(1)
-    pose = fit_pose(relative, np.zeros((5, 3)), expected, std, predicted, np.inf)
+    terms = random_terms(1)._replace(covariance=np.zeros((5, 3)), walk_std=np.inf)
+    relative, _, expected, std, _, _ = terms
+    pose = fit_pose(terms)
     weight = std**-2 / np.sum(std**-2)
     a, b = relative - weight @ relative, expected - weight @ expected
     # world = (right sin + forward cos, forward sin − right cos) = Rot(yaw) (forward, −right)
@@ -78,8 +78,9 @@ def test_the_least_angle_is_the_least_of_the_circle(seed: int) -> None:
 
 
 def test_a_person_stands_between_measurement_and_expectation() -> None:
-    relative, covariance, expected, std, pose, _ = random_terms(7)
-    found = world_to_relative(localise(pose, relative, covariance, expected, std), pose)
+    terms = random_terms(7)
+    relative, covariance, expected, std, pose, _ = terms
+    found = world_to_relative(localise(pose, terms), pose)
     for x, z, e, (rr, rf, ff), s in zip(
         found, relative, world_to_relative(expected, pose), covariance, std, strict=True
     ):

@@ -16,12 +16,11 @@ from vbbench.generation.generator import Options
 from vbbench.protocol import PROTOCOLS
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.checking import check
-from vbbench_leaderboards.drift import drift
-from vbbench_leaderboards.rerunning import SPLITS, Rerun, bundled_solvers
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.result_file import read_result, write_result
-from vbbench_leaderboards.results_folder import published_results
+from vbbench_leaderboards.checks.checking import check
+from vbbench_leaderboards.checks.drift import drift
+from vbbench_leaderboards.checks.rerunning import SPLITS, Rerun, bundled_solvers
+from vbbench_leaderboards.results.folder import published_results
+from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 SEQUENCES = 40
 """Sequences of Hotel that are solved again; what comes after them does not change them."""
@@ -42,7 +41,7 @@ def test_hotel_scores_as_committed(
     dataset = request.getfixturevalue("hotel")
     own = score(solve(dataset, solver, protocol, tmp_path / "answers"), dataset.folder).per_sequence
     board = Board(split="hotel", tier="ideal", protocol=protocol)
-    kept = read_result(published_results() / board.folder / f"{solver}.json").per_sequence
+    kept = read_result(published_results() / board.key / f"{solver}.json").per_sequence
     rows = np.isin(kept.sequence, own.sequence)
     assert len(own.sequence) == rows.sum() > SEQUENCES // 2
     for name, values in own.figures.items():
@@ -58,7 +57,7 @@ def test_every_bundled_solver_has_its_results() -> None:
         Board(split=split, tier=tier, protocol=protocol)
         for split, tier, protocol in itertools.product(SPLITS, TIERS, PROTOCOLS)
     ]
-    wanted = [board.folder / f"{solver}.json" for board, solver in itertools.product(boards, bundled_solvers())]
+    wanted = [Path(board.key, f"{solver}.json") for board, solver in itertools.product(boards, bundled_solvers())]
     missing = [str(path) for path in wanted if not (published_results() / path).is_file()]
     assert not missing, "write them with make leaderboard"
     assert all((published_results() / path).stat().st_size < 40_000 for path in wanted)
@@ -156,7 +155,7 @@ def test_what_is_whole_is_used_again_and_the_rest_is_made(remade: Path, touched:
 def test_missing_sources_are_said_and_left_out_unless_named(
     no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vbbench_leaderboards.rerunning.SPLITS", ("hotel",))
+    monkeypatch.setattr("vbbench_leaderboards.checks.rerunning.SPLITS", ("hotel",))
     run = Rerun(results=tmp_path / "results", work=tmp_path / "work")
     assert list(run.boards()) == []
     assert "hotel noisy is left out: source files of hotel are missing" in capsys.readouterr().err
@@ -169,7 +168,7 @@ def test_missing_sources_are_said_and_left_out_unless_named(
 
 
 def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
-    from vbbench_leaderboards.dataset_record import read_dataset, write_dataset
+    from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 
     kept = read_dataset(remade / "results/demo/ideal.json")
     write_dataset(replace(kept, id="0" * 16, counts={**kept.counts, "id": "0" * 16}), remade / "results")

@@ -8,9 +8,9 @@ import pytest
 from tests.solver_runs import CAMERAS, run, see, walk
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.sequence import Given
-from vbbench_baselines.heights import Heights
-from vbbench_baselines.history import History
-from vbbench_baselines.sightings import measure, sight
+from vbbench_baselines.cascade.heights import Heights
+from vbbench_baselines.common.motion import History
+from vbbench_baselines.common.sightings import measure, sight
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 
@@ -21,7 +21,7 @@ def test_the_covariance_of_a_measurement_is_that_of_samples(camera: Camera) -> N
     boxes = np.tile(camera.project(np.array((2.0, 5.0)), np.array(1.7)), (40_000, 1))
     boxes += rng.normal(0, 1.0, boxes.shape) * (1.0, 1.0, np.sqrt(2.0))
     _, (n, *_) = measure(
-        *sight(camera, boxes[:1] * 0 + camera.project(np.array((2.0, 5.0)), np.array(1.7)), 1.0),
+        sight(camera, boxes[:1] * 0 + camera.project(np.array((2.0, 5.0)), np.array(1.7)), 1.0),
         np.array([1.7]),
         np.array([0.05**2]),
     )

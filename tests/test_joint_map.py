@@ -12,20 +12,25 @@ from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.solver import Estimate, FrameSolver, SequenceSolver
 from vbbench.solving.runner import frames_of
-from vbbench_baselines.joint_map.acceleration import extrapolate, no_past
-from vbbench_baselines.joint_map.banded import BAND, factor, invert, no_band, solve
+from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.descent import settle
-from vbbench_baselines.joint_map.forgetting import forget
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, Left, hold, tamed
-from vbbench_baselines.joint_map.people import Scene, axes_of, eliminate
-from vbbench_baselines.joint_map.poses import linearise
+from vbbench_baselines.joint_map.measurement.boxes import Eye, Statures, horizon, inform, statures_of
+from vbbench_baselines.joint_map.measurement.window import Measurements, gather
+from vbbench_baselines.joint_map.motion.walks import add_walk, innovation, reweigh, walk_of
+from vbbench_baselines.joint_map.optimiser.banded import BAND, factor, invert, solve
+from vbbench_baselines.joint_map.optimiser.descent import DEPTH, Past, extrapolate, settle
+from vbbench_baselines.joint_map.optimiser.marginalisation import (
+    NOTHING_KEPT,
+    Marginal,
+    anchor_of,
+    convex_part,
+    schur_complement,
+)
+from vbbench_baselines.joint_map.optimiser.people import axes_of, eliminate
+from vbbench_baselines.joint_map.optimiser.poses import linearise
+from vbbench_baselines.joint_map.optimiser.state import JointProblem, believe, deviance_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.sighted import Statures, horizon, inform, sight_boxes, statures_of
-from vbbench_baselines.joint_map.state import believe, deviance_of
-from vbbench_baselines.joint_map.walks import add_walk, innovation, reweigh, walk_of
-from vbbench_baselines.joint_map.window import make_scene
 
 NORMAL = Prior(nu=1e9, a0=1e9, yaw_scale=1e3)
 LOOKING_ABOUT = replace(get_prior("default"), following=0.0)
@@ -40,7 +45,7 @@ def test_banded_kernels_agree_with_numpy() -> None:
         full[i, max(i - 8, 0) : i + 1] = rng.normal(size=min(i, 8) + 1)
     full = full @ full.T + 0.5 * np.eye(14)
     far = np.abs(np.subtract.outer(np.arange(14), np.arange(14)))
-    banded, band = np.where(far <= BAND, full, 0.0), no_band(14)
+    banded, band = np.where(far <= BAND, full, 0.0), np.zeros((14 + BAND, 2 * BAND + 1))
     for j in range(14):
         column = banded[j : j + BAND + 1, j]
         band[j, : len(column)] = column
@@ -56,7 +61,8 @@ def test_banded_kernels_agree_with_numpy() -> None:
 
 def test_the_end_of_a_slow_march_is_guessed_from_its_steps() -> None:
     rates = np.array((0.97, 0.9, 0.5, -0.3))
-    past, here, end = no_past(4), np.zeros(4), np.array((1.0, -2.0, 3.0, 4.0))
+    past = Past(np.zeros((DEPTH + 1, 4)), np.zeros((DEPTH + 1, 4)), np.zeros(1, np.int64))
+    here, end = np.zeros(4), np.array((1.0, -2.0, 3.0, 4.0))
     for _ in range(6):
         here = extrapolate(past, here, end + rates * (here - end))
     np.testing.assert_allclose(here, end, atol=1e-4)
@@ -77,10 +83,10 @@ def test_weights_fall_with_the_innovation_and_scales_stay_near_the_prior() -> No
     rng = np.random.default_rng(2)
     numbers, weights = walk_of(Prior(), DT), np.zeros(40)
     track = np.cumsum(np.cumsum(rng.normal(0.0, 0.08, (40, 2)), axis=0), axis=0)
-    calm, _ = reweigh(track, numbers, weights, 0.08**2)
+    calm, _ = reweigh(track, numbers, numbers.sigma, weights, 0.08**2)
     assert 0.04 < np.sqrt(calm) < 0.16
     track[20:] += 3.0
-    reweigh(track, numbers, weights, calm)
+    reweigh(track, numbers, numbers.sigma, weights, calm)
     assert weights[20] < 0.1 * np.median(weights[2:])
 
 
@@ -88,14 +94,14 @@ def test_the_observers_own_scale_is_known_where_nobody_is_in_sight() -> None:
     """A window that forgot it handed on information of other weights, and the poses after it ran away."""
     poses, numbers = np.array(walk(3, frames=8, wobble=0.1).poses), walk_of(Prior(), DT)
     nobody = np.full((8, 2, 2), np.nan)
-    scene = make_scene(nobody, np.full((8, 2, 3), np.nan), nobody, Statures(np.full(2, 1.7), np.zeros(2)))
-    anchor = hold(np.zeros(8, bool), poses, NOTHING_LEFT)
-    state = believe(poses, nobody, np.full(2, 1.7), scene, anchor, numbers, np.full(3, numbers.sigma**2))
-    own, improbable = reweigh(poses[:, :2].copy(), numbers, np.zeros(8), numbers.sigma**2)
+    data = gather(nobody, np.full((8, 2, 3), np.nan), nobody, Statures(np.full(2, 1.7), np.zeros(2)))
+    problem = JointProblem(data, anchor_of(np.zeros(8, bool), poses, NOTHING_KEPT), numbers)
+    state = believe(poses, nobody, np.full(2, 1.7), problem, np.full(3, numbers.sigma**2))
+    own, improbable = reweigh(poses[:, :2].copy(), numbers, numbers.own, np.zeros(8), numbers.sigma**2)
     assert state.variances[-1] == pytest.approx(own)
     assert state.variances[-1] != pytest.approx(numbers.sigma**2, rel=0.1)
     turned = np.log1p((np.diff(poses[:, 2]) / numbers.head.wandering) ** 2).sum()
-    assert deviance_of(state, scene) == pytest.approx(improbable + turned)
+    assert deviance_of(state, data) == pytest.approx(improbable + turned)
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
@@ -104,43 +110,44 @@ def test_feet_tell_the_distance_without_the_height(camera: Camera) -> None:
     sequence = see(truth, camera)
     problem = problem_of(sequence, camera)
     assert horizon(camera) == pytest.approx(vars(camera)["cy"])
-    rays = sight_boxes(problem, sequence.observations, feet=True).rays
+    rays = Eye(problem, feet=True).sight(sequence.observations).rays
     expected = world_to_relative(truth.positions, truth.poses)
     seen = ~np.isnan(rays[..., 0])
     np.testing.assert_allclose((rays * camera.mount_height)[seen], expected[seen], rtol=1e-9)
 
 
-def made_scene(feet: bool, frames: int = 7, pixel_std: float = 1.0) -> tuple[Scene, FloatArray]:
+def made_data(feet: bool, frames: int = 7, pixel_std: float = 1.0) -> tuple[Measurements, FloatArray]:
     truth = walk(4, frames=frames, wobble=0.03)
     sequence = see(truth, CAMERAS[0], pixel_std)
     problem = problem_of(sequence, CAMERAS[0], pixel_std)
-    statures, seen = statures_of(problem, feet), sight_boxes(problem, sequence.observations, feet)
-    rows = [inform(*(row[t] for row in seen), statures.mean) for t in range(frames)]
+    statures, seen = statures_of(problem, feet), Eye(problem, feet).sight(sequence.observations)
+    rows = [inform(Sightings(*(row[t] for row in seen)), statures.mean) for t in range(frames)]
     relative, information = (np.stack(part) for part in zip(*rows, strict=True))
-    return make_scene(relative, information, sequence.given.positions, statures), np.array(truth.poses)
+    return gather(relative, information, sequence.given.positions, statures), np.array(truth.poses)
 
 
 @pytest.mark.parametrize("feet", [True, False])
 def test_the_gradient_is_that_of_the_deviance(feet: bool) -> None:
     """With everybody and the weights where they belong, and the boxes linearised there."""
-    scene, poses = made_scene(feet)
+    data, poses = made_data(feet)
     poses += np.random.default_rng(5).normal(0.0, 0.02, poses.shape)
-    frames, people = len(poses), len(scene.first)
-    numbers, anchor = walk_of(Prior(following=0.5), DT), hold(np.zeros(frames, bool), poses, NOTHING_LEFT)
+    frames, people = len(poses), len(data.first)
+    numbers = walk_of(Prior(following=0.5), DT)
+    problem = JointProblem(data, anchor_of(np.zeros(frames, bool), poses, NOTHING_KEPT), numbers)
     places, variances = np.full((frames, people, 2), np.nan), np.full(people + 1, numbers.sigma**2)
-    state = believe(poses, places, scene.stature.copy(), scene, anchor, numbers, variances)
+    state = believe(poses, places, data.stature.copy(), problem, variances)
     for _ in range(60):
         for k in range(people):
-            person = eliminate(k, poses, axes_of(poses), state.scene, state.weights[k], numbers)
+            person = eliminate(k, poses, axes_of(poses), state.data, state.weights[k], numbers)
             state.places[person.first : person.first + len(person.track), k] = person.track
             state.heights[k] = person.height
-        state = believe(poses, state.places, state.heights, scene, anchor, numbers, variances)
-    gradient, hessian = linearise(poses, state.scene, anchor, numbers, state.weights, state.yaw_weights)
+        state = believe(poses, state.places, state.heights, problem, variances)
+    gradient, hessian = linearise(state, problem)
     assert np.linalg.eigvalsh(hessian)[0] > -1e-6
 
     def deviance(moved: FloatArray) -> float:
-        rest = state.places, state.heights, scene, anchor, numbers, variances
-        return deviance_of(believe(poses + moved.reshape(-1, 3), *rest), state.scene)
+        rest = state.places, state.heights, problem, variances
+        return deviance_of(believe(poses + moved.reshape(-1, 3), *rest), state.data)
 
     for i in range(3 * frames):
         step = np.zeros(3 * frames)
@@ -149,43 +156,30 @@ def test_the_gradient_is_that_of_the_deviance(feet: bool) -> None:
 
 
 def test_what_leaves_is_kept_exactly_for_normal_walks() -> None:
-    scene, poses = made_scene(feet=True, frames=10, pixel_std=0.0)
+    data, poses = made_data(feet=True, frames=10, pixel_std=0.0)
     numbers, fixed = walk_of(NORMAL, DT), np.arange(10) < 2
-    places = np.full((10, len(scene.first), 2), np.nan)
-    anchor = hold(fixed, poses, NOTHING_LEFT)
-    whole = settle(poses, places, scene, anchor, numbers, 50, 1e-9, 0.0)
+    places = np.full((10, len(data.first), 2), np.nan)
+    problem = JointProblem(data, anchor_of(fixed, poses, NOTHING_KEPT), numbers)
+    whole = settle(poses, places, problem, 50, 1e-9, 0.0)
     assert whole.converged
     for count in (1, 4):
-        slope, information = forget(whole.state, anchor, numbers, count)
-        rest = make_scene(*(rows[count:] for rows in scene[:3]), statures_of_scene(scene))
-        left = Left(whole.state.poses[count:], slope, information, 0.0)
-        kept = settle(
-            whole.state.poses[count:] + 0.01 * ~fixed[count:, None],
-            places[count:],
-            rest,
-            hold(fixed[count:], whole.state.poses[count:], left),
-            numbers,
-            50,
-            1e-9,
-            0.0,
-        )
+        slope, information = schur_complement(whole.state, problem, count)
+        rest = gather(*(rows[count:] for rows in data[:3]), Statures(data.stature, data.stature_variance))
+        poses = whole.state.poses[count:]
+        anchor = anchor_of(fixed[count:], poses, Marginal(poses, slope, information, 0.0))
+        start = poses + 0.01 * ~fixed[count:, None]
+        kept = settle(start, places[count:], JointProblem(rest, anchor, numbers), 50, 1e-9, 0.0)
         np.testing.assert_allclose(kept.state.poses, whole.state.poses[count:], atol=1e-4)
 
 
-def test_a_tamed_anchor_has_no_negative_curvature_and_is_else_the_same() -> None:
+def test_the_convex_part_of_an_anchor_has_no_negative_curvature_and_is_else_the_same() -> None:
     rng = np.random.default_rng(6)
     vectors = np.linalg.qr(rng.normal(size=(6, 6)))[0]
     values, slope = np.array((-50.0, -1.0, 0.5, 2.0, 30.0, 400.0)), rng.normal(size=6)
-    anchor = hold(
-        np.zeros(2, bool), np.zeros((2, 3)), Left(np.zeros((2, 3)), slope, (vectors * values) @ vectors.T, 0.0)
-    )
-    tame = tamed(anchor)
+    kept = Marginal(np.zeros((2, 3)), slope, (vectors * values) @ vectors.T, 0.0)
+    tame = convex_part(anchor_of(np.zeros(2, bool), np.zeros((2, 3)), kept))
     np.testing.assert_allclose(tame.information, (vectors * np.maximum(values, 0.0)) @ vectors.T, atol=1e-10)
     np.testing.assert_allclose(vectors.T @ tame.slope, np.where(values > 0.0, vectors.T @ slope, 0.0), atol=1e-10)
-
-
-def statures_of_scene(scene: Scene) -> Statures:
-    return Statures(scene.stature, scene.stature_variance)
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)

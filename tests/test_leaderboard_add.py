@@ -11,7 +11,7 @@ from tests.tiny_board import FILE, tiny_board, tiny_dataset
 from vbbench.cli import main
 from vbbench.files.dataset import Dataset
 from vbbench.solving import solve
-from vbbench_leaderboards.result_file import read_result
+from vbbench_leaderboards.results.result import read_result
 
 
 @pytest.fixture(scope="module")

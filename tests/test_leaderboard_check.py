@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
-from vbbench_leaderboards.block import decode, encode
-from vbbench_leaderboards.checking import ResultsError, check
+from vbbench_leaderboards.checks.checking import ResultsError, check
+from vbbench_leaderboards.results.sealed_json import decode, encode
 
 NOT_FROM_SEQUENCES = {
     ("seconds_per_frame",),
@@ -194,7 +194,7 @@ def test_a_forged_result_is_caught_and_the_reason_said(results: Path, change: Ch
     [
         (lambda v: put(v, ("id",), "0" * 16), "counts.id"),
         (lambda v: put(v, ("split",), "big"), "belongs in big/ideal.json"),
-        (lambda v: put(v, ("counts", "sequences"), 3), "is no list of the dataset's scored sequences"),
+        (lambda v: put(v, ("counts", "sequences"), 3), "is not a list of the dataset's scored sequences"),
         (lambda v: put(v, ("caution",), "do not"), r"score.caution"),
         (lambda v: put(v, ("command",), "rm -rf"), r"\$.command"),
     ],

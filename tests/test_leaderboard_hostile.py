@@ -11,11 +11,11 @@ import pytest
 from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench_leaderboards.block import decode, encode
-from vbbench_leaderboards.building import build
-from vbbench_leaderboards.checking import ResultsError, check
-from vbbench_leaderboards.dataset_record import read_dataset
-from vbbench_leaderboards.result_file import read_result
+from vbbench_leaderboards.checks.checking import ResultsError, check
+from vbbench_leaderboards.page.building import build
+from vbbench_leaderboards.results.dataset_record import read_dataset
+from vbbench_leaderboards.results.result import read_result
+from vbbench_leaderboards.results.sealed_json import decode, encode
 
 RECORD = Path("tiny", "ideal.json")
 

@@ -13,15 +13,15 @@ import pytest
 from tests.board_results import BOARD, result
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
-from vbbench_leaderboards.building import MARKER, build
-from vbbench_leaderboards.dataset_record import BoardDataset
-from vbbench_leaderboards.page.files import provided, site_files
-from vbbench_leaderboards.page.markup import is_web_address
+from vbbench.protocol import PROTOCOLS
+from vbbench_leaderboards.markup import is_web_address, provided
+from vbbench_leaderboards.page import words
+from vbbench_leaderboards.page.building import MARKER, build, site_files
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.page.words import definitions
-from vbbench_leaderboards.ranking import rank
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.results_folder import published_results
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.folder import published_results
+from vbbench_leaderboards.results.ranking import rank
+from vbbench_leaderboards.results.result import Board, Result
 
 HOSTILE = "\"><img src=x onerror=alert(1)></script><!--&'"
 FIRST_PAGE, AIM = 300_000, 180_000
@@ -58,14 +58,34 @@ class Outline(HTMLParser):
         return [attributes[attribute] or "" for _, attributes in self.elements if attribute in attributes]
 
 
-def site_of(*results: Result, playable: bool = False, **datasets: BoardDataset) -> Site:
+def site_of(*results: Result, playable: bool = False) -> Site:
     boards = {found.board for found in results}
     rows = {board: tuple(found for found in results if found.board == board) for board in boards}
     return Site(
         results=rows,
-        datasets={(record.split, record.tier): record for record in datasets.values()},
+        datasets={(found.board.split, found.board.tier): record_of(found) for found in results},
         rankings={board: rank(found) for board, found in rows.items()},
         playable=dict.fromkeys(boards, ("a",)) if playable else {},
+    )
+
+
+def record_of(found: Result) -> BoardDataset:
+    board = found.board
+    return BoardDataset(
+        id=found.dataset,
+        split=board.split,
+        tier=board.tier,
+        title=board.split,
+        camera={"kind": found.camera},
+        seed=found.seed,
+        dt=0.4,
+        command=f"vbbench generate {board.split} --tier {board.tier}",
+        counts={"sequences": 40, "mean_frames": 20.0, "people_min": 3, "people_mean": 5.5, "people_max": 9},
+        caution=found.score.get("caution"),
+        licence="",
+        citation="",
+        tables={},
+        scored={},
     )
 
 
@@ -74,7 +94,7 @@ def pages(site: Site) -> dict[str, str]:
 
 
 def board_of(site: Site, board: Board = BOARD) -> dict[str, Any]:
-    text = pages(site)[f"data/{board.folder.as_posix()}.js"]
+    text = pages(site)[f"data/{board.key}.js"]
     found = re.fullmatch(r"vbbench\.provide\((\"[^\"]+\"),(.*)\);\n", text, flags=re.S)
     assert found
     values: dict[str, Any] = json.loads(found[2])
@@ -125,7 +145,9 @@ def test_the_page_is_well_formed_and_has_its_landmarks(committed: Path) -> None:
     assert page.all("html")[0]["lang"] == "en"
     ids = page.values("id")
     assert len(ids) == len(set(ids))
-    assert {f"def-{key}" for key in definitions()} <= set(ids)
+    explained = (words.METRICS, words.DRIFTS, words.COLUMNS, words.SUMMARIES, words.PROTOCOLS, words.TIERS)
+    assert {f"def-{key}" for terms in explained for key in terms} <= set(ids)
+    assert tuple(words.PROTOCOLS) == PROTOCOLS
     headings = [int(name[1]) for name in names if re.fullmatch(r"h\d", name)]
     assert all(after - before <= 1 for before, after in pairwise(headings))
 
@@ -272,7 +294,7 @@ def test_only_a_site_is_replaced(tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()
     (out / "mine.txt").write_text("keep", encoding="utf-8")
-    with pytest.raises(VbbenchError, match="no site"):
+    with pytest.raises(VbbenchError, match="not a site"):
         build(out, published_results())
     assert (out / "mine.txt").read_text("utf-8") == "keep"
     (out / MARKER).write_text("", encoding="utf-8")
@@ -298,8 +320,8 @@ def test_a_failure_halfway_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     def fail(*_: object) -> None:
         raise VbbenchError("no more")
 
-    monkeypatch.setattr("vbbench_leaderboards.building.site_files", fail)
-    monkeypatch.setattr("vbbench_leaderboards.building.rank", lambda rows: {})
+    monkeypatch.setattr("vbbench_leaderboards.page.building.site_files", fail)
+    monkeypatch.setattr("vbbench_leaderboards.page.building.rank", lambda rows: {})
     with pytest.raises(VbbenchError, match="no more"):
         build(tmp_path / "out", published_results())
     assert not list(tmp_path.iterdir())

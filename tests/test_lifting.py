@@ -1,7 +1,7 @@
 """Lifting heads to the ground: exact where boxes are, one clear error where they tell nothing, vectorised."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 
 import numpy as np
@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 from tests.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
 from tests.work import work_of
 from vbbench.errors import VbbenchError
-from vbbench_generators.crohd import HeadBoxes
-from vbbench_generators.lifting import LiftingSettings, lift
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
-from vbbench_generators.lifting.plane import SizePlane
-from vbbench_generators.lifting.smoothing import smooth
-from vbbench_generators.lifting.strength import estimate_strength
-from vbbench_generators.lifting.tracks import Heads, split_at_gaps
+from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.heads import HeadBoxes, Heads, split_at_gaps
+from vbbench_generators.lifting.lift import lift
+from vbbench_generators.lifting.settings import LiftingSettings
+from vbbench_generators.lifting.smoothing import estimate_strength, smooth
 
 DT = 0.04
 AREA = (-9.0, 10.0, 9.0, 32.0)
@@ -111,7 +110,7 @@ def test_the_same_boxes_give_the_same_intervals_and_json_takes_them() -> None:
     _, boxes = crowd(size_noise=0.12, jitter=0.06)
     first, second = (lift(boxes, LiftingSettings()).calibration for _ in range(2))
     assert first == second
-    assert json.loads(json.dumps(first.to_dict()))["stretch"]["low"] == first.stretch.low
+    assert json.loads(json.dumps(asdict(first)))["stretch"]["low"] == first.stretch.low
 
 
 @pytest.mark.parametrize("kind", ["one row", "two tracks", "horizon in the crowd", "looking straight down", "nobody"])

@@ -11,12 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from vbbench.tum import export_dataset_tum
 
 from tests.stopping import contents, names, stopped_at
 from tests.test_merging import last_part_first
 from vbbench.cli import main
 from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.exchange.tum import export_dataset_tum
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import LOCK, BusyError, locked
 from vbbench.folders.work_folder import WorkFolder

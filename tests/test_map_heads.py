@@ -12,11 +12,11 @@ from tests.solver_runs import run, walk
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Truth
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.heads import evidence, judge, turn, weigh
+from vbbench_baselines.joint_map.motion.heads import evidence, judge, turn, weigh
+from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.one_step import own_terms
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.priors.turns import LEAST_FOLLOW, Turns, fit_head
-from vbbench_baselines.joint_map.walks import walk_of
 
 DT = 0.4
 PRIOR = Prior(lag=0.8, follow_scale=0.03, yaw_scale=0.15, following=0.5)

@@ -1,4 +1,4 @@
-"""Heights that map-causal and map-batch read off boxes: exact where boxes are, as sure as they say where not."""
+"""BoxHeights that map-causal and map-batch read off boxes: exact where boxes are, as sure as they say where not."""
 
 from typing import Any
 
@@ -13,16 +13,16 @@ from vbbench.geometry import FloatArray
 from vbbench.solver import Problem
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.heights import Heights
+from vbbench_baselines.joint_map.measurement.boxes import BoxHeights
 
 CAMERAS: list[Camera] = [PanoramaCamera(), PerspectiveCamera()]
 
 
-def mean_of(heights: Heights) -> FloatArray:
+def mean_of(heights: BoxHeights) -> FloatArray:
     return heights.report()["heights"]
 
 
-def variance_of(heights: Heights) -> FloatArray:
+def variance_of(heights: BoxHeights) -> FloatArray:
     return heights.report()["height_variances"]
 
 
@@ -35,7 +35,7 @@ def problem_of(camera: Camera, people: int, pixel_std: float) -> Problem:
 @settings(deadline=None)
 @given(height=st.floats(1.4, 2.0), right=st.floats(-2, 2), forward=st.floats(3, 20))
 def test_one_exact_box_tells(camera: Camera, height: float, right: float, forward: float) -> None:
-    heights = Heights(problem_of(camera, 1, 0.0))
+    heights = BoxHeights(problem_of(camera, 1, 0.0))
     heights.learn(camera.project(np.array([[right, forward]]), np.array([height])))
     assert mean_of(heights)[0] == pytest.approx(height, abs=2e-6)
 
@@ -49,7 +49,7 @@ def test_noisy_boxes_tell_as_much_as_is_said(camera: Camera) -> None:
     top, bottom = rng.normal(0.0, 1.0, (2, 5, 4000))
     boxes[..., 1] += 0.5 * (top + bottom)
     boxes[..., 2] += bottom - top
-    heights = Heights(problem_of(camera, 4000, 1.0))
+    heights = BoxHeights(problem_of(camera, 4000, 1.0))
     heights.learn(boxes)
     assert np.mean((mean_of(heights) - true) ** 2 / variance_of(heights)) == pytest.approx(1.0, abs=0.07)
     assert np.sqrt(variance_of(heights)).mean() < 0.02
@@ -60,7 +60,7 @@ def test_frame_by_frame_is_all_at_once_and_nothing_seen_is_the_prior() -> None:
     boxes[:, 2] = np.nan
     boxes[1, 1, 1] = -50.0  # a foot above the horizon
     problem = problem_of(PanoramaCamera(), 3, 1.0)
-    once, often = Heights(problem), Heights(problem)
+    once, often = BoxHeights(problem), BoxHeights(problem)
     once.learn(boxes)
     for frame in boxes:
         often.learn(frame)

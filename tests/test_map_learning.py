@@ -5,14 +5,13 @@ import pytest
 
 from tests.solver_runs import run, walk
 from vbbench.geometry import FloatArray, wrap_angle
-from vbbench_baselines.ego_motion import fit_pose
+from vbbench_baselines.common.ego_motion import Factors, fit_pose
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.foresight import foresee
-from vbbench_baselines.joint_map.learning import Lessons, learn, nothing_learned, taught
-from vbbench_baselines.joint_map.one_step import PAST
+from vbbench_baselines.joint_map.motion.learning import Lessons, learn, nothing_learned, taught
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, walk_of
+from vbbench_baselines.joint_map.one_step import PAST, foresee
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.walks import REACH, Walk, walk_of
 
 FITTED = Prior(b=(-0.3, -0.1), sigma=0.05, nu=6.0, a0=8.0)
 
@@ -96,8 +95,8 @@ def test_known_yaw_holds_the_pose_as_much_as_it_is_worth(information: float) -> 
     rng = np.random.default_rng(0)
     places, predicted = rng.uniform(-5, 5, (5, 2)), np.array((0.0, 0.0, 0.3))
     seen = rng.uniform(-5, 5, (5, 2))
-    terms = seen, np.tile((0.01, 0.0, 0.01), (5, 1)), places, np.full(5, 0.1), predicted, 0.1
-    free, held = fit_pose(*terms), fit_pose(*terms, information)
+    terms = Factors(seen, np.tile((0.01, 0.0, 0.01), (5, 1)), places, np.full(5, 0.1), predicted, 0.1)
+    free, held = fit_pose(terms), fit_pose(terms, information)
     assert abs(wrap_angle(held[2] - 0.3)) <= abs(wrap_angle(free[2] - 0.3)) + 1e-6
     if information > 1e6:
         assert held[2] == pytest.approx(0.3, abs=1e-3)

@@ -12,9 +12,8 @@ from vbbench.registry import make_solver
 from vbbench.scene import Scene
 from vbbench_baselines.joint_map.fit import fit, main, to_toml
 from vbbench_baselines.joint_map.prior import PRIORS, Prior, get_prior
-from vbbench_baselines.joint_map.priors.likelihood import fit_walks, innovations, log_likelihood
 from vbbench_baselines.joint_map.priors.turns import fit_cauchy
-from vbbench_baselines.joint_map.priors.walks import gather
+from vbbench_baselines.joint_map.priors.walks import fit_walks, gather, innovations, log_likelihood
 
 MADE = Prior(b=(-0.5, -0.2), sigma=0.06, nu=5.0, a0=6.0)
 

@@ -7,20 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vbbench import generation, solving
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.files.verification import verify
-from vbbench.generation import datasets as generation
 from vbbench.generation import write_dataset
 from vbbench.generation.generator import Card, Options
 from vbbench.parallel.parts import Part
 from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench.solving import submissions as solving
-from vbbench_generators.eligibility import Rules
-from vbbench_generators.planning import plan_reprojection
-from vbbench_generators.reprojection import Reprojection
+from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 PEOPLE, FRAMES, BUDGET = 40, 50, 5_000
 """A sequence has 1,900 rows, all of them 78,000."""

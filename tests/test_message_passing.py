@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_baselines.message_passing import pass_messages
-from vbbench_baselines.people import tabulate
+from vbbench_baselines.cascade.crowd_graph import CrowdGraph
+from vbbench_baselines.cascade.message_passing import pass_messages
+from vbbench_baselines.cascade.people import Samples, tabulate
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 CHAIN = [(i, i + 1) for i in range(4)]
@@ -60,7 +61,7 @@ def crowded(seed: int, people: int = 5, samples: int = 7) -> tuple[FloatArray, I
         size=(people, 1, 2)
     )
     energies = (np.arange(samples) - rng.uniform(0, samples, (people, 1))) ** 2 / rng.uniform(1, 10, (people, 1))
-    edges, pair = tabulate(places, energies, np.array(FULL), 1.0 / 0.5, 1.0)
+    edges, pair = tabulate(Samples(places, energies), CrowdGraph(np.array(FULL), 1.0 / 0.5, 1.0))
     return energies, edges, pair
 
 

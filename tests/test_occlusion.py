@@ -14,9 +14,9 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray
-from vbbench_generators.corruption import Hiding
-from vbbench_generators.occlusion import Outline, see
 from vbbench_generators.splits import demo
+from vbbench_generators.tiers.corruption import Hiding
+from vbbench_generators.tiers.occlusion import Outline, see
 
 CAMERAS: list[Camera] = [PerspectiveCamera(), PanoramaCamera()]
 HERE = np.array([[0.0, 0.0, 0.0]])

@@ -22,12 +22,11 @@ from vbbench.scoring import score
 from vbbench.scoring.scorecard import PerSequence
 from vbbench.solver import Estimate
 from vbbench_leaderboards import player
-from vbbench_leaderboards.player.choice import choose_sequences
-from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.coding import LARGEST, pack, quantise
+from vbbench_leaderboards.player.clip import LARGEST, encode_clip, encode_estimate, pack, quantise
 from vbbench_leaderboards.player.pictures import WIDTH
+from vbbench_leaderboards.player.playable import choose_sequences
 from vbbench_leaderboards.player.writing import FOLDER, Films, player_assets, write_player
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.result import Board, Result
 
 Results = dict[Board, tuple[Result, ...]]
 
@@ -160,14 +159,14 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     dataset = folder / "datasets" / "made-noisy"
     write_dataset(dataset, Crowd(scenes=1, people=12, frames=30, stay=(12, 16), seed=1))
     for solver, error in [("near", 0.05), ("wide", 0.8)]:
-        submit(folder / "submissions" / NOISY.folder / solver, dataset, true_answers(dataset, error))
+        submit(folder / "submissions" / NOISY.key / solver, dataset, true_answers(dataset, error))
     return folder
 
 
 @pytest.fixture(scope="module")
 def results(work: Path) -> dict[Board, tuple[Result, ...]]:
-    dataset, answers = work / "datasets" / "made-noisy", work / "submissions" / NOISY.folder
-    scored = [Result.of(score(answers / solver, dataset), {}, name=solver) for solver in ("near", "wide")]
+    dataset, answers = work / "datasets" / "made-noisy", work / "submissions" / NOISY.key
+    scored = [Result.of(score(answers / solver, dataset), answers / solver, name=solver) for solver in ("near", "wide")]
     return {NOISY: tuple(replace(row, board=NOISY) for row in scored)}
 
 

@@ -19,7 +19,7 @@ from vbbench.pictures.plotting.posterior import density_level, spread
 from vbbench.protocol import PROTOCOLS
 from vbbench.solver import LocationPosterior
 from vbbench.solving.posterior import Posterior, find_posterior
-from vbbench_baselines.location import location_energies
+from vbbench_baselines.common.ego_motion import Factors, location_energies
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 SEQUENCE = 3
@@ -74,7 +74,7 @@ def test_the_energy_is_half_the_weighted_squares_at_the_best_yaw() -> None:
         return float(minimize(lambda yaw: energy(place, yaw[0]), [start], tol=1e-12).fun)
 
     places = walk[:2] + np.array([[0.0, 0.0], [0.05, 0.0], [-0.3, 0.8], [2.0, -3.0]])
-    found = location_energies(places, relative, covariance, expected, std, walk, ego_std)
+    found = location_energies(places, Factors(relative, covariance, expected, std, walk, ego_std))
     want = np.array([slow(place) for place in places])
     np.testing.assert_allclose(found - found[0], want - want[0], rtol=1e-5, atol=1e-4)
 

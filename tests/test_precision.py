@@ -14,9 +14,9 @@ from vbbench.generation.generator import Options
 from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_generators.corruption import Corruption
-from vbbench_generators.precision import Precision
-from vbbench_generators.recipe import get_recipe, read_recipe
+from vbbench_generators.recordings.recipe import get_recipe, read_recipe
+from vbbench_generators.tiers.corruption import Corruption
+from vbbench_generators.tiers.noise import Precision
 
 FINE = Precision(u_bits=10, v_bits=10, l_bits=12)
 

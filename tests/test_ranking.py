@@ -10,7 +10,8 @@ from hypothesis.extra.numpy import arrays
 
 from tests.board_results import result
 from vbbench.geometry import FloatArray
-from vbbench_leaderboards.ranking import LEVEL, RANKED, Ranking, holm, rank
+from vbbench_leaderboards.results.ranking import LEVEL, Ranking, holm, rank
+from vbbench_leaderboards.results.result import FIGURES
 
 RNG = np.random.default_rng(7)
 EASY = RNG.gamma(4.0, 0.02, 60)
@@ -77,7 +78,7 @@ def test_solvers_that_share_no_sequence_are_not_compared() -> None:
 
 
 def test_every_metric_is_ranked() -> None:
-    assert set(rank([result("a", EASY), result("b", EASY)])) == set(RANKED)
+    assert set(rank([result("a", EASY), result("b", EASY)])) == set(FIGURES)
 
 
 def test_many_solvers_can_still_be_told_apart() -> None:
@@ -89,10 +90,10 @@ def test_holm_golden() -> None:
     np.testing.assert_allclose(holm(np.array([0.01, 0.04, 0.03, 0.005])), [0.03, 0.06, 0.06, 0.02])
 
 
-FIGURES = arrays(float, (3, 12), elements=st.floats(0.0, 10.0, width=32))
+THREE_COLUMNS = arrays(float, (3, 12), elements=st.floats(0.0, 10.0, width=32))
 
 
-@given(FIGURES)
+@given(THREE_COLUMNS)
 @settings(max_examples=25, deadline=None)
 def test_the_order_of_the_solvers_changes_nothing(figures: FloatArray) -> None:
     one = ranked(a=figures[0], b=figures[1], c=figures[2])
@@ -105,7 +106,7 @@ def test_the_order_of_the_solvers_changes_nothing(figures: FloatArray) -> None:
     assert places(one) == places(other)
 
 
-@given(FIGURES, st.floats(0.0, 5.0))
+@given(THREE_COLUMNS, st.floats(0.0, 5.0))
 @settings(max_examples=25, deadline=None)
 def test_who_gets_worse_in_every_sequence_never_rises(figures: FloatArray, more: float) -> None:
     before = ranked(a=figures[0], b=figures[1]).places["a"]
@@ -114,7 +115,7 @@ def test_who_gets_worse_in_every_sequence_never_rises(figures: FloatArray, more:
     assert after.worst >= before.worst
 
 
-@given(FIGURES)
+@given(THREE_COLUMNS)
 @settings(max_examples=25, deadline=None)
 def test_places_lie_within_the_board(figures: FloatArray) -> None:
     found = ranked(a=figures[0], b=figures[1], c=figures[2])

@@ -10,12 +10,9 @@ from hypothesis import strategies as st
 
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.scene import Scene
-from vbbench_generators.readers.detect import detect_format
-from vbbench_generators.readers.homography import read_homography, to_ground
-from vbbench_generators.readers.obsmat import read_obsmat
-from vbbench_generators.readers.smooth import smooth_curve
-from vbbench_generators.readers.trajnet import read_trajnet
-from vbbench_generators.readers.vsp import polyline, read_vsp
+from vbbench_generators.recordings.readers.tables import detect_format, read_obsmat, read_trajnet
+from vbbench_generators.recordings.readers.text import read_homography, to_ground
+from vbbench_generators.recordings.readers.vsp import polyline, read_vsp, smooth_curve
 
 Write = Callable[..., Path]
 

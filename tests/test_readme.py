@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.results_folder import published_results, read_results
+from vbbench_leaderboards.results.folder import published_results, read_results
+from vbbench_leaderboards.results.result import Board, Result
 
 README = Path(__file__).parents[1] / "README.md"
 SOLVERS = ("cv", "sf", "vb-cv", "vb-sf", "map-causal", "map-batch")

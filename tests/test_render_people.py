@@ -9,11 +9,11 @@ from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.people.bones import SHIN, THIGH, UPPER_ARM, Bone
-from vbbench_renderers.people.casting import make_look
+from vbbench_renderers.people.dressing import make_look
 from vbbench_renderers.people.gait import ROLL
-from vbbench_renderers.people.library import NAMES
+from vbbench_renderers.people.looks import NAMES
 from vbbench_renderers.people.paths import step_length
+from vbbench_renderers.people.skeleton import SHIN, THIGH, UPPER_ARM, Bone
 
 MOST_TRIANGLES = (4400, 1300, 450)
 

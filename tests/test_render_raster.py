@@ -12,8 +12,8 @@ from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import PLAIN, Float32, Mesh
 from vbbench_renderers.raster import RasterRenderer
 from vbbench_renderers.raster.crowd import joined_limbs, no_limbs
-from vbbench_renderers.raster.drawer import Drawer
 from vbbench_renderers.raster.parts import join_parts, split_mesh
+from vbbench_renderers.raster.renderer import Drawer
 from vbbench_renderers.raster.textures import build_textures, linear_to_srgb, srgb_to_linear
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
 

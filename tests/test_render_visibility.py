@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.visibility import Onlooker, Seen
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
-from vbbench_renderers.visibility import Onlooker, Seen
 
 LARGE = PerspectiveCamera()
 SMALL = PerspectiveCamera(width=320, height=240, focal=160.0, cx=160.0, cy=120.0)

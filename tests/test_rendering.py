@@ -284,7 +284,12 @@ def test_detections_are_written_and_counted(panorama, oracle, tmp_path):
 def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_path):
     tracks = tmp_path / "files" / "sequence-000000.txt"
     detect_to_file(
-        panorama, 0, tracks, detector=oracle, tracker="vbbench_generators.tracking.linking:ByteTracker", backend=BY_FLAT
+        panorama,
+        0,
+        tracks,
+        detector=oracle,
+        tracker="vbbench_generators.tiers.tracking.tracker:ByteTracker",
+        backend=BY_FLAT,
     )
     made = import_mot(tracks.parent, panorama, tmp_path / "made")
     source, sequence = panorama.sequence(0), made.sequence(0)

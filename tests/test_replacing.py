@@ -20,8 +20,8 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.pictures.video import write_png_folder
 from vbbench.solving import solve
-from vbbench_leaderboards.adding import add
-from vbbench_leaderboards.checking import check
+from vbbench_leaderboards.checks.checking import check
+from vbbench_leaderboards.submitting import add
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_a_disk_that_fills_up_is_said_with_the_files_name(tmp_path: Path) -> Non
 def test_frames_and_template_go_on_after_a_kill_at_every_step(tmp_path: Path) -> None:
     import numpy as np
 
-    from vbbench_leaderboards.templates import copy_template
+    from vbbench_leaderboards.submitting import copy_template
 
     picture = np.zeros((2, 2, 3), np.uint8)
     for number, command in enumerate(

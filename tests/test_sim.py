@@ -15,9 +15,9 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation, parse_people
 from vbbench.registry import load
-from vbbench_generators import simulation
-from vbbench_generators.scenario import get_scenario, read_scenario, scenario_names
-from vbbench_generators.sim import SimulationPlan
+from vbbench_generators.crowds import scenes as simulation
+from vbbench_generators.crowds.scenario import get_scenario, read_scenario, scenario_names
+from vbbench_generators.crowds.sim import SimulationPlan
 
 
 def plan(**options: Any) -> SimulationPlan:
@@ -57,7 +57,7 @@ def test_people_start_apart_in_the_field_and_never_stop(people: int) -> None:
 
 
 def test_desired_speeds_are_normal_and_cut_off() -> None:
-    from vbbench_generators.spawning import draw_speeds
+    from vbbench_generators.crowds.scenes import draw_speeds
 
     speeds = draw_speeds(get_scenario("open"), 100_000, np.random.default_rng(0))
     assert np.mean(speeds) == pytest.approx(1.34, abs=0.005)

@@ -6,12 +6,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from vbbench.geometry import FloatArray
+from vbbench_generators.crowds.social_force.basics import atan_unit, exp_negative
+from vbbench_generators.crowds.social_force.engine import model_numbers
+from vbbench_generators.crowds.social_force.helbing_molnar import helbing_molnar_pairs, helbing_molnar_rows
+from vbbench_generators.crowds.social_force.moussaid import moussaid_pairs, moussaid_rows
+from vbbench_generators.crowds.social_force.walls import sampled_wall, wall_potential
 from vbbench_generators.social_force import HelbingMolnar, Model, Moussaid, WallForce
-from vbbench_generators.social_force.elementary import atan_unit, exp_negative
-from vbbench_generators.social_force.helbing_molnar import helbing_molnar_pairs, helbing_molnar_rows
-from vbbench_generators.social_force.moussaid import moussaid_pairs, moussaid_rows
-from vbbench_generators.social_force.schedule import model_numbers
-from vbbench_generators.social_force.walls import sampled_wall, wall_potential
 
 
 def people(count: int, seed: int, half: float | None = None) -> FloatArray:

@@ -67,5 +67,5 @@ def test_without_torch_one_line_says_how_to_get_it() -> None:
 
 
 def test_the_plain_stream_does_not_import_torch() -> None:
-    code = "import sys\nfrom vbbench.stream import stream\nnext(stream())\nsys.exit('torch' in sys.modules)"
+    code = "import sys\nfrom vbbench.generation.stream import stream\nnext(stream())\nsys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

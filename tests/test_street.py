@@ -16,9 +16,9 @@ from vbbench.generation.generator import Options, Simulation, Tier
 from vbbench.geometry import world_to_relative, wrap_angle
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_generators.heading import limit_turns
-from vbbench_generators.sim import SimulationPlan
+from vbbench_generators.crowds.sim import SimulationPlan
 from vbbench_generators.splits import demo, sim, street
+from vbbench_generators.views.heading import limit_turns
 
 SMALL = Simulation(sequences=2, people=(16,))
 

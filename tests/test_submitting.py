@@ -17,7 +17,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.templates import TEMPLATE, copy_template
+from vbbench_leaderboards.submitting import TEMPLATE, copy_template
 
 PROTOCOLS = ("one-step", "sequential", "rollout")
 Said = Callable[..., str]

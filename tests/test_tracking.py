@@ -11,14 +11,20 @@ from scipy.stats import norm
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_generators.noise import wandering
-from vbbench_generators.occlusion import Outline, see
-from vbbench_generators.tracking import get_tracking, track_people
-from vbbench_generators.tracking.association import associate
-from vbbench_generators.tracking.detector import Visible, detect, log_odds
-from vbbench_generators.tracking.kalman import begin, correct, predict
-from vbbench_generators.tracking.settings import DetectorModel, read_tracking
-from vbbench_generators.tracking.tracker import Detections, Found, Tracker
+from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.tiers.occlusion import Outline, see
+from vbbench_generators.tiers.tracking.detector import Visible, detect, log_odds
+from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.settings import DetectorModel, get_tracking, read_tracking
+from vbbench_generators.tiers.tracking.tracker import (
+    CentredDetections,
+    Found,
+    Tracker,
+    associate,
+    begin,
+    correct,
+    predict,
+)
 
 SETTINGS = get_tracking()
 CAMERA = PerspectiveCamera()
@@ -53,17 +59,17 @@ def standing(frames: int, people: int, height: float, visible: float = 1.0) -> V
     return Visible(boxes, np.zeros((frames, people, 4)), np.full((frames, people), visible))
 
 
-def found_in(people: Visible, model: DetectorModel, camera: Camera = CAMERA) -> list[Detections]:
+def found_in(people: Visible, model: DetectorModel, camera: Camera = CAMERA) -> list[CentredDetections]:
     return list(detect(people, model, camera, DT, np.ones(len(people.visible), bool), rng()))
 
 
-def detections(*centres: float, scores: float | list[float] = 0.9) -> Detections:
+def detections(*centres: float, scores: float | list[float] = 0.9) -> CentredDetections:
     """People 100 px tall whose centres stand in these columns."""
     boxes = np.array([[u, 360.0, *SIZE] for u in centres]).reshape(-1, 4)
-    return Detections(boxes, np.broadcast_to(np.asarray(scores, float), len(boxes)).copy())
+    return CentredDetections(boxes, np.broadcast_to(np.asarray(scores, float), len(boxes)).copy())
 
 
-def follow(frames: list[Detections], period: float | None = None) -> list[Found]:
+def follow(frames: list[CentredDetections], period: float | None = None) -> list[Found]:
     tracker = Tracker(SETTINGS.tracker, DT, period)
     return [tracker.step(frame) for frame in frames]
 
@@ -223,7 +229,7 @@ def test_two_people_who_pass_each_other_keep_their_ids() -> None:
 
 
 def test_a_gap_is_bridged_blindly() -> None:
-    def at(t: int) -> Detections:
+    def at(t: int) -> CentredDetections:
         return detections() if 12 <= t < 19 else detections(100.0 + 8.0 * t)
 
     found = follow([at(t) for t in range(30)])

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
-from vbbench.tum import export_dataset_tum, export_tum, import_tum, import_tum_folder
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.tum import export_dataset_tum, export_tum, import_tum, import_tum_folder
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_rows import SubmittedEstimates

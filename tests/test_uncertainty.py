@@ -5,12 +5,11 @@ import pytest
 
 from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.geometry import FloatArray
-from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.localisation import localise
-from vbbench_baselines.uncertainty import pose_covariance, position_covariances
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
+from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
 
 
-def hessian(pose: FloatArray, terms: tuple[FloatArray, ...], h: float = 1e-4) -> FloatArray:
+def hessian(pose: FloatArray, terms: Factors, h: float = 1e-4) -> FloatArray:
     """Second differences [3, 3] of the energy at ``pose``."""
     steps = h * np.eye(3)
 
@@ -22,11 +21,11 @@ def hessian(pose: FloatArray, terms: tuple[FloatArray, ...], h: float = 1e-4) ->
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_pose_covariance_inverts_the_hessian_where_residuals_vanish(seed: int) -> None:
-    relative, covariance, expected, std, pose, ego_std = random_terms(seed)
+    terms = random_terms(seed)
+    pose = terms.walk
     sin, cos = np.sin(pose[2]), np.cos(pose[2])
-    expected = pose[:2] + relative @ np.array(((sin, -cos), (cos, sin)))
-    terms = relative, covariance, expected, std, pose, ego_std
-    found = pose_covariance(pose, relative, covariance, expected, std, ego_std)
+    terms = terms._replace(expected=pose[:2] + terms.relative @ np.array(((sin, -cos), (cos, sin))))
+    found = pose_covariance(pose, terms)
     np.testing.assert_allclose(np.linalg.inv(found), 0.5 * hessian(pose, terms), rtol=1e-4, atol=1e-4)
 
 
@@ -42,12 +41,14 @@ def test_covariances_are_those_of_many_draws() -> None:
         seen = relative + (root @ rng.normal(size=(len(std), 2, 1)))[..., 0]
         walked = truth + std[:, None] * rng.normal(size=truth.shape)
         walk = np.append(pose[:2] + ego_std * rng.normal(size=2), pose[2])
-        poses[n] = fit_pose(seen, covariance, walked, std, walk, ego_std)
-        places[n] = localise(poses[n], seen, covariance, walked, std)
-    sigma = pose_covariance(pose, relative, covariance, truth, std, ego_std)
+        drawn = Factors(seen, covariance, walked, std, walk, ego_std)
+        poses[n] = fit_pose(drawn)
+        places[n] = localise(poses[n], drawn)
+    true = Factors(relative, covariance, truth, std, pose, ego_std)
+    sigma = pose_covariance(pose, true)
     scale = np.sqrt(np.diag(sigma))
     np.testing.assert_allclose(np.cov(poses.T) / np.outer(scale, scale), sigma / np.outer(scale, scale), atol=0.1)
-    found = position_covariances(pose, sigma, relative, covariance, std)
+    found = position_covariances(pose, sigma, true)
     spread = np.einsum("nki,nkj->kij", places - truth, places - truth) / draws
     size = np.trace(found, axis1=1, axis2=2)[:, None, None]
     np.testing.assert_allclose(spread / size, found / size, atol=0.1)

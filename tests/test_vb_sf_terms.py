@@ -8,15 +8,12 @@ from scipy.optimize import approx_fprime
 
 from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
-from vbbench_baselines.crowd_graph import link
-from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.localisation import localise
+from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest, potential, pull, select
+from vbbench_baselines.cascade.message_passing import pass_messages
+from vbbench_baselines.cascade.people import descend, sample_rays
+from vbbench_baselines.cascade.reweighting import settle, weigh
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
 from vbbench_baselines.motion_models import SocialForceWalk, Walkers
-from vbbench_baselines.pair_potential import potential, pull
-from vbbench_baselines.people import choose, descend
-from vbbench_baselines.rays import sample_rays
-from vbbench_baselines.reweighting import settle, weigh
-from vbbench_baselines.selection import nearest, select
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 
@@ -35,7 +32,7 @@ def test_the_pull_is_the_gradient_of_the_potential() -> None:
         return 1.7 * sum(potential(float(np.sum((x[i] - x[j]) ** 2)), 0.9) for i, j in edges)
 
     slope = approx_fprime(places.ravel(), energy, 1e-7).reshape(-1, 2)
-    np.testing.assert_allclose(pull(places, edges, 1.7, 0.9), slope, atol=1e-5)
+    np.testing.assert_allclose(pull(places, CrowdGraph(edges, 1.7, 0.9)), slope, atol=1e-5)
 
 
 def test_the_implicit_force_is_the_one_that_acts_at_t() -> None:
@@ -78,13 +75,13 @@ def test_the_nearest_are_found_by_their_rays() -> None:
     np.testing.assert_array_equal(nearest(rays, 3), (False, True, False, True, True))
 
 
-def ego_energy(pose: FloatArray, softness: float, *terms: Any) -> float:
+def ego_energy(pose: FloatArray, softness: float, terms: Factors) -> float:
     """E_c with the people's places minimised out one by one, slowly."""
     relative, covariance, expected, std, path, path_std = terms
-    places, last = localise(pose, relative, covariance, expected, std), np.inf
+    places, last = localise(pose, terms), np.inf
     while np.max(np.abs(places - last)) > 1e-13:
-        last, weights = places, weigh(places, expected, std, softness)
-        places = localise(pose, relative, covariance, expected, std / np.sqrt(weights))
+        last, weights = places, weigh(places, terms, softness)
+        places = localise(pose, terms._replace(std=std / np.sqrt(weights)))
     stray = np.linalg.norm(places - expected, axis=1) / std
     residuals = relative - world_to_relative(places, pose)
     boxes = 0.0
@@ -97,28 +94,28 @@ def ego_energy(pose: FloatArray, softness: float, *terms: Any) -> float:
 @pytest.mark.parametrize("seed", range(8))
 def test_the_gradient_of_the_ego_energy_vanishes(seed: int) -> None:
     terms = random_terms(seed, depth_std=0.3)
-    pose, _, _ = settle(*terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
+    pose, _, _ = settle(terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
     h = 1e-4
-    slopes = [ego_energy(pose + d, 0.3, *terms) - ego_energy(pose - d, 0.3, *terms) for d in h * np.eye(3)]
+    slopes = [ego_energy(pose + d, 0.3, terms) - ego_energy(pose - d, 0.3, terms) for d in h * np.eye(3)]
     np.testing.assert_allclose(np.array(slopes) / (2 * h), 0.0, atol=2e-3)
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_each_round_lowers_the_energy(seed: int) -> None:
     terms = random_terms(seed, depth_std=0.3)
-    poses = [settle(*terms, np.full(3, np.nan), 0.3, rounds, 0.0)[0] for rounds in (1, 2, 3, 5, 10)]
-    energies = [ego_energy(pose, 0.3, *terms) for pose in poses]
+    poses = [settle(terms, np.full(3, np.nan), 0.3, rounds, 0.0)[0] for rounds in (1, 2, 3, 5, 10)]
+    energies = [ego_energy(pose, 0.3, terms) for pose in poses]
     assert np.all(np.diff(energies) <= 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_at_the_minimum_the_weighted_energy_has_the_same_gradient(seed: int) -> None:
     terms = random_terms(seed, depth_std=0.3)
-    relative, covariance, expected, std, path, path_std = terms
-    pose, places, weights = settle(*terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
-    np.testing.assert_allclose(weights, weigh(places, expected, std, 0.3), rtol=1e-6)
+    std, path, path_std = terms[3:]
+    pose, places, weights = settle(terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
+    np.testing.assert_allclose(weights, weigh(places, terms, 0.3), rtol=1e-6)
     stray = np.linalg.norm(pose[:2] - path[:2]) / path_std
-    curved = relative, covariance, expected, std / np.sqrt(weights), path, path_std * (stray**2 + 0.3**2) ** 0.25
+    curved = terms._replace(std=std / np.sqrt(weights), walk_std=path_std * (stray**2 + 0.3**2) ** 0.25)
     h = 1e-5
     slopes = [pose_energy(pose + d, *curved) - pose_energy(pose - d, *curved) for d in h * np.eye(3)]
     np.testing.assert_allclose(np.array(slopes) / (2 * h), 0.0, atol=1e-3)
@@ -126,36 +123,38 @@ def test_at_the_minimum_the_weighted_energy_has_the_same_gradient(seed: int) -> 
 
 def test_without_reweighting_the_first_round_is_the_closed_form() -> None:
     terms = random_terms(2)
-    np.testing.assert_array_equal(settle(*terms, np.full(3, np.nan), 0.3, 1, 0.0)[0], fit_pose(*terms))
+    np.testing.assert_array_equal(settle(terms, np.full(3, np.nan), 0.3, 1, 0.0)[0], fit_pose(terms))
 
 
 def test_the_sampled_optimum_converges_to_the_closed_form() -> None:
     """Under squared norms (ε so great that every deviation counts as its square), from places 2 cm of height off."""
-    relative, _, expected, std, pose, _ = random_terms(4)
+    terms = random_terms(4)
+    relative, _, expected, std, pose, _ = terms
     softness, rays = 1e4, relative / 1.7
     covariance = 0.07**2 * np.column_stack((rays[:, 0] ** 2, rays[:, 0] * rays[:, 1], rays[:, 1] ** 2))
-    alone = localise(pose, relative, covariance, expected, std)
+    terms = terms._replace(covariance=covariance)
+    alone = localise(pose, terms)
     outward = relative_to_world(rays, np.append(np.zeros(2), pose[2]))
     gaps = []
     for spacing in (0.04, 0.01, 0.0025):
         how = softness, 2 * int(0.4 / spacing) + 1, spacing
-        weights, sharp = np.full(5, 1 / softness), std / np.sqrt(softness)
-        places, _ = sample_rays(pose[2], alone + 0.0213 * outward, rays, covariance, expected, sharp, weights, *how)
+        weights, sharp = np.full(5, 1 / softness), terms._replace(std=std / np.sqrt(softness))
+        places, _ = sample_rays(pose[2], alone + 0.0213 * outward, weights, rays, sharp, *how)
         deviation = np.sum((places - alone[:, None]) * outward[:, None], axis=2) / np.sum(outward**2, axis=1)[:, None]
         mean = np.sum((alone - pose[:2]) * outward, axis=1) / np.sum(outward**2, axis=1) - 1.7
         height = (deviation + mean[:, None]) ** 2 / (2 * 0.07**2)
         energies = np.sum((places - expected[:, None]) ** 2, axis=2) / (2 * std[:, None] ** 2) + height
-        best = choose(places, energies, np.empty((0, 2), np.int64), np.empty((0, 1, 1)), 1, 0.0)
+        choices, _ = pass_messages(energies, np.empty((0, 2), np.int64), np.empty((0, 1, 1)), 1, 0.0, 1e-3)
+        best = places[np.arange(5), choices]
         gaps.append(np.max(np.linalg.norm((best - alone) / outward, axis=1)))
         assert gaps[-1] <= spacing
     assert gaps[2] < 0.1 * 0.0213
 
 
 def test_the_descent_ends_where_the_energy_is_flat() -> None:
-    relative, covariance, expected, std, pose, _ = random_terms(9, depth_std=0.3)
-    start = localise(pose, relative, covariance, expected, std)
-    edges = np.array(FULL)
-    found = descend(pose, start, relative, covariance, expected, std, 0.3, edges, 2.0, 1.0, 500, 1e-12)
+    terms = random_terms(9, depth_std=0.3)
+    relative, covariance, expected, std, pose, _ = terms
+    found = descend(pose, localise(pose, terms), terms, 0.3, CrowdGraph(np.array(FULL), 2.0, 1.0), 500, 1e-12)
     rr, rf, ff = covariance.T
     noise = np.linalg.inv(np.stack((np.stack((rr, rf), -1), np.stack((rf, ff), -1)), -2))
 

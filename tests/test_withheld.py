@@ -185,7 +185,7 @@ def test_interrupted_secret_work_goes_on_with_its_seed(tmp_path: Path, monkeypat
     monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", -1.0)
     command = ["generate", "sim", "--limit", "1", "--seed", "secret", "--withhold-truth", "--out", str(tmp_path / "a")]
     with monkeypatch.context() as patch:
-        patch.setattr("vbbench.files.dataset_info.describe_tables", stop)
+        patch.setattr("vbbench.generation.datasets.describe_tables", stop)
         with pytest.raises(KeyboardInterrupt):
             main(command)
     seed = json.loads(next(tmp_path.rglob(SEED_FILE)).read_text("utf-8"))["seed"]

@@ -7,8 +7,8 @@ from typing import Any
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.files.dataset import Dataset
 from vbbench.solving import solve
-from vbbench_leaderboards.adding import add
-from vbbench_leaderboards.json_file import digest
+from vbbench_leaderboards.results.sealed_json import digest
+from vbbench_leaderboards.submitting import add
 
 FILE = Path("tiny", "sequential-ideal", "cv.json")
 SOLVERS = ("cv", "vb-cv")

@@ -17,7 +17,7 @@ test -s demo/index.md
 import vbbench, vbbench_generators, vbbench_baselines, vbbench_renderers, vbbench_leaderboards
 assert 'site-packages' in vbbench.__file__, vbbench.__file__
 "
-published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results_folder import published_results as p; print(p())")
+published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results.folder import published_results as p; print(p())")
 "$room/venv/bin/vbbench" leaderboard check --results "$published"
 "$room/venv/bin/vbbench" leaderboard template mine
 test -s mine/mysolver.py

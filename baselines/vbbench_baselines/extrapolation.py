@@ -8,10 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, relative_to_world
+from vbbench.geometry import relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.history import History
-from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, Spreads, StraightWalk, expect
+from vbbench_baselines.common.motion import History, Spreads
+from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect
+
+EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
+"""What is expected is the answer; how sure it is does not matter."""
 
 
 class ConstantVelocity:
@@ -24,27 +27,19 @@ class ConstantVelocity:
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
-        history = self._history
+        history, problem = self._history, self._problem
         history.advance(frame.given)
-        pose, positions = self._continue(history)
-        measured = self._measure(frame.observations, np.where(np.isnan(history.poses[2]), pose, history.poses[2]))
-        positions = np.where(np.isnan(positions), measured, positions)
+        everybody = np.ones(len(frame.observations), np.bool_)
+        expected, _, walk, _ = expect(self.model(), history, everybody, EXACT, problem.dt)
+        pose = np.where(np.isnan(history.poses[2]), walk, history.poses[2])
+        boxes = problem.camera.unproject(frame.observations, np.full(len(everybody), problem.height_mean))
+        positions = np.where(np.isnan(expected), relative_to_world(boxes, pose), expected)
         positions[np.isnan(frame.observations[:, 2])] = np.nan
-        return history.store(pose, positions)
-
-    def _continue(self, history: History) -> tuple[FloatArray, FloatArray]:
-        """Pose [3] and positions [K, 2] at t, NaN = never known."""
-        everybody = np.ones(history.positions.shape[1], np.bool_)
-        expected = expect(self.model(), history, everybody, _EXACT, self._problem.dt)
-        return expected.walk, expected.people
+        return history.store(walk, positions)
 
     def model(self) -> MotionModel:
         """How people walk."""
         return StraightWalk()
-
-    def _measure(self, observations: FloatArray, pose: FloatArray) -> FloatArray:
-        heights = np.full(len(observations), self._problem.height_mean)
-        return relative_to_world(self._problem.camera.unproject(observations, heights), pose)
 
 
 @dataclass(kw_only=True)
@@ -65,6 +60,3 @@ class SocialForce(ConstantVelocity):
     def model(self) -> MotionModel:
         """How people walk."""
         return SocialForceWalk(relaxation=self.relaxation, radius=self.radius, implicit=False)
-
-
-_EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)

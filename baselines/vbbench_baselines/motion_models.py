@@ -11,9 +11,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
-from vbbench_baselines.history import History
-from vbbench_baselines.motion import continue_observer, continue_people
-from vbbench_baselines.social_force import adapt_velocities
+from vbbench.kernels import kernel
+from vbbench_baselines.common.motion import History, Spreads, continue_observer, continue_people
 
 
 class Walkers(NamedTuple):
@@ -70,47 +69,53 @@ class SocialForceWalk:
         return adapt_velocities(walkers.positions, walkers.velocities, self.radius, rate) * walkers.dt
 
 
-@dataclass(frozen=True, kw_only=True)
-class Spreads:
-    """How far walks stray from what is expected, in m (see `vbbench_baselines.motion`).
+@kernel
+def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: float, rate: float) -> FloatArray:
+    """Change of velocity rate·(w_k − v_k), w_k the mean velocity of everybody within ``radius``, k included.
 
     Parameters
     ----------
-    motion : about the expectation of a model.
-    stay : about the one known past position, for each frame since.
-    estimate : of the solver's own past positions.
+    positions, velocities : [K, 2] in m and m/s; people of unknown velocity (NaN) are left out and do not change.
+    radius : in m.
+    rate : dt/η; above 1 the mean would be overshot, so it is cut there.
+
+    Returns
+    -------
+    [K, 2] in m/s.
     """
+    change = np.zeros(velocities.shape)
+    for k in range(len(positions)):
+        if np.isnan(velocities[k, 0]):
+            continue
+        total_x, total_y, count = 0.0, 0.0, 0
+        for i in range(len(positions)):
+            dx = positions[i, 0] - positions[k, 0]
+            if not abs(dx) < radius:  # spares most of a large crowd the root
+                continue
+            near = np.hypot(dx, positions[i, 1] - positions[k, 1]) < radius
+            if near and not np.isnan(velocities[i, 0]):
+                total_x, total_y, count = total_x + velocities[i, 0], total_y + velocities[i, 1], count + 1
+        change[k, 0] = min(rate, 1.0) * (total_x / count - velocities[k, 0])
+        change[k, 1] = min(rate, 1.0) * (total_y / count - velocities[k, 1])
+    return change
 
-    motion: float
-    stay: float
-    estimate: float
 
+def expect(
+    model: MotionModel, history: History, chosen: BoolArray, spreads: Spreads, dt: float
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """What ``model`` expects after ``history``; forces act among the ``chosen`` [K] and the observer only.
 
-class Expectations(NamedTuple):
-    """Where everybody is expected at t.
-
-    Attributes
-    ----------
-    people, std : [K, 2] and [K] in m, NaN = no expectation.
-    walk, walk_std : [3] the observer's pose, its yaw held, and its standard deviation in m.
+    Returns
+    -------
+    Places [K, 2] of people and their standard deviations [K] in m, NaN = no expectation; the observer's pose [3], its
+    yaw held, and the standard deviation in m of its place.
     """
-
-    people: FloatArray
-    std: FloatArray
-    walk: FloatArray
-    walk_std: float
-
-
-def expect(model: MotionModel, history: History, chosen: BoolArray, spreads: Spreads, dt: float) -> Expectations:
-    """What ``model`` expects after ``history``; forces act among the ``chosen`` [K] and the observer only."""
-    people, std = continue_people(
-        history.positions, history.position_given, spreads.motion, spreads.stay, spreads.estimate
-    )
-    walk, walk_std = continue_observer(history.poses, history.pose_given, spreads.motion, spreads.estimate)
+    people, std = continue_people(history.positions, history.position_given, spreads)
+    walk, walk_std = continue_observer(history.poses, history.pose_given, spreads)
     before, last = (
         np.concatenate((history.positions[row, chosen], history.poses[row : row + 1, :2])) for row in (0, 1)
     )
     moved = model.displace(Walkers(last, (last - before) / dt, dt))
     walk[:2] += moved[-1]
     people[chosen] += np.where(np.isnan(history.positions[2, chosen]), moved[:-1], 0.0)
-    return Expectations(people, std, walk, walk_std)
+    return people, std, walk, walk_std

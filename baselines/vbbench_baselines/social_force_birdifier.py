@@ -7,13 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_baselines.cascade import Answer, Birdifier, Factors, Task
-from vbbench_baselines.crowd_graph import link
+from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest
+from vbbench_baselines.cascade.message_passing import pass_messages
+from vbbench_baselines.cascade.people import descend, sample_rays, tabulate
+from vbbench_baselines.cascade.reweighting import settle
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
-from vbbench_baselines.people import choose, descend, tabulate
-from vbbench_baselines.rays import sample_rays
-from vbbench_baselines.reweighting import settle
-from vbbench_baselines.selection import nearest
+from vbbench_baselines.view_birdification import Answer, Birdifier, Task
 
 EXPECTED_WEIGHT = 0.5
 """Mean curvature of the norm m = ‖x − p‖/σ in the plane under its own density exp(−m): half that of m²/2."""
@@ -66,32 +65,28 @@ class SocialForceBirdifier(Birdifier):
 
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
-        pose, alone, weights = settle(*factors, task.pose, self.softness, self.iterations, self.tolerance)
+        pose, alone, weights = settle(factors, task.pose, self.softness, self.iterations, self.tolerance)
         near, positions = nearest(task.rays, self.most_interacting), alone.copy()
         crowd = Task(pose, factors.of(near), task.rays[near])
         positions[near] = self._interact(crowd, alone[near], weights[near])
-        curved = factors.spread(EXPECTED_WEIGHT**-0.5)
-        return Answer(pose, positions, curved, self._tangent_at(pose, factors, weights))
-
-    def _tangent_at(self, pose: FloatArray, factors: Factors, weights: FloatArray) -> Factors:
-        """The weighted squares that touch the energy at its minimum (see `vbbench_baselines.reweighting`)."""
+        # The weighted squares that touch the energy at its minimum (see `vbbench_baselines.cascade.reweighting`).
         stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
         walk_std = factors.walk_std * (stray**2 + self.softness**2) ** 0.25
-        return factors._replace(std=factors.std / np.sqrt(weights), walk_std=walk_std)
+        tangent = factors._replace(std=factors.std / np.sqrt(weights), walk_std=walk_std)
+        return Answer(pose, positions, factors.spread(EXPECTED_WEIGHT**-0.5), tangent)
 
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
         """The second stage: people's places [K, 2] given the pose, from where each of them stands best alone."""
-        pose, (relative, covariance, expected, std, *_), rays = task
-        sampling = self.samples, self.spacing
-        own = expected, std, weights, self.softness
-        places, energies = sample_rays(pose[2], alone, rays, covariance, *own, *sampling)
-        if self.samples == 1 or np.isinf(energies[:, 1]).all():
+        pose, factors, rays = task
+        samples = sample_rays(pose[2], alone, weights, rays, factors, self.softness, self.samples, self.spacing)
+        if self.samples == 1 or np.isinf(samples.energies[:, 1]).all():
             return alone
-        edges, strength = link(alone, self.reach, self.neighbours), self.strength / self.acceleration_std
-        felt, pair = tabulate(places, energies, edges, strength, self.sigma)
-        valley = choose(places, energies, felt, pair, self.rounds, self.damping)
-        terms = relative, covariance, expected, std, self.softness
-        return descend(pose, valley, *terms, edges, strength, self.sigma, self.iterations, self.tolerance)
+        strength = self.strength / self.acceleration_std
+        graph = CrowdGraph(link(alone, self.reach, self.neighbours), strength, self.sigma)
+        felt, pair = tabulate(samples, graph)
+        choices, _ = pass_messages(samples.energies, felt, pair, self.rounds, self.damping, 1e-3)
+        valley = samples.places[np.arange(len(choices)), choices]
+        return descend(pose, valley, factors, self.softness, graph, self.iterations, self.tolerance)
 
 
 @dataclass(kw_only=True)

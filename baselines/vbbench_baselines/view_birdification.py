@@ -1,12 +1,150 @@
-"""``vb-cv``: view birdification with constant-velocity motion (VB-CV of arXiv 2111.05060)."""
+"""``vb-cv``, and the cascade that it shares with ``vb-sf``: view birdification (arXiv 2111.05060), frame by frame.
 
+First the pose from everybody at once, then everybody from the pose. Shared are the window, heights, measurements, the
+selection of people in large crowds, and what is reported. A solver adds its motion model and how it minimises the
+energies; ``vb-cv`` (VB-CV, constant velocity) is the plainest.
+"""
+
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench_baselines.cascade import Answer, Birdifier, Task
-from vbbench_baselines.ego_motion import fit_pose
-from vbbench_baselines.localisation import localise
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.cascade.crowd_graph import select
+from vbbench_baselines.cascade.heights import Heights
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise, location_energies
+from vbbench_baselines.common.motion import History, Spreads
+from vbbench_baselines.common.sightings import measure, sight
+from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
+from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
+
+EVERYBODY = 1_000_000
+"""More people than are ever in sight."""
+
+FEWEST = 2
+"""Usable people (seen, and expected somewhere) below whom the observer's own prior decides."""
+
+
+class Task(NamedTuple):
+    """What is to be minimised: the factors of the chosen people, with their rays [K, 2] (see `Sightings`).
+
+    Attributes
+    ----------
+    pose : [3] the observer's pose where it is known, else NaN.
+    """
+
+    pose: FloatArray
+    factors: Factors
+    rays: FloatArray
+
+
+class Answer(NamedTuple):
+    """The least energy's place, and quadratic terms that stand for the energy there.
+
+    Attributes
+    ----------
+    pose, positions : [3], and [K, 2] of the chosen people.
+    curved : terms of the energy's mean curvature, which tell covariances.
+    tangent : terms with their minimum where the energy has its own, which tell how it rises around.
+    """
+
+    pose: FloatArray
+    positions: FloatArray
+    curved: Factors
+    tangent: Factors
+
+
+@dataclass(kw_only=True)
+class Birdifier(ABC):
+    """Base of the reference solvers; ``docs/reference-solver.md`` derives every term.
+
+    Parameters
+    ----------
+    ego_prior : whether the observer is expected to walk like the others, too; off for robots.
+    acceleration_std : of people and observer, in m/s²; the standard deviation about an expectation is this times dt².
+    speed_std : in m/s, of each component; times dt, the deviation of people of whom one past position is known.
+    estimate_std : in m, of the solver's own past positions, where it has to stand on them.
+    height_limits : range of plausible heights in m.
+    pose_std : in m; what the solver's own poses add to the error of heights that are learned from them.
+    confident_std : in m; whoever the walk places to within this teaches its height, too, not only who is given.
+    calibrate : whether heights are learned from given positions; off, everybody keeps the prior N(μ_h, σ_h²).
+    most_people, smallest_box : beyond so many people in sight only those of greatest box height, above ``smallest_box``
+        px, decide the pose; the rest are localised from it. The pose takes time linear in their number, so that by
+        default everybody decides; 100 is the paper's selection.
+    """
+
+    ego_prior: bool = True
+    acceleration_std: float = 0.6
+    speed_std: float = 0.9
+    estimate_std: float = 0.05
+    height_limits: tuple[float, float] = (1.4, 2.0)
+    pose_std: float = 0.02
+    confident_std: float = 0.0
+    calibrate: bool = True
+    most_people: int = EVERYBODY
+    smallest_box: float = 1.0
+
+    @abstractmethod
+    def _minimise(self, task: Task) -> Answer:
+        """The pose, and the people's places given the pose, of least energy."""
+
+    def model(self) -> MotionModel:
+        """How people walk."""
+        return StraightWalk()
+
+    def start(self, problem: Problem) -> None:
+        """See `vbbench.solver.FrameSolver.start`."""
+        people = len(problem.tracks)
+        self._camera, self._pixel_std, self._dt = problem.camera, problem.pixel_std, problem.dt
+        self._covariances = problem.covariances
+        self._spreads = Spreads(
+            motion=self.acceleration_std * problem.dt**2, stay=self.speed_std * problem.dt, estimate=self.estimate_std
+        )
+        self._history = History(people)
+        self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
+        self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
+        self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        """See `vbbench.solver.FrameSolver.step`."""
+        history, heights = self._history, self._heights
+        history.advance(frame.given)
+        if self.calibrate:
+            heights.learn(history, self._seen, *self._confident)
+        self._seen = sight(self._camera, frame.observations, self._pixel_std)
+        chosen = select(frame.observations, self.most_people, self.smallest_box)
+        relative, covariance = measure(self._seen, heights.mean, heights.variance)
+        factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
+        usable = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
+        fallback = bool(usable < FEWEST) and not history.pose_given[2]
+        if not self.ego_prior and not fallback:
+            factors = factors._replace(walk_std=np.inf)
+        self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
+        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen]))
+        positions = localise(answer.pose, factors)
+        positions[chosen] = answer.positions
+        self._tangent = answer.tangent
+        return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
+
+    def location_energy(self, places: FloatArray) -> FloatArray:
+        """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
+        return location_energies(np.ascontiguousarray(places), self._tangent)
+
+    def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
+        """What is reported besides pose and positions."""
+        known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
+        if not self._covariances:
+            return known
+        std = factors.std.copy()
+        std[chosen] = answer.curved.std
+        pose = np.zeros((3, 3))
+        if not self._history.pose_given[2]:
+            pose = pose_covariance(answer.pose, answer.curved)
+        people = position_covariances(answer.pose, pose, factors._replace(std=std))
+        return {**known, "pose_covariance": pose, "position_covariances": people}
 
 
 @dataclass(kw_only=True)
@@ -14,7 +152,6 @@ class ConstantVelocityBirdifier(Birdifier):
     """Squared norms about constant velocity, with both stages in closed form: no samples, no messages."""
 
     def _minimise(self, task: Task) -> Answer:
-        pose, factors = task.pose, task.factors
-        if np.isnan(pose[2]):
-            pose = fit_pose(*factors)
-        return Answer(pose, localise(pose, *factors[:4]), factors, factors)
+        factors = task.factors
+        pose = fit_pose(factors) if np.isnan(task.pose[2]) else task.pose
+        return Answer(pose, localise(pose, factors), factors, factors)

@@ -5,12 +5,11 @@ from functools import cached_property
 from typing import Any
 
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.demo import DemoSplit
-from vbbench_generators.planning import plan_reprojection
-from vbbench_generators.recipe import Recipe, get_recipe
-from vbbench_generators.reprojection import Reprojection
-from vbbench_generators.sim import SimSplit
-from vbbench_generators.street import StreetSplit
+from vbbench_generators.crowds.demo import DemoSplit
+from vbbench_generators.crowds.sim import SimSplit, StreetSplit
+from vbbench_generators.recordings.loading import load_scenes
+from vbbench_generators.recordings.recipe import Recipe, get_recipe
+from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 
 @dataclass(frozen=True)
@@ -31,26 +30,24 @@ class RecipeSplit:
 
     def plan(self, options: Options) -> Reprojection:
         """Read the source files and lay out the sequences."""
-        loaded = self.recipe.load_scenes(
-            options.source, seed=options.seed, dt=options.dt, homography=options.homography
-        )
-        reading = {"format": self.recipe.format, "dt": self.recipe.dt, "frame_step": self.recipe.frame_step}
-        resampling = self.recipe.resampling and asdict(self.recipe.resampling)
+        recipe = self.recipe
+        loaded = load_scenes(recipe, options.source, seed=options.seed, dt=options.dt, homography=options.homography)
         definition: dict[str, Any] = {
-            **reading,
-            "resampling": resampling,
+            "format": recipe.format,
+            "dt": recipe.dt,
+            "frame_step": recipe.frame_step,
+            "resampling": recipe.resampling and asdict(recipe.resampling),
             "files": [list(file) for file in loaded.files],
         }
-        if self.recipe.lifting is not None:
-            definition |= {"recording": self.recipe.recording, "lifting": asdict(self.recipe.lifting)}
-        card = self._card(None if loaded.is_surveyed else self.recipe.caution_for(options.tier))
+        if recipe.lifting is not None:
+            definition |= {"recording": recipe.recording, "lifting": asdict(recipe.lifting)}
         return plan_reprojection(
-            card,
-            self.recipe.sequences,
+            self._card(None if loaded.is_surveyed else recipe.caution_for(options.tier)),
+            recipe.sequences,
             loaded.scenes,
             options,
             definition,
-            precision=self.recipe.precision,
+            precision=recipe.precision,
             calibration=loaded.calibration,
         )
 

@@ -34,19 +34,10 @@ def add(
         link: Address where it can be had.
         overwrite: Replace the result that is there.
     """
-    from vbbench_leaderboards.adding import add as write
+    from vbbench_leaderboards.submitting import add as write
 
-    path = write(
-        submission,
-        dataset,
-        results,
-        truth=truth,
-        name=name,
-        reference=reference,
-        link=link,
-        overwrite=overwrite,
-    )
-    _say(path)
+    description = {"name": name, "reference": reference, "link": link}
+    _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, **description))
 
 
 def template(folder: Positional[Path], /) -> None:
@@ -55,7 +46,7 @@ def template(folder: Positional[Path], /) -> None:
     Args:
         folder: Folder to write into; nothing in it is overwritten.
     """
-    from vbbench_leaderboards.templates import copy_template
+    from vbbench_leaderboards.submitting import copy_template
 
     for path in copy_template(folder):
         _say(path)
@@ -75,7 +66,7 @@ def check(
         dataset: More dataset folders to score with.
         submission: More submission folders to score again.
     """
-    from vbbench_leaderboards.checking import check as verify
+    from vbbench_leaderboards.checks.checking import check as verify
 
     _say(verify(results, work=work, datasets=dataset, submissions=submission))
 
@@ -104,7 +95,7 @@ def rerun(
         fresh: Use nothing of the work folder again.
         jobs: Processes; the figures do not depend on it.
     """
-    from vbbench_leaderboards.rerunning import Rerun
+    from vbbench_leaderboards.checks.rerunning import Rerun
 
     run = Rerun(results=results, work=work, update=update, fresh=fresh, jobs=jobs)
     drifted = 0
@@ -135,9 +126,9 @@ def build(
         jobs: Processes; the site does not depend on it.
     """
     from vbbench.pictures.rendering import Backend
-    from vbbench_leaderboards.building import build as make
+    from vbbench_leaderboards.page.building import build as make
     from vbbench_leaderboards.player.writing import Films
-    from vbbench_leaderboards.results_folder import published_results
+    from vbbench_leaderboards.results.folder import published_results
 
     published = published_results()
     own = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.browser.made_site import Made, make_site
-from vbbench_leaderboards.result import Board, Result
-from vbbench_leaderboards.results_folder import read_results
+from vbbench_leaderboards.results.folder import read_results
+from vbbench_leaderboards.results.result import Board, Result
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

@@ -9,8 +9,8 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.made_site import HOSTILE, STRANGER, TWIN
 from vbbench.paper import the_paper
-from vbbench_leaderboards.ranking import rank
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.results.ranking import rank
+from vbbench_leaderboards.results.result import Board, Result
 
 Boards = Mapping[Board, tuple[Result, ...]]
 Open = Callable[..., Page]
@@ -23,11 +23,11 @@ METRICS = ("dx_rel", "dx", "dr", "dt")
 
 def address(board: Board, **state: str) -> str:
     query = "&".join(f"{name}={value}" for name, value in state.items())
-    return f"#/{board.folder.as_posix()}{'?' if query else ''}{query}"
+    return f"#/{board.key}{'?' if query else ''}{query}"
 
 
 def on_board(page: Page, board: Board) -> None:
-    expect(page.locator("#board-table")).to_have_attribute("data-board", board.folder.as_posix())
+    expect(page.locator("#board-table")).to_have_attribute("data-board", board.key)
 
 
 def solvers(page: Page) -> list[str]:
@@ -155,7 +155,7 @@ def test_a_caution_stands_at_its_board_and_no_headline_is_taken(open_page: Open,
     links = page.locator("#headline tbody a").evaluate_all("all => all.map(a => a.getAttribute('href'))")
     assert links
     assert {link.removeprefix("#/") for link in links} <= {
-        board.folder.as_posix() for board in set(boards) - cautioned if board.tier == "noisy"
+        board.key for board in set(boards) - cautioned if board.tier == "noisy"
     }
     for board in (DEMO, Board(split="students", tier="ideal", protocol="one-step")):
         if board in boards:

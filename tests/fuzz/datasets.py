@@ -26,8 +26,8 @@ from vbbench.files.verification import verify
 from vbbench.parallel.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
 from vbbench.parsing.json_text import canonical_digest
 from vbbench.scoring import score
-from vbbench_leaderboards.json_file import digest
-from vbbench_leaderboards.results_folder import read_results
+from vbbench_leaderboards.results.folder import read_results
+from vbbench_leaderboards.results.sealed_json import digest
 
 SMALL = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3)
 TRACKED = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3, tier="tracked")

@@ -7,11 +7,10 @@ from pathlib import Path
 from tests.fuzz.kind import Kind
 from tests.fuzz.mutations import BYTES, TEXT, TOML
 from vbbench.generation.sources import Source
-from vbbench_generators.crohd.finding import find_recording
-from vbbench_generators.crohd.reading import read_heads
-from vbbench_generators.recipe import read_recipe
-from vbbench_generators.scenario import read_scenario
-from vbbench_generators.tracking.settings import read_tracking
+from vbbench_generators.crowds.scenario import read_scenario
+from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
+from vbbench_generators.recordings.recipe import read_recipe
+from vbbench_generators.tiers.tracking.settings import read_tracking
 
 NAME = "HT21-03"
 SEQINFO = "[Sequence]\nname=HT21-03\nimDir=img1\nframeRate=25\nseqLength=90\nimWidth=1920\nimHeight=1080\nimExt=.jpg\n"

@@ -8,18 +8,18 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from vbbench.tum import import_tum
 
 from tests.fuzz.kind import Kind, Refused
 from tests.fuzz.mutations import TEXT
 from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
 from vbbench.exchange.mot.text import MotRows, read_mot
+from vbbench.exchange.tum import import_tum
 from vbbench.scene import Scene
-from vbbench_generators.readers.homography import read_homography
-from vbbench_generators.readers.obsmat import read_obsmat
-from vbbench_generators.readers.trajnet import read_trajnet
-from vbbench_generators.readers.vsp import read_key_points, read_vsp
-from vbbench_generators.recipe import get_recipe
+from vbbench_generators.recordings.loading import load_scenes
+from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
+from vbbench_generators.recordings.readers.text import read_homography
+from vbbench_generators.recordings.readers.vsp import read_key_points, read_vsp
+from vbbench_generators.recordings.recipe import get_recipe
 
 HOMOGRAPHY = "0.02 0.001 -3\n-0.002 0.03 1.5\n0.00001 0.0002 1\n"
 SPLINES = """2 - the number of splines
@@ -146,8 +146,12 @@ def _sampled(folder: Path) -> object:
 
 def _own_file(folder: Path) -> object:
     """As the split ``custom`` takes it, whatever format it has."""
-    return get_recipe("custom").load_scenes(
-        folder / "mine.txt", seed=0, dt=DT, homography=folder / "H.txt" if (folder / "H.txt").is_file() else None
+    return load_scenes(
+        get_recipe("custom"),
+        folder / "mine.txt",
+        seed=0,
+        dt=DT,
+        homography=folder / "H.txt" if (folder / "H.txt").is_file() else None,
     )
 
 

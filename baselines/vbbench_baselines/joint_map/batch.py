@@ -10,17 +10,16 @@ from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import WINDOW
+from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.descent import Settled, unwrapped
-from vbbench_baselines.joint_map.heights import Heights, Report
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
-from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, Report, Statures, inform, statures_of
+from vbbench_baselines.joint_map.measurement.window import gather
+from vbbench_baselines.joint_map.motion.walks import walk_of
+from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
+from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of, marginalise, settle_anchored
+from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
-from vbbench_baselines.joint_map.sighted import Eye, Statures, inform, statures_of
-from vbbench_baselines.joint_map.walks import Walk, walk_of
-from vbbench_baselines.joint_map.window import make_scene
-from vbbench_baselines.sightings import Sightings
 
 START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds where to begin: it need not be exact."""
@@ -72,7 +71,7 @@ class MapBatch:
         """What boxes alone say of heights, where these are no part of the problem."""
         if not self.feet:
             return {}
-        heights = Heights(problem)
+        heights = BoxHeights(problem)
         heights.learn(observations)
         return heights.report()
 
@@ -81,19 +80,20 @@ class MapBatch:
         causal = _walk_through(start, task, covariances=False)
         walk = walk_of(self.prior, task.problem.dt, self.ego_prior)
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
-        relative, information = _inform_all(task.seen, task.statures.mean)
+        informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
+        relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
         answer = _Answer(poses.copy(), np.full_like(causal.positions, np.nan), task.problem.covariances)
-        first, left = 0, NOTHING_LEFT
+        first, kept = 0, NOTHING_KEPT
         while True:
             rows = slice(first, min(first + self.block, len(poses)))
-            scene = make_scene(relative[rows], information[rows], given.positions[rows], task.statures)
-            anchor, nowhere = hold(fixed[rows], poses[rows], left), np.full_like(causal.positions[rows], np.nan)
-            ends = self.rounds, self.tolerance, self.certain
-            settled, anchor = settle_held(poses[rows], nowhere, scene, anchor, walk, ends)
-            answer.take(settled, anchor, walk, first)
+            data = gather(relative[rows], information[rows], given.positions[rows], task.statures)
+            joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk)
+            nowhere, ends = np.full_like(causal.positions[rows], np.nan), (self.rounds, self.tolerance, self.certain)
+            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends)
+            answer.take(settled, joint, first)
             if rows.stop == len(poses):
                 return answer
-            left = leave(settled.state, anchor, walk, self.stride)
+            kept = marginalise(settled.state, joint, self.stride)
             first += self.stride
 
 
@@ -116,7 +116,7 @@ class _Answer:
         self._pose_spread = np.full((frames, 3, 3), np.nan) if covariances else None
         self._place_spread = np.full((frames, people, 2, 2), np.nan) if covariances else None
 
-    def take(self, settled: Settled, anchor: Anchor, walk: Walk, first: int) -> None:
+    def take(self, settled: Settled, joint: JointProblem, first: int) -> None:
         """Write the block that begins with frame ``first``."""
         rows = slice(first, first + len(settled.state.poses))
         self._poses[rows] = settled.state.poses
@@ -125,10 +125,10 @@ class _Answer:
         self.converged[rows], self.heights = settled.converged, settled.state.heights
         self.deviance += settled.deviance
         if self._pose_spread is not None and self._place_spread is not None:
-            sigma = pose_covariance_of(settled.state, anchor, walk)
+            sigma = pose_covariance_of(settled.state, joint)
             for t in range(len(settled.state.poses)):
                 self._pose_spread[first + t] = sigma[3 * t : 3 * t + 3, 3 * t : 3 * t + 3]
-            self._place_spread[rows] = place_covariances(settled.state, walk, sigma, 0)
+            self._place_spread[rows] = place_covariances(settled.state, joint.walk, sigma, 0)
 
     def estimate(self, heights: Report) -> Estimate:
         """All that was written, and what is believed of people's ``heights``."""
@@ -146,19 +146,11 @@ class _Answer:
 
 def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:
     """The causal solver's answer."""
-    seen, given = task.seen, task.given
     start.start(replace(task.problem, covariances=covariances))
+    before = [np.full((WINDOW, *rows.shape[1:]), np.nan) for rows in (task.given.poses, task.given.positions)]
+    poses, positions = map(np.concatenate, zip(before, (task.given.poses, task.given.positions), strict=True))
     answers = []
-    for t in range(len(given.poses)):
-        shown = [np.full((WINDOW + 1, *rows.shape[1:]), np.nan) for rows in (given.poses, given.positions)]
-        for window, rows in zip(shown, (given.poses, given.positions), strict=True):
-            window[max(WINDOW - t, 0) :] = rows[max(t - WINDOW, 0) : t + 1]
-        boxes = Sightings(*(rows[t] for rows in seen))
-        answers.append(start.advance(boxes, Given(poses=shown[0], positions=shown[1])))
+    for t, boxes in enumerate(map(Sightings, *task.seen)):
+        shown = slice(t, t + WINDOW + 1)
+        answers.append(start.advance(boxes, Given(poses=poses[shown], positions=positions[shown])))
     return Estimate.of_frames(answers)
-
-
-def _inform_all(seen: Sightings, statures: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """`inform` for all frames: [T, K, 2] and [T, K, 3]."""
-    frames = [inform(*boxes, statures) for boxes in map(Sightings, seen.rays, seen.sideways, seen.stretch)]
-    return np.stack([relative for relative, _ in frames]), np.stack([information for _, information in frames])

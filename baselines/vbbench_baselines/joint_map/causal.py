@@ -10,19 +10,18 @@ import numpy as np
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.joint_map.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.descent import Settled
-from vbbench_baselines.joint_map.heights import Heights
-from vbbench_baselines.joint_map.learning import nothing_learned
-from vbbench_baselines.joint_map.leaving import NOTHING_LEFT, hold, leave, settle_held
+from vbbench_baselines.common.sightings import Sightings
+from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
+from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, statures_of
+from vbbench_baselines.joint_map.measurement.window import Window
+from vbbench_baselines.joint_map.motion.learning import nothing_learned
+from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
-from vbbench_baselines.joint_map.poses import Anchor
+from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.optimiser.descent import Settled
+from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of, marginalise, settle_anchored
+from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
-from vbbench_baselines.joint_map.sighted import Eye, statures_of
-from vbbench_baselines.joint_map.walks import walk_of
-from vbbench_baselines.joint_map.window import Window
-from vbbench_baselines.sightings import Sightings
-from vbbench_baselines.uncertainty import linearise_people, position_covariances
 
 CROWD = 30
 """Tracks of a sequence beyond which it is a crowd."""
@@ -61,13 +60,13 @@ class MapCausal:
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         people = len(problem.tracks)
-        self._eye, self._heights = Eye(problem, self.feet), Heights(problem)
+        self._eye, self._heights = Eye(problem, self.feet), BoxHeights(problem)
         self._walk = walk_of(self.prior, problem.dt, self.ego_prior)
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)
         self._lessons = nothing_learned(people, self._walk)
-        self._left = NOTHING_LEFT
+        self._kept = NOTHING_KEPT
         self._covariances = problem.covariances
 
     def step(self, frame: Frame) -> FrameEstimate:
@@ -82,59 +81,40 @@ class MapCausal:
         """The answer for the next frame, of which are known the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
         rows.push(seen, self.statures, given)
-        located = self._locate(seen)
+        past, learns = slice(-1 - PAST, -1), self.learns and not math.isnan(rows.given_poses[-2, 0])
+        known = rows.places[past], rows.poses[past], rows.given[-1], rows.given_poses[-1]
+        located = locate(seen, self.statures, *known, self._walk, self._lessons, learns)
         rows.poses[-1], rows.places[-1] = located.pose, located.places
         if rows.frames > START_FRAMES and math.isnan(rows.given_poses[-3, 0] + rows.given_poses[-2, 0]):
             return self._settle()
-        return FrameEstimate(
-            pose=located.pose, positions=located.places, converged=True, **self._report_located(located)
-        )
-
-    def _locate(self, seen: Sightings) -> Located:
-        """The newest frame's pose and places by what was known before it."""
-        rows, past = self._rows, slice(-1 - PAST, -1)
-        return locate(
-            *seen,
-            *self.statures,
-            rows.places[past],
-            rows.poses[past],
-            rows.given[-1],
-            rows.given_poses[-1],
-            self._walk,
-            self._lessons,
-            self.learns and not math.isnan(rows.given_poses[-2, 0]),
-        )
+        report = self._report_located(located) if self._covariances else {}
+        return FrameEstimate(pose=located.pose, positions=located.places, converged=True, **report)
 
     def _settle(self) -> FrameEstimate:
         """Solve the window, and keep what the frame that leaves it next has said."""
         rows = self._rows
         used = rows.filled
-        poses, scene = rows.poses[used], rows.scene(self.statures)
-        anchor = hold(~np.isnan(rows.given_poses[used, 0]), poses, self._left)
+        poses = rows.poses[used]
+        anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), poses, self._kept)
+        problem = JointProblem(rows.measurements(self.statures), anchor, self._walk)
         ends = self.rounds, self.tolerance, self.certain
-        settled, anchor = settle_held(poses, rows.places[used], scene, anchor, self._walk, ends)
+        settled, problem = settle_anchored(poses, rows.places[used], problem, ends)
         rows.poses[used], rows.places[used] = settled.state.poses, settled.state.places
         self._lessons.variances[:] = settled.state.variances
         if rows.frames >= self._size:
-            self._left = leave(settled.state, anchor, self._walk, 1)
-        pose, places = settled.state.poses[-1].copy(), settled.state.places[-1].copy()
-        report = self._report_settled(settled, anchor)
+            self._kept = marginalise(settled.state, problem, 1)
+        pose, places = rows.poses[-1].copy(), rows.places[-1].copy()
+        report = self._report_settled(settled, problem) if self._covariances else {}
         return FrameEstimate(pose=pose, positions=places, converged=bool(settled.converged), **report)
 
     def _report_located(self, located: Located) -> dict[str, Any]:
-        if not self._covariances:
-            return {}
-        pose, seen, noise, std = located.pose, located.seen, located.noise, located.std
-        sigma = np.zeros((3, 3))
+        pose, factors, sigma = located.pose, located.factors, np.zeros((3, 3))
         if np.isnan(self._rows.given_poses[-1, 0]):
-            _, hessian = linearise_people(pose, seen, noise, located.expected, std)
+            _, hessian = linearise_people(pose, factors)
             sigma[:] = np.linalg.inv(hessian + located.own)
-        places = position_covariances(pose, sigma, seen, noise, std)
-        return {"pose_covariance": sigma, "position_covariances": places}
+        return {"pose_covariance": sigma, "position_covariances": position_covariances(pose, sigma, factors)}
 
-    def _report_settled(self, settled: Settled, anchor: Anchor) -> dict[str, Any]:
-        if not self._covariances:
-            return {}
-        sigma, newest = pose_covariance_of(settled.state, anchor, self._walk), len(settled.state.poses) - 1
+    def _report_settled(self, settled: Settled, problem: JointProblem) -> dict[str, Any]:
+        sigma, newest = pose_covariance_of(settled.state, problem), len(settled.state.poses) - 1
         places = place_covariances(settled.state, self._walk, sigma, newest)[newest]
         return {"pose_covariance": sigma[-3:, -3:].copy(), "position_covariances": places}

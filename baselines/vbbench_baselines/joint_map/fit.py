@@ -16,9 +16,8 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.generator import Options, Plan
 from vbbench.registry import load
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.priors.likelihood import fit_walks, log_likelihood
 from vbbench_baselines.joint_map.priors.turns import Turns, fit_head, turns_of
-from vbbench_baselines.joint_map.priors.walks import Walks, walks_of
+from vbbench_baselines.joint_map.priors.walks import Walks, fit_walks, log_likelihood, walks_of
 
 RECORDINGS = ("hotel", "eth")
 """Splits fitted on unless others are named: recordings annotated frame by frame."""
@@ -69,15 +68,11 @@ def _facts(plan: Plan, walks: Walks, turns: Turns, prior: Prior) -> dict[str, An
 
 def to_toml(prior: Prior, facts: list[dict[str, Any]], command: str) -> str:
     """A prior and what it was fitted on as TOML text; the same values give the same text."""
+    lines = [f"# Written by: {command}"]
     values = {name: _rounded(value) for name, value in asdict(prior).items()}
-    lines = [f"# Written by: {command}", "", "[prior]", *_lines(values)]
-    for split in facts:
-        lines += ["", "[[fitted_on]]", *_lines(split)]
+    for head, table in (("[prior]", values), *(("[[fitted_on]]", split) for split in facts)):
+        lines += ["", head, *(f"{name} = {json.dumps(value)}" for name, value in table.items())]
     return "\n".join(lines) + "\n"
-
-
-def _lines(values: dict[str, Any]) -> list[str]:
-    return [f"{name} = {json.dumps(value)}" for name, value in values.items()]
 
 
 def _rounded(value: Any) -> Any:

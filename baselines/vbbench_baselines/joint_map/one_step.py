@@ -1,11 +1,10 @@
 """One frame on a known past: everybody foreseen by the autoregression, then one robust fit of the pose.
 
-This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what
-`vbbench_baselines.joint_map.foresight` expects, p_k, so that a weighted problem but for the head is that of
-`vbbench_baselines.ego_motion.fit_pose`, whose minimum over all poses is exact: there the search starts. Gauss–Newton
-steps with the weights of `vbbench_baselines.joint_map.walks` and the head's
-(`vbbench_baselines.joint_map.heads`) lead on. What the walks are like is learned from the past, too
-(`vbbench_baselines.joint_map.learning`).
+This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what is
+foreseen, p_k, so that a weighted problem but for the head is that of `vbbench_baselines.common.ego_motion.fit_pose`,
+whose minimum over all poses is exact: there the search starts. Gauss–Newton steps with the weights of
+`vbbench_baselines.joint_map.motion.walks` and the head's (`motion.heads`) lead on. What the walks are like is learned
+from the past, too (`motion.learning`).
 """
 
 from typing import NamedTuple
@@ -14,16 +13,14 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.ego_motion import VAGUE, fit_pose
-from vbbench_baselines.joint_map.foresight import foresee_all
-from vbbench_baselines.joint_map.heads import add_curvature, add_slope, surprise, turn, weigh
-from vbbench_baselines.joint_map.learning import Lessons, learn, taught
-from vbbench_baselines.joint_map.sighted import FLOOR, farther
-from vbbench_baselines.joint_map.walks import REACH, Walk
-from vbbench_baselines.localisation import localise
-from vbbench_baselines.motion import ANCHOR_STD
-from vbbench_baselines.sightings import measure
-from vbbench_baselines.uncertainty import linearise_people
+from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise
+from vbbench_baselines.common.motion import ANCHOR_STD
+from vbbench_baselines.common.sightings import Sightings, measure
+from vbbench_baselines.common.uncertainty import linearise_people
+from vbbench_baselines.joint_map.measurement.boxes import FLOOR, Statures, farther
+from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope, surprise, turn, weigh
+from vbbench_baselines.joint_map.motion.learning import Lessons, known_before, learn, taught
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk
 
 PAST = REACH + 1
 """Frames before the newest that tell of it."""
@@ -41,26 +38,20 @@ class Located(NamedTuple):
     Attributes
     ----------
     pose, places : [3], [K, 2] (NaN = not observed).
-    seen, noise, expected, std : the normal terms that were minimised in the end, as `fit_pose` takes them.
-    own : [3, 3] the information that the observer's own walk and head add.
+    factors : the normal terms that were minimised in the end.
+    own : [3, 3] the information that the observer's own walk and head add, where the pose is not given.
     """
 
     pose: FloatArray
     places: FloatArray
-    seen: FloatArray
-    noise: FloatArray
-    expected: FloatArray
-    std: FloatArray
+    factors: Factors
     own: FloatArray
 
 
 @kernel
 def locate(
-    rays: FloatArray,
-    sideways: FloatArray,
-    stretch: FloatArray,
-    stature: FloatArray,
-    stature_variance: FloatArray,
+    sightings: Sightings,
+    statures: Statures,
     places: FloatArray,
     poses: FloatArray,
     given: FloatArray,
@@ -73,7 +64,6 @@ def locate(
 
     Parameters
     ----------
-    rays, sideways, stretch, stature, stature_variance : as `vbbench_baselines.sightings.measure` takes them.
     places, poses, given : as of `foresee_all`.
     known : [3] the pose where it is given, else NaN.
     fitted, lessons : the prior, and what was learned of it, to which the newest revealed frame adds if it ``learns``.
@@ -81,27 +71,27 @@ def locate(
     if learns:
         learn(places, poses, fitted, lessons)
     walk = taught(fitted, lessons)
-    relative, covariance = measure(rays, sideways, stretch, stature, stature_variance)
+    relative, covariance = measure(sightings, statures.mean, statures.variance)
     for k in range(len(covariance)):
         covariance[k, 0] += FLOOR**2
         covariance[k, 2] += FLOOR**2
     expected, std, walk_pose, own_std = foresee_all(places, poses, given, walk, lessons.variances)
-    seen, noise, spread = relative.copy(), covariance.copy(), std.copy()
+    factors = Factors(relative.copy(), covariance.copy(), expected, std.copy(), walk_pose, own_std)
     free = np.isnan(known[2])
     pose = walk_pose if free else known.copy()
-    _linearise_boxes(relative, covariance, expected, pose, seen, noise)
+    _linearise_boxes(relative, covariance, expected, pose, factors)
     if free:
         facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
-        pose = fit_pose(seen, noise, expected, spread, walk_pose, own_std, facing)
-    own = _vague()
+        pose = fit_pose(factors, facing)
+    own = np.zeros((3, 3))
     for _ in range(ROUNDS):
-        found = localise(pose, seen, noise, expected, spread)
-        _spread(found, expected, std, walk.nu, spread)
-        _linearise_boxes(relative, covariance, found, pose, seen, noise)
+        found = localise(pose, factors)
+        _spread(found, std, walk.nu, factors)
+        _linearise_boxes(relative, covariance, found, pose, factors)
         if not free:
             break
         slope, own = own_terms(pose, poses[-1], walk_pose, own_std, walk)
-        gradient, hessian = linearise_people(pose, seen, noise, expected, spread)
+        gradient, hessian = linearise_people(pose, factors)
         for i in range(3):
             gradient[i] += slope[i]
             for j in range(3):
@@ -114,7 +104,7 @@ def locate(
         if length < TOLERANCE:
             break
     pose[2] = (pose[2] + np.pi) % (2.0 * np.pi) - np.pi
-    return Located(pose, localise(pose, seen, noise, expected, spread), seen, noise, expected, spread, own)
+    return Located(pose, localise(pose, factors), factors, own)
 
 
 @kernel
@@ -122,7 +112,9 @@ def own_terms(
     pose: FloatArray, before: FloatArray, walk_pose: FloatArray, std: float, walk: Walk
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient [3] and Hessian [3, 3] of the observer's walk, expected at ``walk_pose`` within ``std``, and head."""
-    gradient, hessian = np.zeros(3), _vague()
+    gradient, hessian = np.zeros(3), np.zeros((3, 3))
+    for i in range(3):
+        hessian[i, i] = VAGUE
     if np.isinf(std):
         return gradient, hessian
     off_x, off_y = pose[0] - walk_pose[0], pose[1] - walk_pose[1]
@@ -146,38 +138,84 @@ def own_terms(
 
 
 @kernel
-def _vague() -> FloatArray:
-    """The information [3, 3] that always holds the pose."""
-    information = np.zeros((3, 3))
-    for i in range(3):
-        information[i, i] = VAGUE
-    return information
-
-
-@kernel
-def _spread(found: FloatArray, expected: FloatArray, std: FloatArray, nu: float, spread: FloatArray) -> None:
-    """Write the standard deviations [K] of the normal laws that touch everybody's at ``found`` [K, 2]."""
+def _spread(found: FloatArray, std: FloatArray, nu: float, factors: Factors) -> None:
+    """Write the standard deviations of the normal laws that touch everybody's at ``found`` [K, 2] to the factors."""
+    expected = factors.expected
     for k in range(len(std)):
         if std[k] > ANCHOR_STD:
             squared = ((found[k, 0] - expected[k, 0]) ** 2 + (found[k, 1] - expected[k, 1]) ** 2) / std[k] ** 2
             if not np.isnan(squared):
-                spread[k] = std[k] * np.sqrt((nu + squared) / (nu + 2.0))
+                factors.std[k] = std[k] * np.sqrt((nu + squared) / (nu + 2.0))
 
 
 @kernel
 def _linearise_boxes(
-    relative: FloatArray,
-    covariance: FloatArray,
-    places: FloatArray,
-    pose: FloatArray,
-    seen: FloatArray,
-    noise: FloatArray,
+    relative: FloatArray, covariance: FloatArray, places: FloatArray, pose: FloatArray, factors: Factors
 ) -> None:
-    """Write the measured places, linearised about ``places``, to ``seen`` [K, 2] and ``noise`` [K, 3]."""
+    """Write the measured places and their noise, linearised about ``places``, to the factors."""
     for k in range(len(places)):
         if not np.isnan(places[k, 0] + relative[k, 0]):
             q = farther(relative[k], places[k], pose)
             for i in range(2):
-                seen[k, i] = relative[k, i] * (2.0 * q - q * q)
+                factors.relative[k, i] = relative[k, i] * (2.0 * q - q * q)
             for i in range(3):
-                noise[k, i] = covariance[k, i] * q**4
+                factors.covariance[k, i] = covariance[k, i] * q**4
+
+
+@kernel
+def foresee(places: FloatArray, walk: Walk, variance: float) -> tuple[float, float, float]:
+    """Where a walk [n, 2] with σ_k² = ``variance`` goes next, and its standard deviation, in m; NaN = unknown.
+
+    One unknown frame at the end is foreseen first, and its error carried on.
+    """
+    known = known_before(places)
+    if known > 0:
+        return _continue(places, min(known, REACH), walk, variance)
+    known = known_before(places[:-1])
+    if known == 0:
+        return np.nan, np.nan, np.nan
+    filled = places.copy()
+    filled[-1, 0], filled[-1, 1], before = _continue(places[:-1], min(known, REACH), walk, variance)
+    order = min(known + 1, REACH)
+    x, y, std = _continue(filled, order, walk, variance)
+    return x, y, np.sqrt(std**2 + (walk.filters[order, 1] * before) ** 2)
+
+
+@kernel
+def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tuple[float, float, float]:
+    """`foresee` by the filter of this order; so many frames at the end of places [n, 2] are known."""
+    n, x, y = len(places), 0.0, 0.0
+    for d in range(1, order + 1):
+        x -= walk.filters[order, d] * places[n - d, 0]
+        y -= walk.filters[order, d] * places[n - d, 1]
+    return x, y, walk.spreads[order] * (1.0 if order == 1 else np.sqrt(variance))
+
+
+@kernel
+def foresee_all(
+    places: FloatArray, poses: FloatArray, given: FloatArray, walk: Walk, variances: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Where everybody is expected at t.
+
+    Parameters
+    ----------
+    places, poses : [n, K, 2] and [n, 3] of the n frames before t; NaN = unknown.
+    given : [K, 2] places at t, NaN = not given.
+    variances : [K + 1] σ_k² in m² of the people and the observer.
+
+    Returns
+    -------
+    [K, 2] and [K] expected places and their standard deviations in m, [3] the observer's pose and its own in m.
+    """
+    people = len(given)
+    expected, std = np.empty((people, 2)), np.empty(people)
+    for k in range(people):
+        if np.isnan(given[k, 0]):
+            expected[k, 0], expected[k, 1], std[k] = foresee(places[:, k], walk, variances[k])
+        else:
+            expected[k, 0], expected[k, 1], std[k] = given[k, 0], given[k, 1], ANCHOR_STD
+    pose = poses[-1].copy()
+    if np.isnan(pose[0]):
+        return expected, std, np.zeros(3), np.inf
+    pose[0], pose[1], own = foresee(poses[:, :2], walk, variances[-1])
+    return expected, std, pose, own

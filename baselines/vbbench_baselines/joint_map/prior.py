@@ -34,11 +34,11 @@ class Start(NamedTuple):
 
 
 @kernel
-def start_of(b1: float, b2: float) -> tuple[float, float, float]:
-    """How a stationary walk with these coefficients begins (Yule–Walker): the values of `Start`."""
+def start_of(b1: float, b2: float) -> Start:
+    """How a stationary walk with these coefficients begins (Yule–Walker)."""
     rho = b1 / (1.0 - b2)
     variance = 1.0 / (1.0 - b1 * rho - b2 * (b1 * rho + b2))
-    return variance**0.5, rho, (variance * (1.0 - rho * rho)) ** 0.5
+    return Start(variance**0.5, rho, (variance * (1.0 - rho * rho)) ** 0.5)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +73,7 @@ class Prior:
     @property
     def start(self) -> Start:
         """How a walk begins: nothing to fit."""
-        return Start(*start_of(*self.b))
+        return start_of(*self.b)
 
     def at(self, dt: float) -> "Prior":
         """The prior at another frame rate: accelerations and turning speeds keep their size, b and ν their values."""

@@ -1,13 +1,21 @@
-"""What is known of the camera after lifting, and how well."""
+"""What is known of the camera that photographs the heads, how well, and what a dataset says of it."""
 
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
-Method = Literal["motion", "prior", "vanishing-point", "homography"]
+import numpy as np
+
+from vbbench_generators.lifting.camera import GroundCamera
+from vbbench_generators.lifting.fitting import PlaneFit
+from vbbench_generators.lifting.heads import Heads
+from vbbench_generators.lifting.settings import LiftingSettings, Method
+from vbbench_generators.lifting.smoothing import Smoothed
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
+class Interval:
     """A figure and the ends of its 95 % interval; all three agree where the figure was given."""
 
     value: float
@@ -42,12 +50,12 @@ class Calibration:
 
     method: Method
     pseudo_metric: bool
-    focal: Estimate
-    tilt: Estimate
-    roll: Estimate
-    camera_height: Estimate
-    horizon: Estimate
-    stretch: Estimate
+    focal: Interval
+    tilt: Interval
+    roll: Interval
+    camera_height: Interval
+    horizon: Interval
+    stretch: Interval
     head_size: float
     head_height: float
     head_scatter: float | None
@@ -62,6 +70,106 @@ class Calibration:
     boxes: int
     tracks: int
 
-    def to_dict(self) -> dict[str, Any]:
-        """All of it as JSON wants it."""
-        return asdict(self)
+
+@dataclass(frozen=True, kw_only=True)
+class FoundCamera:
+    """A camera, and others that the same evidence allows.
+
+    Parameters
+    ----------
+    camera : the one to use.
+    others : drawn from what is known; empty if the camera was given.
+    method : what closed the focal length.
+    walkers : people whose motion was asked.
+    fit : of the head sizes; ``None`` if unasked.
+    roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
+    scale : factor by which all lengths were multiplied.
+    """
+
+    camera: GroundCamera
+    others: tuple[GroundCamera, ...]
+    method: Method
+    walkers: int
+    fit: PlaneFit | None
+    roundness: float = 0.0
+    scale: float = 1.0
+
+    def scaled(self, factor: float, head_height: float) -> "FoundCamera":
+        """The same in a world ``factor`` times as large, but for the height in m at which heads are."""
+        camera = self.camera.scaled(factor, head_height)
+        others = tuple(other.scaled(factor, head_height) for other in self.others)
+        return replace(self, camera=camera, others=others, scale=self.scale * factor)
+
+
+def calibration_of(
+    found: FoundCamera, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
+) -> Calibration:
+    """The calibration, with 95 % intervals from the cameras that the evidence allows.
+
+    Parameters
+    ----------
+    heads : those lifted.
+    middle : row in px of the picture's centre.
+    speed : median walking speed in m/s before ``found`` was scaled by it.
+    """
+
+    def interval(figure: Callable[[GroundCamera], float]) -> Interval:
+        value = float(figure(found.camera))
+        if not found.others:
+            return Interval(value=value, low=value, high=value)
+        low, high = np.quantile([figure(camera) for camera in found.others], [0.025, 0.975])
+        return Interval(value=value, low=float(low), high=float(high))
+
+    fit = found.fit
+    return Calibration(
+        method=found.method,
+        pseudo_metric=fit is not None,
+        focal=interval(lambda camera: camera.focal),
+        tilt=interval(lambda camera: camera.tilt),
+        roll=interval(lambda camera: camera.roll),
+        camera_height=interval(lambda camera: camera.height),
+        horizon=interval(lambda camera: middle + camera.horizon),
+        stretch=interval(lambda camera: camera.focal / np.cos(camera.tilt)),
+        head_size=settings.head_size * found.scale,
+        head_height=settings.head_height,
+        head_scatter=None if fit is None else fit.scatter,
+        roundness=found.roundness,
+        size_plane=None if fit is None else (fit.plane.a, fit.plane.b, fit.plane.c),
+        size_plane_covariance=None if fit is None else tuple(map(tuple, fit.covariance.tolist())),
+        walkers=found.walkers,
+        walking_speed=speed,
+        scale_applied=found.scale,
+        smoothing_residual_m=smoothed.residual_m,
+        smoothing_residual_px=smoothed.residual_px,
+        boxes=len(heads.x),
+        tracks=len(np.unique(heads.track)),
+    )
+
+
+_METHODS = {
+    "motion": "self-calibrated from head sizes and from how people walk",
+    "prior": "self-calibrated from head sizes, the lens by its prior",
+    "vanishing-point": "self-calibrated from head sizes and a vertical vanishing point",
+    "homography": "by the user's homography",
+}
+
+
+def describe_calibration(calibration: Calibration) -> dict[str, Any]:
+    """The calibration for ``dataset.json``, and a line for people, its ``summary``."""
+    c = calibration
+    degrees = math.degrees(1.0)
+    parts = [
+        f"camera height {_interval(c.camera_height, ' m', 2)}",
+        f"tilt {_interval(c.tilt, '°', 1, degrees)}",
+        f"horizon at row {_interval(c.horizon, ' px', 0)}",
+        f"focal length {_interval(c.focal, ' px', 0)}",
+        f"smoothing took off {c.smoothing_residual_m:.3f} m",
+    ]
+    kind = "pseudo-metric, " if c.pseudo_metric else ""
+    return {"summary": f"{kind}{_METHODS[c.method]}: {'; '.join(parts)}", **asdict(c)}
+
+
+def _interval(estimate: Interval, unit: str, digits: int, factor: float = 1.0) -> str:
+    """A figure with its 95 % interval, where it has one."""
+    value, low, high = (f"{factor * x:.{digits}f}" for x in (estimate.value, estimate.low, estimate.high))
+    return f"{value}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")

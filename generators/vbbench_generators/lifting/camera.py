@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vbbench.geometry import FloatArray, frozen_array
-from vbbench_generators.lifting.plane import SizePlane
+from vbbench_generators.lifting.head_sizes import SizePlane
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +15,7 @@ class GroundCamera:
     Parameters
     ----------
     focal : in px.
-    tilt, roll : in rad; tilt downwards from level, roll as `plane.SizePlane.roll`.
+    tilt, roll : in rad; tilt downwards from level, roll as `head_sizes.SizePlane.roll`.
     height : of the camera above the ground, in m.
     heads_to_ground : [3, 3] from px relative to the picture's centre, in the plane of head centres, to ground metres.
     """

@@ -1,12 +1,129 @@
-"""Fits the plane of head sizes: robust against odd boxes, and no long track or dense place rules it."""
+"""Fits the plane of head sizes: robust against odd boxes, and no long track or dense place rules it.
+
+Some heads are larger, and some boxes are drawn wider, so the regression has an unknown factor a person. Relative sizes
+y = s/ŝ and rows d = (1, ν, x)/ŝ obey y = d·β + u + e; u is a person's own, e a box's. Integrating u out (generalised
+least squares) lets people who walk towards the camera or away from it tell how sizes grow, whatever the size of their
+heads. Weights are those of a Student-t loss of e, by iteration.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_generators.lifting.mixed import Mixed, PlaneError, fit_mixed, solve
-from vbbench_generators.lifting.plane import SizePlane
+from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.heads import Heads
+
+_TAIL = 4.0
+_ROUNDS = 60
+_SETTLED = 8
+
+
+class PlaneError(ValueError):
+    """Head sizes that tell of no plane; the message says why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mixed:
+    """A fit.
+
+    Parameters
+    ----------
+    beta : [C] coefficients.
+    normal, right : [K, C, C] and [K, C] each person's part of the normal equations.
+    scatter : robust standard deviation of y about d·β.
+    flatness : by how much the normal equations are steeper than the loss.
+    """
+
+    beta: FloatArray
+    normal: FloatArray
+    right: FloatArray
+    scatter: float
+    flatness: float
+
+
+def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: IntArray, starts: IntArray) -> Mixed:
+    """Fit coefficients.
+
+    Parameters
+    ----------
+    design : [N, C] rows (1, ν, x) in any units.
+    size : [N] in px.
+    share : [N] what each box counts.
+    pair : [N] numbers of groups within one person, over which noise is averaged to tell a person's own share in it.
+    starts : [K] where each person begins.
+
+    Raises
+    ------
+    PlaneError
+        If the heads stand on one line.
+    """
+    person = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(size)]))
+    floor = 0.05 * float(np.median(size))
+    fitted, beta = np.full(len(size), float(np.mean(size))), np.zeros(design.shape[1])
+    weight, ratio = share, 0.0
+    for turn in range(_ROUNDS):
+        normal, right, shrink = _equations(design / fitted[:, None], size / fitted, weight, starts, ratio)
+        before, beta = beta, solve(normal.sum(axis=0), right.sum(axis=0))
+        fitted = np.maximum(design @ beta, floor)
+        relative = size / fitted - 1.0
+        own = shrink * np.add.reduceat(weight * relative, starts)
+        residual = relative - own[person]
+        odd: FloatArray = (residual / max(_robust_std(residual), 1e-12)) ** 2
+        weight = share * (_TAIL + 1.0) / (_TAIL + odd)
+        if turn < _SETTLED:
+            ratio = _own_share(relative, weight, pair, person)
+        elif float(np.abs(beta - before).max()) <= 1e-10 * float(np.abs(beta).max()):
+            break
+    curvature = share * (_TAIL + 1.0) * (_TAIL - odd) / (_TAIL + odd) ** 2
+    flatness = float(weight.sum() / max(curvature.sum(), 0.2 * weight.sum()))
+    return Mixed(beta=beta, normal=normal, right=right, scatter=_robust_std(relative), flatness=flatness)
+
+
+def _robust_std(residual: FloatArray) -> float:
+    return float(np.median(np.abs(residual))) / 0.6745
+
+
+def solve(normal: FloatArray, right: FloatArray) -> FloatArray:
+    """Solution of the normal equations.
+
+    Raises
+    ------
+    PlaneError
+        If they have none.
+    """
+    spread = np.sqrt(np.diag(normal))
+    if not spread.all() or np.linalg.cond(normal / np.outer(spread, spread)) > 1e10:
+        raise PlaneError("all heads stand on one line of the picture, which tells nothing of its perspective")
+    return np.asarray(np.linalg.solve(normal, right), np.float64)
+
+
+def _equations(
+    rows: FloatArray, value: FloatArray, weight: FloatArray, starts: IntArray, ratio: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Each person's normal equations, u integrated out, and what the sum of residuals is multiplied by to be u."""
+    weighted = rows * weight[:, None]
+    mass, first = np.add.reduceat(weight, starts), np.add.reduceat(weighted, starts)
+    shrink = ratio / (1.0 + ratio * mass)
+    normal = np.stack([np.add.reduceat(weighted * column[:, None], starts) for column in rows.T], axis=2)
+    normal -= shrink[:, None, None] * first[:, :, None] * first[:, None, :]
+    right = np.add.reduceat(weighted * value[:, None], starts)
+    right -= (shrink * np.add.reduceat(weight * value, starts))[:, None] * first
+    return normal, right, shrink
+
+
+def _own_share(relative: FloatArray, weight: FloatArray, pair: IntArray, person: IntArray) -> float:
+    """Variance of u over that of a group's mean of e, from the analysis of variance of the groups' means."""
+    mass = np.bincount(pair, weight)
+    mean = np.bincount(pair, weight * relative) / mass
+    owner = np.zeros(len(mass), np.int64)
+    owner[pair] = person
+    count = np.bincount(owner)
+    middle = np.bincount(owner, mean) / count
+    within = float(((mean - middle[owner]) ** 2).sum()) / max(len(mean) - len(count), 1)
+    between = float(np.var(middle, ddof=1)) - within * float(np.mean(1.0 / count))
+    return float(np.clip(between / within, 0.0, 100.0)) if within > 0.0 else 0.0
+
 
 LEAST_TRACKS = 8
 _CELLS = (12, 8)
@@ -36,19 +153,14 @@ class PlaneFit:
         return matrix
 
 
-def fit_plane(
-    x: FloatArray, nu: FloatArray, size: FloatArray, track: IntArray, *, level: bool, resamples: int, seed: int
-) -> PlaneFit:
-    """Fit the plane to boxes.
+def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, seed: int) -> PlaneFit:
+    """Fit the plane to the sizes [N] in px of heads.
 
     Minimises a Student-t loss of the relative residuals (s − ŝ)/ŝ, for the noise of a box grows with its size. They are
     relative to the fitted size, never the measured one, or boxes would weigh more for being small by chance.
 
     Parameters
     ----------
-    x, nu : [N] centres of the boxes in px from the picture's centre.
-    size : [N] in px.
-    track : [N] whose box it is; equal ids stand together.
     level : whether c is 0.
     resamples, seed : how often tracks are drawn anew for the covariance, and with which numbers.
 
@@ -57,6 +169,7 @@ def fit_plane(
     PlaneError
         If there are too few tracks, or sizes do not grow downwards beyond doubt.
     """
+    x, nu, track = heads.x, heads.nu, heads.track
     starts = np.flatnonzero(np.r_[True, track[1:] != track[:-1]])
     if len(starts) < LEAST_TRACKS:
         raise PlaneError(f"{len(starts)} tracks are too few to calibrate a camera; {LEAST_TRACKS} are the least")
@@ -65,7 +178,8 @@ def fit_plane(
     share, pair = _shares(x, nu, track)
     fit = fit_mixed(np.stack(columns, axis=1), size, share, pair, starts)
     draws = _resample(fit, resamples, seed)
-    _check_growth(fit.beta, draws)
+    if fit.beta[1] <= 3.0 * np.std(draws[:, 1]):
+        raise PlaneError("heads do not grow towards the picture's lower edge beyond doubt: too few rows, or too steep")
     planes = tuple(_plane(draw, scale) for draw in draws)
     return PlaneFit(plane=_plane(fit.beta, scale), scatter=fit.scatter, resampled=planes)
 
@@ -109,8 +223,3 @@ def _resample(fit: Mixed, resamples: int, seed: int) -> FloatArray:
     draws = np.array([solve(np.tensordot(count, fit.normal, 1), count @ fit.right) for count in counts])
     spread: FloatArray = fit.beta + fit.flatness * (draws - fit.beta)
     return spread
-
-
-def _check_growth(beta: FloatArray, draws: FloatArray) -> None:
-    if beta[1] <= 3.0 * np.std(draws[:, 1]):
-        raise PlaneError("heads do not grow towards the picture's lower edge beyond doubt: too few rows, or too steep")

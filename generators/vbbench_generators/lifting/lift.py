@@ -1,4 +1,4 @@
-"""Lifts the heads of a surveillance picture to the ground plane."""
+"""Lifts the heads of a surveillance picture to the ground: finds the camera, and smooths the tracks."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,22 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.scene import Scene
-from vbbench_generators.crohd.heads import HeadBoxes
-from vbbench_generators.lifting.calibration import Calibration
-from vbbench_generators.lifting.finding import Found, below_horizon, find_by_heads, find_by_homography
-from vbbench_generators.lifting.report import calibration_of
+from vbbench_generators.lifting.calibration import Calibration, FoundCamera, calibration_of
+from vbbench_generators.lifting.camera import GroundCamera, camera_of_homography, camera_of_plane
+from vbbench_generators.lifting.fitting import fit_plane
+from vbbench_generators.lifting.focal_length import find_focal_length
+from vbbench_generators.lifting.head_sizes import SizePlane, box_sizes, lengthening, roundness
+from vbbench_generators.lifting.heads import HeadBoxes, Heads, split_at_gaps
 from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.tracks import Heads, smooth_tracks, split_at_gaps
+from vbbench_generators.lifting.smoothing import smooth_tracks
 from vbbench_generators.lifting.walking import walking_speed
+
+SEED = 20200830
+"""Of the resampling: the same boxes give the same intervals."""
+
+_NEAR_HORIZON = 0.05
+_FEW = 0.005
+_HARDLY = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,35 +55,69 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")
-    heads, centre = _centres(boxes), np.array(boxes.size) / 2.0
+    heads = boxes.heads()
     try:
         if homography is not None:
-            found = find_by_homography(homography, heads, centre, settings)
+            seen = boxes.centre + np.array([np.median(heads.x), np.median(heads.nu)])
+            camera = camera_of_homography(homography, boxes.centre, seen, settings.head_height)
+            found = FoundCamera(camera=camera, others=(), method="homography", walkers=0, fit=None)
         else:
-            found = find_by_heads(heads, boxes.boxes, _whole(boxes), boxes.size, settings)
-        kept = below_horizon(found.camera.depth(heads.x, heads.nu))
+            found = _find_by_heads(heads, boxes, settings)
+        kept = _below_horizon(found.camera.depth(heads.x, heads.nu))
     except ValueError as error:
         advice = "is that of another picture?" if homography is not None else "give its homography with --homography"
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
-    return _lifted(boxes, heads.take(kept), found, settings)
-
-
-def _centres(boxes: HeadBoxes) -> Heads:
-    x, nu = (boxes.boxes[:, n] + (boxes.boxes[:, n + 2] - boxes.size[n]) / 2.0 for n in range(2))
-    return Heads(x=x, nu=nu, frame=boxes.frame, track=boxes.track, dt=boxes.dt)
-
-
-def _whole(boxes: HeadBoxes) -> BoolArray:
-    left, top, width, height = boxes.boxes.T
-    whole: BoolArray = (left > 0.0) & (top > 0.0) & (left + width < boxes.size[0]) & (top + height < boxes.size[1])
-    return whole
-
-
-def _lifted(boxes: HeadBoxes, heads: Heads, found: Found, settings: LiftingSettings) -> Lifted:
+    heads = heads.take(kept)
     speed = walking_speed(heads, found.camera, settings.window)
     if settings.apply_walking_speed and speed is not None and found.fit is not None:
         found = found.scaled(settings.walking_speed / speed, settings.head_height)
     heads = split_at_gaps(heads, settings.gap)
     smoothed = smooth_tracks(heads, found.camera, settings.head_size * found.scale, boxes.name)
-    calibration = calibration_of(found, heads, smoothed, settings, boxes.size[1] / 2.0, speed)
+    calibration = calibration_of(found, heads, smoothed, settings, boxes.centre[1], speed)
     return Lifted(tracks=smoothed.scene, calibration=calibration)
+
+
+def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FoundCamera:
+    """The camera in which the heads, the centres of ``boxes``, have the sizes that they have, and walk as people do.
+
+    Raises
+    ------
+    ValueError
+        If sizes or positions leave the camera open.
+    """
+    focal = settings.focal_median * boxes.size[0]
+    seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
+    for last in (False, True):
+        ball = roundness(seen, drawn, focal)
+        size = box_sizes(drawn, settings.box) / lengthening(seen, focal, settings.box) ** ball
+        fit = fit_plane(seen, size, level=settings.level, resamples=settings.resamples, seed=SEED)
+        closing = find_focal_length(fit, heads.take(_below_horizon(fit.plane.at(heads.x, heads.nu))), boxes, settings)
+        if last or ball < _HARDLY:
+            break
+        focal = closing.focal
+
+    def camera(plane: SizePlane, focal: float) -> GroundCamera:
+        return camera_of_plane(plane, focal, settings.head_size, settings.head_height)
+
+    return FoundCamera(
+        camera=camera(fit.plane, closing.focal),
+        others=tuple(camera(plane, float(f)) for plane, f in zip(closing.planes, closing.draws, strict=True)),
+        method=closing.method,
+        walkers=closing.walkers,
+        fit=fit,
+        roundness=ball,
+    )
+
+
+def _below_horizon(depth: FloatArray) -> BoolArray:
+    """Which heads [N] are on the ground in front of the camera; ``depth`` vanishes on the horizon.
+
+    Raises
+    ------
+    ValueError
+        If the horizon goes through the crowd.
+    """
+    kept: BoolArray = depth > _NEAR_HORIZON * np.median(depth)
+    if np.mean(~kept) > _FEW:
+        raise ValueError(f"the horizon goes through the crowd: {np.mean(~kept):.1%} of the heads are on it or above it")
+    return kept

@@ -7,6 +7,8 @@ from vbbench.parsing.numbers import Within, check_ranges
 
 BoxSize = Literal["mean", "width", "height"]
 Closing = Literal["motion", "prior"]
+Method = Literal["motion", "prior", "vanishing-point", "homography"]
+"""What closed the focal length, or ``homography``: the user gave all of the camera."""
 
 
 @dataclass(frozen=True, kw_only=True)

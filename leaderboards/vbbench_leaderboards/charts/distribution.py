@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_leaderboards.charts.axis import Axis, axis_over, short
-from vbbench_leaderboards.charts.svg import Series, clip, figure, label, line, mark
+from vbbench_leaderboards.charts.svg import Axis, Series, axis_over, clip, figure, label, line, mark, short
 
 _WIDTH, _ROW = 460, 62
 _LEFT, _RIGHT, _TOP, _BOTTOM = 92, 12, 26, 34

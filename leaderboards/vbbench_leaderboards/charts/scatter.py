@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from vbbench_leaderboards.charts.axis import Axis, axis_over, short
-from vbbench_leaderboards.charts.svg import Series, clip, figure, label, line, mark
+from vbbench_leaderboards.charts.svg import Axis, Series, axis_over, clip, figure, label, line, mark, short
 
 _WIDTH, _HEIGHT = 460, 330
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 18, 30, 46
@@ -22,7 +21,7 @@ Place = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """A solver's mean error with its interval, and its microseconds a frame."""
+    """A solver's mean error with its interval, and its microseconds per frame."""
 
     series: Series
     error: float
@@ -34,7 +33,7 @@ def scatter(name: str, metric: str, unit: str, points: Sequence[Point]) -> str:
     """The chart of one metric; ``name`` is unique on the page."""
     x = axis_over([point.micros for point in points], _LEFT, _WIDTH - _RIGHT - 60, log=True)
     y = axis_over([value for point in points for value in (point.error, *point.ci95)], _HEIGHT - _BOTTOM, _TOP)
-    title = f"{metric} against time a frame"
+    title = f"{metric} against time per frame"
     description = "Lower is more accurate, further left is faster. Bars are 95 % intervals of the mean."
     parts = [*_grid(x, y, f"mean {metric}, {unit}"), *_marks(x, y, metric, unit, points)]
     return figure(name, title, description, (_WIDTH, _HEIGHT), parts)
@@ -48,7 +47,7 @@ def _grid(x: Axis, y: Axis, name: str) -> Iterator[str]:
     for value in x.ticks():
         yield line(x.place(value), _HEIGHT - _BOTTOM, x.place(value), _HEIGHT - _BOTTOM + 4, "grid")
         yield label(x.place(value), _HEIGHT - _BOTTOM + 19, short(value), "tick", "middle")
-    yield label(_WIDTH - _RIGHT, _HEIGHT - 6, "µs a frame (log scale)", "axis-name", "end")
+    yield label(_WIDTH - _RIGHT, _HEIGHT - 6, "µs per frame (log scale)", "axis-name", "end")
 
 
 def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) -> Iterator[str]:
@@ -61,7 +60,7 @@ def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) ->
         taken.append(place)
         says = (
             f"{point.series.solver}: {metric} {point.error:.4f} {unit}, 95 % interval {low:.4f} to {high:.4f}; "
-            f"{point.micros:.0f} µs a frame"
+            f"{point.micros:.0f} µs per frame"
         )
         left = start < across
         drawn = [

@@ -20,7 +20,7 @@ _PEOPLE = (
     ((-6.4, -2.2), (0.6, 0.1)),
     ((7.4, -1.3), (-0.3, 0.5)),
 )
-"""Where people stand, and how they walk: right and forward of the camera, in metres and metres a frame."""
+"""Where people stand, and how they walk: right and forward of the camera, in metres and metres per frame."""
 
 
 def task_drawing() -> str:

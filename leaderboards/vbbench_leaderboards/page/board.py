@@ -9,12 +9,11 @@ from vbbench.scoring.statistics import known
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series
-from vbbench_leaderboards.page.markup import code, text
-from vbbench_leaderboards.page.pairs import pair_tables
-from vbbench_leaderboards.page.site import Site, key
-from vbbench_leaderboards.page.table import board_table
+from vbbench_leaderboards.markup import code, text
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.page.table import board_table, pair_tables
 from vbbench_leaderboards.page.words import METRICS, PROTOCOLS, TIERS, term_of
-from vbbench_leaderboards.result import Board
+from vbbench_leaderboards.results.result import Board, Result
 
 
 def board_html(site: Site, board: Board) -> str:
@@ -42,7 +41,7 @@ _NO_FILMS = (
 
 def _heading(site: Site, board: Board) -> str:
     protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(TIERS, board.tier)
-    link = f'<a class="watch" id="watch" href="#/{text(key(board))}/play">Watch the sequences</a>'
+    link = f'<a class="watch" id="watch" href="#/{text(board.key)}/play">Watch the sequences</a>'
     watch = link if board in site.playable else ""
     return (
         f'<div class="board-head"><h3 id="board-title" tabindex="-1">{text(board.split)} '
@@ -92,7 +91,7 @@ def _charts(site: Site, board: Board) -> str:
 
 def _chart_pair(site: Site, board: Board, metric: str) -> str:
     name, unit = METRICS[metric].name, METRICS[metric].unit
-    points, spreads = list(_points(site, board, metric)), list(_spreads(site, board, metric))
+    points, spreads = list(_points(site, board, metric)), _spreads(site, board, metric)
     left = scatter(f"time-{metric}", name, unit, points) if points else '<p class="note">No time was reported.</p>'
     return (
         f'<div class="pair" data-metric="{metric}"><figure>{left}<figcaption>Error against time. Bars are 95 % '
@@ -106,32 +105,29 @@ def _points(site: Site, board: Board, metric: str) -> Iterator[Point]:
     for result in site.results[board]:
         figures, seconds = result.score["metrics"][metric], result.score["seconds_per_frame"]
         if seconds and figures["mean"] is not None:
-            series = Series(solver=result.solver, colour=site.colours[result.solver])
             low, high = figures["ci95"]
-            yield Point(series=series, error=figures["mean"], ci95=(low, high), micros=1e6 * seconds)
+            yield Point(series=_series(site, result), error=figures["mean"], ci95=(low, high), micros=1e6 * seconds)
 
 
-def _spreads(site: Site, board: Board, metric: str) -> Iterator[Spread]:
-    rows = sorted(site.results[board], key=lambda result: _median(result.per_sequence.figures[metric]))
-    for result in rows:
-        series = Series(solver=result.solver, colour=site.colours[result.solver])
-        yield Spread(series=series, values=known(result.per_sequence.figures[metric]))
+def _series(site: Site, result: Result) -> Series:
+    return Series(solver=result.solver, colour=site.colours[result.solver])
 
 
-def _median(values: object) -> float:
-    found = known(np.asarray(values, float))
-    return float(np.median(found)) if len(found) else float("inf")
+def _spreads(site: Site, board: Board, metric: str) -> list[Spread]:
+    """The solvers' figures, the smallest median first."""
+    spreads = [
+        Spread(series=_series(site, result), values=known(result.per_sequence.figures[metric]))
+        for result in site.results[board]
+    ]
+    return sorted(spreads, key=lambda spread: np.median(spread.values) if len(spread.values) else np.inf)
 
 
 def _again(site: Site, board: Board) -> str:
-    record, results = site.dataset(board), site.results[board]
-    folder = f"{board.split}-{board.tier}"
-    make = record.command if record else f"vbbench generate {board.split} --tier {board.tier} --out {folder}"
-    solver = results[0].solver
+    record, solver, folder = site.dataset(board), site.results[board][0].solver, f"{board.split}-{board.tier}"
     answers = f"{folder}-{board.protocol}-{solver}"
-    withheld = record is not None and record.seed is None
+    withheld = record.seed is None
     lines = [
-        *([] if withheld else [make]),
+        *([] if withheld else [record.command]),
         f"vbbench solve {folder} --solver {solver} --protocol {board.protocol} --out {answers}",
         f"vbbench leaderboard add {answers} --dataset {folder}" + " --truth TRUTH" * withheld,
     ]
@@ -150,9 +146,9 @@ def _facts(site: Site, board: Board) -> str:
         "Scored": f"{score['sequences']} of {score['sequences_in_dataset']} sequences, {score['frames']} frames, "
         f"{score['positions']} positions",
         "Scored by": "vbbench " + ", ".join(sorted({result.package_version for result in results})),
+        "Truth": "" if record.seed is not None else f"withheld, SHA-256 {truth_sha256(record.tables)}",
+        "Licence": record.licence,
+        "Cite": record.citation,
     }
-    if record is not None:
-        withheld = "" if record.seed is not None else f"withheld, SHA-256 {truth_sha256(record.tables)}"
-        facts |= {"Truth": withheld, "Licence": record.licence, "Cite": record.citation}
     rows = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts.items() if value)
     return f'<dl class="facts">{rows}</dl>'

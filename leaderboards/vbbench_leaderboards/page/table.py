@@ -1,66 +1,68 @@
-"""The table of a board: every solver with its figures, and the paper's rows below."""
+"""The tables of a board: its solvers with the paper's rows below, and the differences between every two solvers."""
 
 import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from vbbench.paper import Quoted, the_paper
-from vbbench_leaderboards.page.markup import NONE, decimals, link, text
-from vbbench_leaderboards.page.site import Site, key
-from vbbench_leaderboards.page.words import COLUMNS, DRIFTS, METRICS, SUMMARIES, Term
-from vbbench_leaderboards.quoted import quoted
-from vbbench_leaderboards.ranking import RANKED
-from vbbench_leaderboards.result import Board, Result
+from vbbench_leaderboards.markup import NONE, decimals, link, text
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.page.words import COLUMNS, DRIFTS, METRICS, SUMMARIES
+from vbbench_leaderboards.results.ranking import LEVEL, Pair, Ranking
+from vbbench_leaderboards.results.result import FIGURES, Board, Result
 
 _MORE = "more"
 """Class of the columns that are shown on request only."""
 
-_MICROS = 1e6
+QUOTED_PROTOCOL = "one-step"
+"""The reading of the paper's tables that its figures agree with; it does not name a protocol."""
 
 
 def board_table(site: Site, board: Board) -> str:
     """The table with its scrolling frame."""
     rows = sorted(site.results[board], key=lambda result: (_mean(result, "dx"), result.solver))
-    digits = {name: decimals([_mean(result, name) for result in rows]) for name in RANKED}
+    digits = {name: decimals([_mean(result, name) for result in rows]) for name in FIGURES}
     body = "".join(_row(site, board, result, digits) for result in rows)
     name = f"{board.split}, {board.protocol}, {board.tier}"
     return (
         f'<div class="scroll" tabindex="0" role="region" aria-label="Table of results">'
-        f'<table class="board" id="board-table" data-board="{text(key(board))}">'
+        f'<table class="board" id="board-table" data-board="{text(board.key)}">'
         f'<caption class="unseen">Results on {text(name)}. Column heads sort.</caption>'
         f'<thead><tr>{"".join(_heads())}</tr></thead><tbody id="board-rows">{body}</tbody>'
-        f"{_quoted_rows(quoted(board))}</table></div>"
+        f"{_quoted_rows(board)}</table></div>"
     )
 
 
 def _heads() -> Iterator[str]:
-    yield _head("rank", COLUMNS["rank"], "rank", kind="num")
-    yield _head("solver", Term(name="Solver", full="solver", meaning=""), "", kind="name")
+    yield _head("rank", COLUMNS["rank"].name, definition="rank")
+    yield _head("solver", "Solver", kind="name")
     for metric, term in METRICS.items():
-        yield _head(metric, term, metric, kind="num")
+        yield _head(metric, term.name, term.unit, definition=metric)
         for summary, how in SUMMARIES.items():
-            own = Term(name=f"{term.name} {how.name}", full=how.full, unit=term.unit, meaning="")
-            yield _head(f"{metric}_{summary}", own, summary, kind=f"num {_MORE}")
+            name = f"{term.name} {how.name}"
+            yield _head(f"{metric}_{summary}", name, term.unit, definition=summary, kind=f"num {_MORE}")
     for drift, term in DRIFTS.items():
-        yield _head(drift, term, drift, kind=f"num {_MORE}")
-    yield _head("coverage", COLUMNS["coverage"], "coverage", kind="num")
-    yield _head("time", COLUMNS["time"], "time", kind="num")
-    yield _head("version", Term(name="Version", full="version", meaning=""), "", kind=_MORE)
-    yield _head("hardware", Term(name="Hardware", full="hardware", meaning=""), "", kind=_MORE)
+        yield _head(drift, term.name, term.unit, definition=drift, kind=f"num {_MORE}")
+    for column in ("coverage", "time"):
+        yield _head(column, COLUMNS[column].name, COLUMNS[column].unit, definition=column)
+    yield _head("version", "Version", kind=_MORE)
+    yield _head("hardware", "Hardware", kind=_MORE)
 
 
-def _head(column: str, term: Term, definition: str, kind: str) -> str:
+def _head(column: str, name: str, unit: str = "", *, definition: str = "", kind: str = "num") -> str:
     tip = f' data-def="def-{definition}" aria-describedby="def-{definition}"' if definition else ""
-    unit = f' <span class="unit">{text(term.unit)}</span>' if term.unit else ""
+    shown = f' <span class="unit">{text(unit)}</span>' if unit else ""
     return (
         f'<th scope="col" class="{kind}" data-column="{column}">'
-        f'<button type="button" data-sort="{column}"{tip}>{text(term.name)}{unit}</button></th>'
+        f'<button type="button" data-sort="{column}"{tip}>{text(name)}{shown}</button></th>'
     )
 
 
 def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> str:
     score, places, seconds = result.score, site.rankings[board], result.score["seconds_per_frame"]
-    ranks = {metric: [getattr(places[metric].places[result.solver], end) for end in _ENDS] for metric in RANKED}
+    own = {metric: places[metric].places[result.solver] for metric in FIGURES}
+    ranks = {metric: [place.rank, place.best, place.worst] for metric, place in own.items()}
     every = text(json.dumps(ranks, separators=(",", ":")))
     cells = [
         f'<td class="num rank" data-ranks="{every}">{_rank(*ranks["dx"])}</td>',
@@ -68,15 +70,12 @@ def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> st
         *(cell for metric in METRICS for cell in _metric_cells(metric, score["metrics"][metric], digits[metric])),
         *(_cell(drift, score["drift"][drift]["mean"], digits[drift], kind=_MORE) for drift in DRIFTS),
         _coverage(score["coverage"]),
-        _cell("time", None if seconds is None else _MICROS * seconds, 0),
+        _cell("time", None if seconds is None else 1e6 * seconds, 0),
         f'<td class="{_MORE}">{text(result.version) or NONE}</td>',
         f'<td class="{_MORE} hardware">{text(result.hardware) or NONE}</td>',
     ]
     words = " ".join([result.solver, result.version, result.reference, result.hardware]).lower()
     return f'<tr data-solver="{text(result.solver)}" data-words="{text(words)}">{"".join(cells)}</tr>'
-
-
-_ENDS = ("rank", "best", "worst")
 
 
 def _rank(rank: int, best: int, worst: int) -> str:
@@ -116,7 +115,9 @@ def _mean(result: Result, metric: str) -> float:
     return float("inf") if found is None else float(found)
 
 
-def _quoted_rows(rows: tuple[Quoted, ...]) -> str:
+def _quoted_rows(board: Board) -> str:
+    """The paper's rows: quoted beside the board, unranked, and never part of its statistics."""
+    rows = the_paper().select(board.split, board.tier) if board.protocol == QUOTED_PROTOCOL else ()
     if not rows:
         return ""
     span = 6 + len(METRICS) * len(SUMMARIES) + len(DRIFTS) + 4
@@ -132,3 +133,46 @@ def _quoted_row(row: Quoted) -> str:
     cells = "".join(mean + more * len(SUMMARIES) for mean in means)
     rest = f"{more * len(DRIFTS)}<td></td><td></td>{more}{more}"
     return f'<tr><td></td><th scope="row" class="name">{text(row.solver)}</th>{cells}{rest}</tr>'
+
+
+def pair_tables(rankings: dict[str, Ranking]) -> str:
+    """A table per metric, folded away; empty where there is nobody to compare."""
+    if not next(iter(rankings.values())).pairs:
+        return ""
+    tables = "".join(_pair_table(metric, rankings[metric]) for metric in METRICS)
+    return (
+        '<details class="pairs" id="pairs"><summary>Differences between solvers</summary>'
+        "<p>Mean over sequences of A − B with its 95 % interval: below zero, A is better. The p-values are of a "
+        f"paired bootstrap over sequences, corrected after Holm; below {LEVEL:g} a difference counts as settled.</p>"
+        f"{tables}</details>"
+    )
+
+
+def _pair_table(metric: str, ranking: Ranking) -> str:
+    term = METRICS[metric]
+    digits = decimals([pair.difference for pair in ranking.pairs])
+    rows = "".join(_pair_row(pair, digits) for pair in ranking.pairs)
+    return (
+        f'<div class="scroll" data-metric="{metric}" tabindex="0" role="region" aria-label="Differences in '
+        f'{term.name}"><table class="plain"><thead><tr><th scope="col">A</th><th scope="col">B</th>'
+        f'<th scope="col" class="num">{term.name} of A − B, {term.unit}</th><th scope="col" class="num">p</th>'
+        f'<th scope="col">Better</th></tr></thead><tbody>{rows}</tbody></table></div>'
+    )
+
+
+def _pair_row(pair: Pair, digits: int) -> str:
+    low, high = pair.ci95
+    if math.isnan(pair.difference):
+        figures = f'<td class="num">{NONE}</td><td class="num">{NONE}</td>'
+    else:
+        p = "&lt; 0.01" if pair.p < 0.01 else f"{pair.p:.2f}"
+        between = f'<span class="ci">{_signed(low, digits)} to {_signed(high, digits)}</span>'
+        figures = f'<td class="num">{_signed(pair.difference, digits)}{between}</td><td class="num">{p}</td>'
+    return (
+        f'<tr><th scope="row">{text(pair.a)}</th><td>{text(pair.b)}</td>{figures}'
+        f"<td>{text(pair.better) if pair.better else 'not settled'}</td></tr>"
+    )
+
+
+def _signed(value: float, digits: int) -> str:
+    return f"{value:+.{digits}f}".replace("-", "−")

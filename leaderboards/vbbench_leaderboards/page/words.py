@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-TASK = "View birdification"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
@@ -67,9 +65,9 @@ COLUMNS = {
     ),
     "time": Term(
         name="Time",
-        full="time a frame",
+        full="time per frame",
         unit="µs",
-        meaning="Time inside the solver, in millionths of a second a frame, on the hardware named in the row.",
+        meaning="Time inside the solver, in millionths of a second per frame, on the hardware named in the row.",
     ),
 }
 
@@ -119,8 +117,3 @@ HEADLINE_METRIC = "dx"
 def term_of(words: dict[str, Term], key: str) -> Term:
     """The term of a key; a stranger's protocol or tier goes by its own name."""
     return words.get(key, Term(name=key, full=key, meaning=""))
-
-
-def definitions() -> dict[str, Term]:
-    """Every term that a tooltip explains, by the end of its element's id."""
-    return METRICS | DRIFTS | COLUMNS | SUMMARIES | PROTOCOLS | TIERS

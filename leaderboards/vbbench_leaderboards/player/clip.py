@@ -1,19 +1,22 @@
 """A sequence, and what a solver says of it, as the page's player gets them.
 
 Millimetres, tenths of a pixel and tenths of a milliradian, counted from a whole metre near the observer's start; in
-long sequences with many people some of these at a time, so that files stay small.
+long sequences with many people some of these at a time, so that files stay small. They are whole numbers as short
+text: differences, zig-zag, bytes of seven bits, deflated, base64. The player's ``scripts/data.js`` reads what is
+written here; tests hold the two against one another.
 """
 
-from collections.abc import Callable
+import base64
+import zlib
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
-from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Sequence, Truth
-from vbbench_leaderboards.player.coding import differences, flags, pack, quantise
 
 POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
 """Quanta of poses (m, m, rad), of places (m) and of boxes (px)."""
@@ -29,6 +32,12 @@ _SMOOTH = 2
 
 _ORDERS = (0, 1, 2)
 
+LARGEST = 100_000_000
+"""Quanta beyond which a number is cut off, so that the page can count in 32 bits; 100 km in mm."""
+
+_MOST_BYTES = 5
+_LEVEL = 9
+
 
 def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> dict[str, Any]:
     """What is published of a sequence, and its truth.
@@ -38,10 +47,10 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
     """
 
     def columns(coarse: int) -> list[IntArray]:
-        poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
+        poses, positions = _true_quanta(truth, coarse)
         boxes = quantise(sequence.observations, PIXEL * coarse)
-        told = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
-        return [*masks, *(differences(values, present, _SMOOTH) for values, present in told)]
+        series = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
+        return [*masks, *(differences(values, present, _SMOOTH) for values, present in series)]
 
     known, always = ~np.isnan(truth.positions[..., 0]), np.ones((sequence.frames, 1), bool)
     masks = [flags(mask) for mask in (known, sequence.observed, ~np.isnan(sequence.given.positions[..., 0]))]
@@ -85,7 +94,7 @@ def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_c
 
 def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, FloatArray]:
     """The estimate less the truth as the page reads it: [T, 3] and [T, K, 2]."""
-    poses, positions = _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
+    poses, positions = _true_quanta(truth, coarse)
     pose_error = estimate.poses - _origin(truth) - poses * (POSE * coarse)
     pose_error[:, 2] = wrap_angle(pose_error[:, 2])
     return pose_error, estimate.positions - _origin(truth)[:2] - positions * (METRE * coarse)
@@ -94,6 +103,10 @@ def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, 
 def _origin(truth: Truth) -> FloatArray:
     """A pose at whole metres near the start, so that places far from a map's origin are small numbers, too."""
     return np.append(np.rint(truth.poses[0, :2]), 0.0)
+
+
+def _true_quanta(truth: Truth, coarse: int) -> tuple[IntArray, IntArray]:
+    return _quanta(truth.poses - _origin(truth), truth.positions - _origin(truth)[:2], coarse)
 
 
 def _quanta(poses: FloatArray, positions: FloatArray, coarse: int) -> tuple[IntArray, IntArray]:
@@ -112,3 +125,53 @@ def _packed(columns: Callable[[int], list[IntArray]], size: int) -> dict[str, An
 def _bits(columns: list[IntArray]) -> float:
     """About how many bits the numbers need."""
     return float(sum(np.log2(1.0 + 2.0 * np.abs(column)).sum() for column in columns))
+
+
+def quantise(values: FloatArray, quantum: float | FloatArray) -> IntArray:
+    """Whole multiples of ``quantum`` nearest to the values, cut off at `LARGEST`; NaN becomes 0."""
+    steps = np.rint(np.nan_to_num(values / quantum, nan=0.0, posinf=LARGEST, neginf=-LARGEST))
+    return np.clip(steps, -LARGEST, LARGEST).astype(np.int64)
+
+
+def differences(values: IntArray, present: BoolArray, order: int) -> IntArray:
+    """The [T, K, A] values where they are ``present`` [T, K], as [A, N] differences in time, a track after the other.
+
+    Order 0 leaves them as they are. Order 1 takes from each value the one before of the same track, and from a track's
+    first value the first of the track before. Order 2 does so once more within a track, from its third value on.
+    """
+    row = values.transpose(1, 0, 2)[present.T].T
+    if order == 0:
+        return row
+    rank = np.cumsum(present, axis=0).T[present.T]
+    begins = np.flatnonzero(rank == 1)
+    result = row.copy()
+    result[:, 1:] -= row[:, :-1]
+    result[:, begins[1:]] = row[:, begins[1:]] - row[:, begins[:-1]]
+    if order == 2:
+        later = np.flatnonzero(rank > 2)
+        result[:, later] -= result[:, later - 1]
+    return result
+
+
+def flags(mask: BoolArray) -> IntArray:
+    """[T, K] flags as the lengths of runs, a track after the other, unset ones first; their number stands before."""
+    row = np.concatenate([[False], mask.T.ravel(), [False]])
+    changes = np.flatnonzero(row[1:] != row[:-1])
+    return np.append(len(changes), np.diff(changes, prepend=0))
+
+
+def pack(columns: Iterable[IntArray]) -> str:
+    """Whole numbers on end, column after column, as base64."""
+    coder = zlib.compressobj(_LEVEL, wbits=-15)
+    data = coder.compress(_varints(np.concatenate([column.ravel() for column in columns]))) + coder.flush()
+    return base64.b64encode(data).decode("ascii")
+
+
+def _varints(numbers: IntArray) -> bytes:
+    """Zig-zag numbers as bytes of seven bits, low ones first, the top bit set where more follow."""
+    zigzag = (numbers << 1) ^ (numbers >> 63)
+    limbs = (zigzag[:, None] >> np.arange(0, 7 * _MOST_BYTES, 7)) & 127
+    follows = zigzag[:, None] >= 1 << np.arange(7, 7 * (_MOST_BYTES + 1), 7)
+    kept = np.column_stack([np.ones(len(numbers), bool), follows[:, :-1]])
+    data: bytes = (limbs | 128 * follows).astype(np.uint8)[kept].tobytes()
+    return data

@@ -1,4 +1,4 @@
-"""Pictures behind the boxes: small renderings of what the observer sees, a JPEG a frame."""
+"""Pictures behind the boxes: small renderings of what the observer sees, a JPEG per frame."""
 
 import shutil
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ _QUALITY = 70
 
 
 def picture_folder(work: Path, split: str, number: int) -> Path:
-    """Where the pictures of a sequence lie in a work folder: ``00000.jpg`` and so on, one a frame."""
+    """Where the pictures of a sequence lie in a work folder: ``00000.jpg`` and so on, one per frame."""
     return work / "pictures" / split / str(number)
 
 

@@ -1,14 +1,27 @@
-"""What can be played: the splits whose datasets and submissions lie in a work folder."""
+"""What can be played: the splits that lie in a work folder, which of their sequences, and the index that says so."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench_leaderboards.result import Board, Result
+from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.submission import SUBMISSION_FILE
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.protocol import get_protocol
+from vbbench_leaderboards.results.folder import Boards, dataset_folder, submission_folder
+from vbbench_leaderboards.results.result import Board, Result
 
-Boards = Mapping[Board, tuple[Result, ...]]
+_REFERENCES = (("sequential", "noisy"), ("sequential", "ideal"))
+"""Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
+
+_CHOSEN_BY = "dx"
+_INDEXED = ("dx", "dt")
+_DIGITS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,11 +40,6 @@ class Playable:
     datasets: Mapping[str, Dataset]
 
 
-def submission_folder(work: Path, result: Result) -> Path:
-    """Where the submission of a result lies in the work folder of ``vbbench leaderboard rerun``."""
-    return work / "submissions" / result.board.folder / result.solver
-
-
 def find_playable(work: Path, boards: Boards) -> Iterator[Playable]:
     """The splits of which something can be played.
 
@@ -44,7 +52,7 @@ def find_playable(work: Path, boards: Boards) -> Iterator[Playable]:
         datasets: dict[str, Dataset] = {}
         kept: dict[Board, tuple[Result, ...]] = {}
         for board in sorted(board for board in boards if board.split == split):
-            there = tuple(row for row in boards[board] if (submission_folder(work, row) / "submission.json").is_file())
+            there = tuple(row for row in boards[board] if _has_submission(work, row))
             dataset = datasets.get(board.tier) or _opened(work, board)
             if dataset is not None and there:
                 _check_same(dataset, there)
@@ -53,9 +61,13 @@ def find_playable(work: Path, boards: Boards) -> Iterator[Playable]:
             yield Playable(split=split, boards=kept, datasets=datasets)
 
 
+def _has_submission(work: Path, result: Result) -> bool:
+    return (submission_folder(work, result.board, result.solver) / SUBMISSION_FILE).is_file()
+
+
 def _opened(work: Path, board: Board) -> Dataset | None:
-    folder = work / "datasets" / f"{board.split}-{board.tier}"
-    dataset = Dataset(folder) if (folder / "dataset.json").is_file() else None
+    folder = dataset_folder(work, board.split, board.tier)
+    dataset = Dataset(folder) if (folder / INFO_FILE).is_file() else None
     return dataset if dataset is not None and dataset.has_truth else None
 
 
@@ -66,3 +78,76 @@ def _check_same(dataset: Dataset, results: tuple[Result, ...]) -> None:
                 f"{dataset.folder} is dataset {dataset.info.id}, {result.path} is of {result.dataset}; "
                 "run 'vbbench leaderboard rerun' again, or build without --work"
             )
+
+
+def choose_sequences(results: Boards, count: int, available: int) -> IntArray:
+    """Numbers of at most ``count`` sequences, ascending, for all boards of a split.
+
+    They lie evenly over the order of the middle solver's Δx; the smallest and the largest are among them.
+
+    Parameters
+    ----------
+    results : the boards of one split.
+    count : how many are wanted.
+    available : number of sequences in the dataset.
+    """
+    result = _middle(results[_reference(results)])
+    own = result.per_sequence
+    usable = np.isfinite(own.figures[_CHOSEN_BY]) & (own.sequence < available)
+    numbers, errors = own.sequence[usable], own.figures[_CHOSEN_BY][usable]
+    ranked = numbers[np.lexsort((numbers, errors))]
+    places = np.unique(np.rint(np.linspace(0, len(ranked) - 1, min(count, len(ranked)))).astype(np.int64))
+    return np.sort(ranked[places])
+
+
+def _reference(results: Boards) -> Board:
+    boards = sorted(results)
+    for protocol, tier in _REFERENCES:
+        found = [board for board in boards if (board.protocol, board.tier) == (protocol, tier) and results[board]]
+        if found:
+            return found[0]
+    return next(board for board in boards if results[board])
+
+
+def _middle(results: tuple[Result, ...]) -> Result:
+    """The result in the middle of the table; of two, the better."""
+    ranked = sorted(results, key=lambda result: (result.score["metrics"][_CHOSEN_BY]["mean"], result.solver))
+    return ranked[(len(ranked) - 1) // 2]
+
+
+def split_index(playable: Playable, chosen: IntArray, pictures: Mapping[str, int]) -> dict[str, Any]:
+    """The index as the page gets it.
+
+    Parameters
+    ----------
+    playable : the split.
+    chosen : [S] numbers of its sequences.
+    pictures : sequence → how many pictures of it there are.
+    """
+    boards = {
+        f"{board.protocol}-{board.tier}": {
+            "tier": board.tier,
+            "given": get_protocol(board.protocol).given,
+            "solvers": {row.solver: _figures(row, chosen) for row in rows},
+        }
+        for board, rows in playable.boards.items()
+    }
+    dataset = next(iter(playable.datasets.values()))
+    return {"split": playable.split, **_facts(dataset, chosen), "pictures": dict(pictures), "boards": boards}
+
+
+def _facts(dataset: Dataset, chosen: IntArray) -> dict[str, list[int]]:
+    columns = {"sequences": "sequence", "frames": "frames", "people": "people"}
+    return {name: dataset.rows[column][chosen].tolist() for name, column in columns.items()}
+
+
+def _figures(result: Result, chosen: IntArray) -> dict[str, list[float | None]]:
+    """A solver's figures in the chosen sequences, None where it has none."""
+    own = result.per_sequence
+    place = np.searchsorted(own.sequence, chosen).clip(max=len(own.sequence) - 1)
+    there = own.sequence[place] == chosen
+    return {name: _rounded(np.where(there, own.figures[name][place], np.nan)) for name in _INDEXED}
+
+
+def _rounded(values: FloatArray) -> list[float | None]:
+    return [round(float(value), _DIGITS) if np.isfinite(value) else None for value in values]

@@ -1,23 +1,23 @@
-"""Writing the player's data into a site: an index a split, a file a sequence and tier, a file a sequence and solver."""
+"""Writes the player into a site: an index per split, a file per sequence and tier, a file per sequence and solver."""
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vbbench.files.dataset import Dataset
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.parallel.workers import check_jobs, in_parallel
 from vbbench.pictures.rendering import Backend
 from vbbench.sequence import Sequence, Truth
-from vbbench_leaderboards.player.choice import choose_sequences
+from vbbench_leaderboards.markup import provided
 from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.index import split_index
 from vbbench_leaderboards.player.pictures import copy_pictures, make_pictures
-from vbbench_leaderboards.player.playable import Boards, Playable, find_playable, submission_folder
-from vbbench_leaderboards.result import Board
+from vbbench_leaderboards.player.playable import Playable, choose_sequences, find_playable, split_index
+from vbbench_leaderboards.results.folder import Boards, submission_folder
+from vbbench_leaderboards.results.result import Board
 
 FOLDER = Path("data", "player")
 """Where the data lie in a site."""
@@ -27,19 +27,8 @@ _PARTS = "data moment theme ego trails map legend strip gestures controls words 
 """Files of which the page's ``player.js`` is made, in the order in which they need one another."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Clip:
-    """A sequence whose file is written.
-
-    Parameters
-    ----------
-    sequence, truth : what it is of.
-    coarse : how many quanta its file takes at a time.
-    """
-
-    sequence: Sequence
-    truth: Truth
-    coarse: int
+Clip = tuple[Sequence, Truth, int]
+"""A sequence whose file is written, its truth, and how many quanta the file takes at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,34 +95,31 @@ def _write_split(site: Path, films: Films, playable: Playable) -> None:
         make_pictures(dataset, playable.split, chosen.tolist(), work, films.pictures)
     pictures = copy_pictures(work, site, playable.split, chosen)
     write_data(site, playable.split, split_index(playable, chosen, pictures))
-    for tier in playable.datasets:
-        clips = list(_write_clips(site, playable, tier, chosen.tolist()))
-        for board in (board for board in playable.boards if board.tier == tier):
-            _write_board(site, playable, board, work, clips)
+    for tier, dataset in playable.datasets.items():
+        clips = list(_write_clips(site, playable.split, tier, dataset, chosen.tolist()))
+        for board, rows in playable.boards.items():
+            for result in rows if board.tier == tier else ():
+                _write_estimates(site, board, result.solver, work, dataset, clips)
 
 
-def _write_clips(site: Path, playable: Playable, tier: str, chosen: list[int]) -> Iterator[Clip]:
-    dataset = playable.datasets[tier]
+def _write_clips(site: Path, split: str, tier: str, dataset: Dataset, chosen: list[int]) -> Iterator[Clip]:
     for number in chosen:
         sequence = dataset.sequence(number)
         truth = dataset.truth(sequence)
         values = encode_clip(dataset.info.camera, dataset.info.dt, sequence, truth)
-        write_data(site, f"{playable.split}/{tier}/{number}", values)
-        yield Clip(sequence=sequence, truth=truth, coarse=values["coarse"])
+        write_data(site, f"{split}/{tier}/{number}", values)
+        yield sequence, truth, values["coarse"]
 
 
-def _write_board(site: Path, playable: Playable, board: Board, work: Path, clips: list[Clip]) -> None:
-    for result in playable.boards[board]:
-        submitted = SubmittedEstimates(playable.datasets[board.tier], submission_folder(work, result))
-        for clip in clips:
-            estimate = submitted.of(clip.sequence)
-            values = encode_estimate(clip.sequence, clip.truth, estimate, clip.coarse)
-            write_data(site, f"{board.folder.as_posix()}/{clip.sequence.index}/{result.solver}", values)
+def _write_estimates(site: Path, board: Board, solver: str, work: Path, dataset: Dataset, clips: list[Clip]) -> None:
+    submitted = SubmittedEstimates(dataset, submission_folder(work, board, solver))
+    for sequence, truth, coarse in clips:
+        values = encode_estimate(sequence, truth, submitted.of(sequence), coarse)
+        write_data(site, f"{board.key}/{sequence.index}/{solver}", values)
 
 
 def write_data(site: Path, name: str, values: dict[str, Any]) -> None:
     """One data file, which the page asks for by its name; what is half-written no site ever shows."""
-    key, value = json.dumps(f"player/{name}"), json.dumps(values, ensure_ascii=False, separators=(",", ":"))
     path = site / FOLDER / f"{name}.js"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"vbbench.provide({key},{value});\n", encoding="utf-8")
+    path.write_text(provided(f"player/{name}", values), encoding="utf-8")

@@ -1,10 +1,14 @@
-"""What a person looks like and how they carry themselves; all of it follows from a seed and the person's id."""
+"""What a person looks like and how they carry themselves; and the limb meshes of looks, by level of detail."""
 
 from dataclasses import dataclass, field, fields
+from functools import cache
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_renderers.drawing import Pattern
-from vbbench_renderers.people.library import top_of
+from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.people.body import body_meshes
+from vbbench_renderers.people.garments import garment_meshes
+from vbbench_renderers.people.head import head_meshes
 
 Triple = tuple[float, float, float]
 ONE: Triple = (1.0, 1.0, 1.0)
@@ -93,3 +97,20 @@ class Look:
 def crown_of(parts: tuple[Part, ...], head_bone: int) -> float:
     """Height in m for 1.75 m of the top of head, hair and hat over the chin."""
     return max(part.offset[2] + part.scale[2] * top_of(part.mesh) for part in parts if part.bone == head_bone)
+
+
+_MAKERS = body_meshes() | head_meshes() | garment_meshes()
+NAMES = tuple(_MAKERS)
+"""What each mesh of the library is."""
+
+
+@cache
+def library(level: int) -> tuple[Mesh, ...]:
+    """The meshes of a level, in the order of `NAMES`."""
+    return tuple(make(level) for make in _MAKERS.values())
+
+
+@cache
+def top_of(name: str) -> float:
+    """Height in m of the highest point of a mesh in its own frame."""
+    return float(library(0)[NAMES.index(name)].vertices[:, 2].max())

@@ -1,29 +1,41 @@
-"""From feet to bones: legs of two links, a spine that takes up the bob of walking, arms that swing.
+"""Bones, and how feet move them: legs of two links, a spine that takes up the bob of walking, arms that swing.
 
 The pelvis is as high as straight legs allow and so goes up and down with the steps, but the head stays at the
 person's height: the spine is stretched by the few centimetres in between, because the benchmark's geometry is that
 of upright people of constant height.
 """
 
+from enum import IntEnum
+
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.people.bones import (
-    BONES,
-    CHIN,
-    HIP_ASIDE,
-    HIP_UP,
-    PELVIS,
-    SHIN,
-    SHOULDER_ASIDE,
-    SHOULDER_UP,
-    SPINE,
-    THIGH,
-    UPPER_ARM,
-    Bone,
-)
 from vbbench_renderers.people.gait import ANKLE, SIDES, Feet, Moment, vigour, walking
 from vbbench_renderers.people.looks import Style
+
+THIGH, SHIN, UPPER_ARM, FOREARM = 0.430, 0.415, 0.290, 0.250
+HIP_UP, HIP_ASIDE, SHOULDER_UP, SHOULDER_ASIDE = -0.040, 0.086, 0.434, 0.173
+PELVIS, SPINE, CHIN = 0.970, 0.520, 1.530
+"""Height of the pelvis when standing, from there to the base of the neck, and of the chin, in m for 1.75 m."""
+
+
+class Bone(IntEnum):
+    """What a limb can hang from; left and right follow one another."""
+
+    PELVIS = 0
+    CHEST = 1
+    NECK = 2
+    HEAD = 3
+    UPPER_ARM = 4
+    FOREARM = 6
+    THIGH = 8
+    SHIN = 10
+    FOOT = 12
+    SKIRT = 14  # and three more
+
+
+BONES = 18
+
 
 REACH = 0.998
 """A leg is never quite straight."""

@@ -8,11 +8,10 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Mesh
-from vbbench_renderers.people.casting import make_look
+from vbbench_renderers.people.dressing import make_look
 from vbbench_renderers.people.gait import Feet, Moment, moment_at, place_feet
-from vbbench_renderers.people.library import NAMES, library
 from vbbench_renderers.people.loft import LEVELS
-from vbbench_renderers.people.looks import Look, Style
+from vbbench_renderers.people.looks import NAMES, Look, Style, library
 from vbbench_renderers.people.paths import trace_paths
 from vbbench_renderers.people.skeleton import pose_bones
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Pattern
-from vbbench_renderers.people.bones import Bone
 from vbbench_renderers.people.looks import Part, Triple
 from vbbench_renderers.people.palette import linear
+from vbbench_renderers.people.skeleton import Bone
 
 Rng = np.random.Generator
 

@@ -4,14 +4,14 @@ from functools import lru_cache
 
 import numpy as np
 
+from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench_renderers.drawing import Surroundings
+from vbbench_renderers.drawing import Sky, Surroundings
 from vbbench_renderers.mesh import join_meshes
 from vbbench_renderers.surroundings.ground import ground_mesh, ground_tone
 from vbbench_renderers.surroundings.houses import house_meshes
 from vbbench_renderers.surroundings.layers import textures
 from vbbench_renderers.surroundings.layout import Area, Site, plan
-from vbbench_renderers.surroundings.light import late_morning
 from vbbench_renderers.surroundings.outfit import outfit
 from vbbench_renderers.surroundings.shapes import place, turned
 
@@ -61,3 +61,15 @@ def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
     middle = (0.5 * (area[0] + area[2]), 0.5 * (area[1] + area[3]))
     sun = turned(site.sun, turn)
     return Surroundings(mesh=place(join_meshes(parts), *middle, turn), textures=textures(), sky=late_morning(sun))
+
+
+def late_morning(sun: FloatArray) -> Sky:
+    """A fine day; `sun` [3] points towards the sun."""
+    return Sky(
+        sun_direction=np.asarray(sun, dtype=np.float32),
+        sun_colour=np.array([1.35, 1.20, 0.97], np.float32),
+        zenith=np.array([0.13, 0.28, 0.60], np.float32),
+        horizon=np.array([0.60, 0.71, 0.84], np.float32),
+        ground_glow=np.array([0.24, 0.22, 0.19], np.float32),
+        haze_distance=400.0,
+    )

@@ -6,8 +6,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Float32, Mesh
-from vbbench_renderers.surroundings.quads import Quads, boxes, join, quads
-from vbbench_renderers.surroundings.shapes import place, smooth_mesh, tube
+from vbbench_renderers.surroundings.shapes import Quads, boxes, join, place, quads, smooth_mesh, tube
 
 PAINTS = [
     (0.45, 0.46, 0.48),

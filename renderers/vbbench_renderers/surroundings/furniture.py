@@ -9,8 +9,7 @@ from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.surroundings.cars import car
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.panes import quarter
-from vbbench_renderers.surroundings.quads import FACES, Quads, boxes, join, quads
-from vbbench_renderers.surroundings.shapes import place, tube, turned
+from vbbench_renderers.surroundings.shapes import Quads, boxes, join, place, quads, tube, turned
 from vbbench_renderers.surroundings.trees import bush
 
 Parts = list[Mesh | Quads]
@@ -18,8 +17,6 @@ Parts = list[Mesh | Quads]
 IRON = np.array([0.035, 0.04, 0.042])
 OAK = np.array([0.42, 0.27, 0.15])
 CLOTHS = [(0.62, 0.56, 0.45), (0.45, 0.09, 0.07), (0.10, 0.22, 0.16), (0.62, 0.42, 0.14)]
-AROUND = tuple(face for face in FACES if face != "top")
-"""The faces of something that is seen from below."""
 
 
 def lamp(rng: np.random.Generator) -> Parts:

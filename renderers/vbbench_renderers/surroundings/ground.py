@@ -7,10 +7,8 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
-from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Site
-from vbbench_renderers.surroundings.light import wall_shade
-from vbbench_renderers.surroundings.quads import quads
-from vbbench_renderers.surroundings.shapes import smooth_mesh, turned
+from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Plot, Site
+from vbbench_renderers.surroundings.shapes import quads, smooth_mesh, turned
 
 FAR = 250.0
 """How far the ground reaches beyond the walking area, m."""
@@ -173,3 +171,13 @@ def _kerbs(points: FloatArray, depths: FloatArray) -> Mesh:
         faces.append(np.stack([np.hstack([left, low]), np.hstack([right, low]), np.hstack([right, high]),
                                np.hstack([left, high])], axis=1))  # fmt: skip
     return quads(np.concatenate(faces), [0.55, 0.54, 0.52], layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR]).mesh()
+
+
+def wall_shade(points: FloatArray, plots: tuple[Plot, ...]) -> FloatArray:
+    """[N] less light from the sky near the foot of houses: ambient occlusion at ground points [N, 2]."""
+    shade = np.ones(len(points))
+    for plot in plots:
+        rectangle = plot.footprint
+        outside = np.maximum(np.maximum(rectangle[:2] - points, points - rectangle[2:]), 0.0)
+        shade *= 1.0 - 0.38 * np.exp(-np.linalg.norm(outside, axis=1) / 0.9)
+    return np.maximum(shade, 0.35)

@@ -7,13 +7,11 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh
-from vbbench_renderers.surroundings.front import Front
+from vbbench_renderers.surroundings.facade import Front, balconies, plain_floors, upper_floors
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import Plot
-from vbbench_renderers.surroundings.quads import Quads, boxes, join, quads
-from vbbench_renderers.surroundings.shapes import place
+from vbbench_renderers.surroundings.shapes import Quads, boxes, join, place, quads
 from vbbench_renderers.surroundings.shopfronts import ground_floor
-from vbbench_renderers.surroundings.storeys import balconies, plain_floors, upper_floors
 
 SPREAD = 0.104
 """Widest part of a house over its distance, rad: so narrow that it may be projected on a cylinder by its corners."""

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.surroundings.noise import SIZE, Masonry, cloudy, masonry, srgb
-from vbbench_renderers.surroundings.panes import doors, shops, signs, windows
+from vbbench_renderers.surroundings.panes import SIZE, Masonry, cloudy, doors, masonry, shops, signs, srgb, windows
 
 
 class Layer(IntEnum):

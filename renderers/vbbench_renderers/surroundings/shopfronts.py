@@ -3,10 +3,10 @@
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.surroundings.front import Front, graded, upright, wall
+from vbbench_renderers.surroundings.facade import Front, graded, upright, wall
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.panes import quarter
-from vbbench_renderers.surroundings.quads import Quads, boxes, join, quads
+from vbbench_renderers.surroundings.shapes import Quads, boxes, join, quads
 
 PAINTS = [
     (0.05, 0.09, 0.07),

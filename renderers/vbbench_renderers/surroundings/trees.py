@@ -5,8 +5,7 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
-from vbbench_renderers.surroundings.quads import boxes
-from vbbench_renderers.surroundings.shapes import icosphere, smooth_mesh, tube
+from vbbench_renderers.surroundings.shapes import boxes, icosphere, smooth_mesh, tube
 
 GREENS = [(0.20, 0.34, 0.07), (0.27, 0.40, 0.08), (0.17, 0.30, 0.09), (0.35, 0.40, 0.08), (0.22, 0.37, 0.12)]
 """Colours of foliage, linear RGB, multiplied with the texture."""

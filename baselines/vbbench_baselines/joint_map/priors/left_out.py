@@ -11,13 +11,7 @@ from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.prior import get_prior
 
 CausalWithoutHotel = partial(MapCausal, prior=get_prior("without-hotel"))
-"""`MapCausal` for Hotel."""
-
-CausalWithoutEth = partial(MapCausal, prior=get_prior("without-eth"))
-"""`MapCausal` for ETH, at either speed."""
-
 BatchWithoutHotel = partial(MapBatch, prior=get_prior("without-hotel"))
-"""`MapBatch` for Hotel."""
 
+CausalWithoutEth = partial(MapCausal, prior=get_prior("without-eth"))  # for ETH at either speed
 BatchWithoutEth = partial(MapBatch, prior=get_prior("without-eth"))
-"""`MapBatch` for ETH, at either speed."""

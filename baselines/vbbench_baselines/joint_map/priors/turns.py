@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from vbbench.generation.generator import Look, Options, Plan
 from vbbench.geometry import FloatArray
 from vbbench.registry import load
-from vbbench_baselines.joint_map.heads import Head, head_of, turn
+from vbbench_baselines.joint_map.motion.heads import Head, head_of, turn
 from vbbench_baselines.joint_map.prior import Prior
 
 LEAST_FOLLOW = 0.03

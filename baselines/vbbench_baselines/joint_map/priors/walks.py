@@ -1,13 +1,25 @@
-"""What a motion prior is fitted on: second differences of true walks."""
+"""What a motion prior is fitted on, second differences of true walks, and the prior under which they are most likely.
 
-from collections.abc import Iterable, Iterator
+With innovations e_j of the autoregression, in units c_j of their scale where a walk begins, a person's likelihood is
+
+    ∫ p(s²) Π_j t_ν(e_j; s c_j) ds²,   t_ν(e; s) = (1 + ‖e‖²/(νs²))^{−(ν/2 + 1)} / (2πs²)
+
+(the Student-t density in the plane), s² scaled inverse χ² with a_0 degrees of freedom about σ². The integral is a sum
+over a fixed grid of ln s², so that the likelihood is smooth in all parameters.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import Bounds, minimize
+from scipy.special import gammaln, logsumexp
 
 from vbbench.generation.generator import Plan
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
+from vbbench_baselines.joint_map.prior import Prior
 
 STANDING = 0.5
 """Who ends nearer than this (m) to the start is left out: splits do not show them, and rounded stillness is no walk."""
@@ -32,7 +44,8 @@ class Walks(NamedTuple):
 
 def walks_of(plan: Plan, most: int) -> Walks:
     """The walks of a split's shared scenes, or of the scenes of its first ``most`` sequences."""
-    return gather(plan.scenes or _built_scenes(plan, most))
+    built = (plan.build(index).scene for index in range(min(most, len(plan))))
+    return gather(plan.scenes or (scene for scene in built if scene is not None))
 
 
 def gather(scenes: Iterable[Scene]) -> Walks:
@@ -57,13 +70,6 @@ def gather(scenes: Iterable[Scene]) -> Walks:
     )
 
 
-def _built_scenes(plan: Plan, most: int) -> Iterator[Scene]:
-    for index in range(min(most, len(plan))):
-        scene = plan.build(index).scene
-        if scene is not None:
-            yield scene
-
-
 def _runs(path: FloatArray) -> list[FloatArray]:
     """The stretches without gap of a path [T, 2]."""
     there = np.flatnonzero(~np.isnan(path[:, 0]))
@@ -76,3 +82,68 @@ def _with_past(differences: FloatArray) -> FloatArray:
     for lag in range(3):
         rows[lag:, lag] = differences[: len(differences) - lag]
     return rows
+
+
+GRID = np.arange(2.0 * np.log(1e-4), 2.0 * np.log(3.0), 0.2)
+"""ln s² of the integral, s from 0.1 mm to 3 m."""
+
+SIGMA_RANGE, MOST_NU, A0_RANGE = (1e-3, 1.0), 100.0, (0.5, 200.0)
+"""Beyond these the distributions cannot be told from their limits."""
+
+
+def innovations(walks: Walks, prior: Prior) -> FloatArray:
+    """[N] squared innovations ‖e‖² in m², in units of c²."""
+    start = prior.start
+    b = np.array(((0.0, 0.0), (start.b, 0.0), prior.b))[walks.order]
+    c = np.array((start.first, start.second, 1.0))[walks.order]
+    e = walks.differences[:, 0] - np.einsum("nl,nlx->nx", b, walks.differences[:, 1:])
+    squares: FloatArray = np.sum(e * e, axis=1) / (c * c)
+    return squares
+
+
+def log_likelihood(walks: Walks, prior: Prior) -> float:
+    """Mean over second differences of their log density, in nats."""
+    squares, counts = innovations(walks, prior)[:, None], np.bincount(walks.order, minlength=3)
+    half, a = 0.5 * prior.nu + 1.0, 0.5 * prior.a0
+    each = -half * np.log1p(squares / (prior.nu * np.exp(GRID))) - GRID - np.log(2.0 * np.pi)
+    persons = np.add.reduceat(each, walks.first, axis=0)
+    x = np.log(a * prior.sigma**2) - GRID
+    spread = a * x - np.exp(x) - gammaln(a) + np.log(GRID[1] - GRID[0])  # ln of p(s²) ds²
+    units = -2.0 * float(counts[0] * np.log(prior.start.first) + counts[1] * np.log(prior.start.second))  # −2 Σ ln c
+    return (float(logsumexp(persons + spread, axis=1).sum()) + units) / len(walks.order)
+
+
+def fit_walks(crowds: Sequence[Walks], start: Prior, least_nu: float, held: Collection[str] = ()) -> Prior:
+    """The prior with the greatest mean of `log_likelihood` over crowds: each counts the same, however large.
+
+    ν ≥ ``least_nu`` keeps interpolated recordings, most of whose second differences are zero, from being believed.
+    What is ``held`` of ``b``, ``nu`` and ``a0`` stays what it is in ``start``, which measures what it is good for.
+    """
+
+    def cost(v: FloatArray) -> float:
+        prior = _unpack(v, start)
+        return -sum(log_likelihood(walks, prior) for walks in crowds)
+
+    lower = np.array((-2.0, -2.0, *np.log((SIGMA_RANGE[0], least_nu, A0_RANGE[0]))))
+    upper = np.array((2.0, 2.0, *np.log((SIGMA_RANGE[1], MOST_NU, A0_RANGE[1]))))
+    v = np.clip(_pack(start), lower, upper)
+    for i, name in enumerate(("b", "b", "sigma", "nu", "a0")):
+        if name in held:
+            lower[i] = upper[i] = v[i]
+    best = minimize(cost, v, method="L-BFGS-B", bounds=Bounds(lower, upper), options={"ftol": 1e-11, "gtol": 1e-7})
+    speed = float(np.sqrt(np.mean([walks.speed for walks in crowds])))
+    return replace(_unpack(best.x, start), speed=speed)
+
+
+def _pack(prior: Prior) -> FloatArray:
+    """Free parameters: partial autocorrelations, which keep the autoregression stationary, and logarithms."""
+    b1, b2 = prior.b
+    partial = np.arctanh((b1 / (1.0 - b2), b2))
+    return np.append(partial, np.log((prior.sigma, prior.nu, prior.a0)))
+
+
+def _unpack(v: FloatArray, others: Prior) -> Prior:
+    r1, r2 = np.tanh(v[:2])
+    sigma, nu, a0 = np.exp(v[2:])
+    b = (float(r1 * (1.0 - r2)), float(r2))
+    return replace(others, b=b, sigma=float(sigma), nu=float(nu), a0=float(a0))

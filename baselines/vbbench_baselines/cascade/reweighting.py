@@ -1,0 +1,86 @@
+"""Pose and people together under unsquared norms, by iterative reweighting.
+
+The cascade's first energy with D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq. 11) is, with m_k = ‖x_k − p_k‖/σ_k,
+
+    E_c = Σ_k ρ(m_k) + ½ (z_k − Rᵀ(x_k − c))ᵀ N_k⁻¹ (z_k − Rᵀ(x_k − c)),   ρ(m) = √(m² + ε²),
+
+the observer being one more walker with z = 0, N = 0. ρ is the norm, rounded off below ε standard deviations; a
+walk that departs far from its expectation pulls no harder than one that departs a little. Since ρ is concave in m²,
+
+    ρ(m) ≤ ½ w m² + constant,   w = 1/√(m_now² + ε²),   with equality at m_now,
+
+and the right-hand side is the weighted energy that `fit_pose` and `localise` minimise exactly, over all poses: each
+round lowers E_c, and the first is the global least-squares fit, wherever the observer was before. The box terms keep
+their own covariances: only the motion's variance σ_k² is divided by w. The gradient of E_c is that of the weighted
+energy at the same place.
+"""
+
+import numpy as np
+
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
+
+
+@kernel
+def weigh(positions: FloatArray, factors: Factors, softness: float) -> FloatArray:
+    """Weights w [K] of positions [K, 2] about what is expected; one where nothing is."""
+    expected, std = factors.expected, factors.std
+    weights = np.empty(len(std))
+    for k in range(len(std)):
+        weights[k] = 1.0
+        dx, dy = positions[k, 0] - expected[k, 0], positions[k, 1] - expected[k, 1]
+        squared = (dx * dx + dy * dy) / std[k] ** 2
+        if not np.isnan(squared):
+            weights[k] = 1.0 / np.sqrt(squared + softness**2)
+    return weights
+
+
+@kernel
+def moved(before: FloatArray, after: FloatArray, distance: float) -> bool:
+    """Whether a coordinate of anybody's place [K, 2] changed by ``distance`` m or more; NaN does not."""
+    for k in range(len(before)):
+        if abs(after[k, 0] - before[k, 0]) >= distance or abs(after[k, 1] - before[k, 1]) >= distance:
+            return True
+    return False
+
+
+@kernel
+def settle(
+    factors: Factors, pose: FloatArray, softness: float, rounds: int, tolerance: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Minimise E_c over the pose, unless it is known, and the people.
+
+    Parameters
+    ----------
+    pose : [3] the known pose, or NaN.
+    softness : ε, in standard deviations.
+    rounds, tolerance : stop after so many rounds, or when nobody's place (m), nor the yaw (rad), moved further.
+
+    Returns
+    -------
+    Pose [3], positions [K, 2] in m (NaN = not observed) and the weights [K] of the people's terms.
+    """
+    relative, covariance, expected, std, walk, walk_std = factors
+    free, here = np.isnan(pose[2]), pose.copy()
+    people, walk_weight = len(std), 1.0
+    weights, spread, positions = np.empty(people), std.copy(), np.empty((people, 2))
+    for k in range(people):
+        weights[k], positions[k, 0], positions[k, 1] = 1.0, np.inf, np.inf
+    for _ in range(rounds):
+        before, last = here, positions
+        weighted = Factors(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
+        if free:
+            here = fit_pose(weighted)
+        positions = localise(here, weighted)
+        turned = abs(here[0] - before[0]), abs(here[1] - before[1]), abs(here[2] - before[2])
+        held = turned[0] < tolerance and turned[1] < tolerance and turned[2] < tolerance
+        if held and not moved(last, positions, tolerance):
+            break
+        weights = weigh(positions, factors, softness)
+        for k in range(people):
+            spread[k] = std[k] / np.sqrt(weights[k])
+        if free and not np.isinf(walk_std):
+            stray = np.hypot(here[0] - walk[0], here[1] - walk[1]) / walk_std
+            walk_weight = 1.0 / np.sqrt(stray**2 + softness**2)
+    return here, positions, weights

@@ -1,0 +1,132 @@
+"""What a frame-by-frame solver remembers, and where it expects people and the observer next.
+
+Constant velocity: x = 2x' − x'' (arXiv 2111.05060, eq. 10). Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
+being the motion's, σ_e that of the solver's own estimates, and e', e'' one where the past position is such an estimate
+and zero where it was given.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.kernels import kernel
+from vbbench.sequence import Given
+from vbbench.solver import FrameEstimate
+
+ANCHOR_STD = 1e-3
+"""Standard deviation in m of a position given at t itself."""
+
+
+class History:
+    """The window of two past frames (arXiv 2111.05060, section IV) and the present one, rows t−2, t−1, t.
+
+    Whatever is given overwrites the solver's own estimates: truth beats estimate, however late it comes.
+
+    Attributes
+    ----------
+    poses : [3, 3] (x, y, yaw) in m and rad, NaN = unknown.
+    positions : [3, K, 2] in m, NaN = unknown.
+    pose_given : [3] whether the pose was given.
+    position_given : [3, K] whether the position was given.
+    """
+
+    def __init__(self, people: int) -> None:
+        self.poses: FloatArray = np.full((3, 3), np.nan)
+        self.positions: FloatArray = np.full((3, people, 2), np.nan)
+        self.pose_given: BoolArray = np.zeros(3, np.bool_)
+        self.position_given: BoolArray = np.zeros((3, people), np.bool_)
+
+    def advance(self, given: Given) -> None:
+        """Move on by one frame; row t then holds what is given at t, and nothing else."""
+        for rows in (self.poses, self.positions, self.pose_given, self.position_given):
+            rows[:2] = rows[1:]
+        self.poses[2] = self.positions[2] = np.nan
+        self.pose_given[2] = self.position_given[2] = False
+        for rows, told, shown in (
+            (self.poses, self.pose_given, given.poses),
+            (self.positions, self.position_given, given.positions),
+        ):
+            known = ~np.isnan(shown)
+            np.copyto(rows, shown, where=known)
+            told |= known[..., -1]
+
+    def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
+        """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
+
+        What is kept is returned, together with the other fields of `vbbench.estimate.FrameEstimate` in ``report``.
+        """
+        for row, values in ((self.poses[2], pose), (self.positions[2], positions)):
+            np.copyto(row, values, where=np.isnan(row))
+        return FrameEstimate(pose=self.poses[2].copy(), positions=self.positions[2].copy(), **report)
+
+
+class Spreads(NamedTuple):
+    """How far walks stray from what is expected, in m.
+
+    Attributes
+    ----------
+    motion : σ_m, about the expectation of a model.
+    stay : about the one known past position, for each frame since.
+    estimate : σ_e, of the solver's own past positions.
+    """
+
+    motion: float
+    stay: float
+    estimate: float
+
+
+@kernel
+def continue_people(positions: FloatArray, given: BoolArray, spreads: Spreads) -> tuple[FloatArray, FloatArray]:
+    """Constant velocity, as far as the past is known.
+
+    Parameters
+    ----------
+    positions : [3, K, 2] at t−2, t−1 and t in m, NaN = unknown. Row t is where people are, if known.
+    given : [3, K] whether the position was given.
+
+    Returns
+    -------
+    [K, 2] expected positions in m and [K] their standard deviations in m, NaN for people with no known position.
+    """
+    people = positions.shape[1]
+    expected, std = np.empty((people, 2)), np.empty(people)
+    for k in range(people):
+        before, last, now = positions[0, k], positions[1, k], positions[2, k]
+        x, y, std[k] = np.nan, np.nan, np.nan
+        if not np.isnan(now[0]):
+            x, y, std[k] = now[0], now[1], ANCHOR_STD
+        elif np.isnan(last[0]):
+            if not np.isnan(before[0]):
+                x, y, std[k] = before[0], before[1], 2.0 * spreads.stay
+        elif np.isnan(before[0]):
+            x, y, std[k] = last[0], last[1], spreads.stay
+        else:
+            x, y = 2.0 * last[0] - before[0], 2.0 * last[1] - before[1]
+            std[k] = _total_std(given[0, k], given[1, k], spreads)
+        expected[k, 0], expected[k, 1] = x, y
+    return expected, std
+
+
+@kernel
+def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads) -> tuple[FloatArray, float]:
+    """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
+
+    Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
+    """
+    pose = np.empty(3)
+    for i in range(3):
+        before, last = poses[0, i], poses[1, i]
+        pose[i] = last
+        if np.isnan(last):
+            pose[i] = 0.0 if np.isnan(before) else before
+        elif i < 2 and not np.isnan(before):
+            pose[i] += last - before
+    return pose, _total_std(given[0], given[1], spreads)
+
+
+@kernel
+def _total_std(before_given: bool, last_given: bool, spreads: Spreads) -> float:
+    """Standard deviation in m about 2x' − x'', as derived above."""
+    estimates = (0.0 if last_given else 4.0) + (0.0 if before_given else 1.0)
+    return float(np.sqrt(spreads.motion**2 + estimates * spreads.estimate**2))

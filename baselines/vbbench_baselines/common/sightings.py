@@ -1,0 +1,66 @@
+"""Boxes as measurements on the ground: the viewing ray of a box, and how pixel noise moves it.
+
+Both cameras of `vbbench.camera` place a person of height h at z = h·ρ(u, l), linear in h: ρ, the ray, is the place of
+a person one metre tall. To first order, noise in u and l and the height's variance s² give z the covariance
+
+    N = (s² + h²·2σ²/l²)·ρρᵀ + h²σ²·ρ'ρ'ᵀ,   ρ' = ∂ρ/∂u,
+
+σ being the standard deviation in px of u and of box top and bottom (so √2σ of l).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+
+SMALLEST_BOX = 1.0
+"""Boxes lower than this (px) are taken to be this high: noise must not turn a person's distance negative."""
+
+
+class Sightings(NamedTuple):
+    """The boxes of one frame as rays; NaN = not observed.
+
+    Attributes
+    ----------
+    rays : [K, 2] (right, forward) place in m of a person one metre tall.
+    sideways : [K, 2] in m, how far one standard deviation of u moves that place.
+    stretch : [K] relative standard deviation of the distance from the noise of the box height.
+    """
+
+    rays: FloatArray
+    sideways: FloatArray
+    stretch: FloatArray
+
+
+def sight(camera: Camera, observations: FloatArray, pixel_std: float) -> Sightings:
+    """Rays of the boxes [..., K, 3] in px, with noise of ``pixel_std`` px on u and on box top and bottom."""
+    boxes = np.array((observations, observations))
+    boxes[1, ..., 0] += 1.0
+    np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
+    rays, shifted = camera.unproject(boxes, np.ones(()))
+    return Sightings(rays, pixel_std * (shifted - rays), (np.sqrt(2.0) * pixel_std) / boxes[0, ..., 2])
+
+
+@kernel
+def measure(sightings: Sightings, heights: FloatArray, variances: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where boxes place people of known or uncertain height: mean and variance [K] in m and m².
+
+    Returns
+    -------
+    [K, 2] (right, forward) in m, and [K, 3] covariance N as (rr, rf, ff) in m².
+    """
+    rays, sideways, stretch = sightings
+    people = len(heights)
+    relative, covariance = np.empty((people, 2)), np.empty((people, 3))
+    for k in range(people):
+        along = variances[k] + (heights[k] * stretch[k]) ** 2
+        across = heights[k] ** 2
+        r, f, dr, df = rays[k, 0], rays[k, 1], sideways[k, 0], sideways[k, 1]
+        relative[k, 0], relative[k, 1] = heights[k] * r, heights[k] * f
+        covariance[k, 0] = along * r * r + across * dr * dr
+        covariance[k, 1] = along * r * f + across * dr * df
+        covariance[k, 2] = along * f * f + across * df * df
+    return relative, covariance

@@ -1,0 +1,153 @@
+"""Boxes as the joint solver sees them: rays that know their range from the feet, or from the height of the box.
+
+A box's bottom stands at v + l/2 = c_y + f·h_0/r, whoever it shows: it measures the distance as a box of height
+v + l/2 − c_y of somebody as tall as the camera's mount would, with the noise of one edge instead of two. What the top
+adds, (h_0 − h)²/h_0² of that information where the height h is known, is under one per cent for people about as tall
+as the mount; it is left out, and no height is unknown any more. Without feet, the box height l = f·h/r and the prior of
+h are all there is.
+
+The same two edges tell how tall people are, wherever the camera is: h = h_0·l/(v + l/2 − c_y). With independent errors
+of σ px in top and bottom edge,
+
+    var h = σ² (h_0² + (h_0 − h)²)/(v + l/2 − c_y)².
+
+All boxes of a person and the prior N(μ_h, σ_h²) are put together by their precisions.
+"""
+
+from typing import NamedTuple, TypedDict
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+from vbbench.solver import Problem
+from vbbench_baselines.common.ego_motion import invert
+from vbbench_baselines.common.sightings import Sightings, measure, sight
+
+FLOOR = 1e-3
+"""Standard deviation in m that every measured place has at least, exact boxes or not."""
+
+HEIGHT_FLOOR = 1e-4
+"""The same of every measured height."""
+
+LOWEST_FOOT = 1.0
+"""Boxes that end less than so many px below the horizon are too far away, or too high, to measure anybody's height."""
+
+FARTHEST = 1.5
+"""Nobody is taken to be more than so many times as far, or as near, as measured."""
+
+
+class Statures(NamedTuple):
+    """What scales the rays: heights of people, or the mount's.
+
+    Attributes
+    ----------
+    mean, variance : [K] in m and m²; a variance of nought is a known one.
+    """
+
+    mean: FloatArray
+    variance: FloatArray
+
+
+def horizon(camera: Camera) -> float:
+    """Row in px in which everything as high as the camera's mount appears: c_y."""
+    return float(camera.project(np.array((0.0, 1.0)), np.array(2.0 * camera.mount_height))[1])
+
+
+class Eye:
+    """What turns boxes into rays.
+
+    Parameters
+    ----------
+    problem : tells camera and noise.
+    feet : whether a box tells its distance by its bottom, else by its height.
+    """
+
+    def __init__(self, problem: Problem, feet: bool) -> None:
+        self._camera, self._pixel_std, self._feet = problem.camera, problem.pixel_std, feet
+        self._horizon = horizon(problem.camera)
+
+    def sight(self, boxes: FloatArray) -> Sightings:
+        """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
+        if not self._feet:
+            return sight(self._camera, boxes, self._pixel_std)
+        upright = boxes.copy()
+        upright[..., 2] = boxes[..., 1] + 0.5 * boxes[..., 2] - self._horizon
+        rays, sideways, stretch = sight(self._camera, upright, self._pixel_std)
+        return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+
+
+def statures_of(problem: Problem, feet: bool) -> Statures:
+    """What scales the rays of a problem's people before anything is seen."""
+    people = len(problem.tracks)
+    if feet:
+        return Statures(np.full(people, problem.camera.mount_height), np.zeros(people))
+    return Statures(np.full(people, problem.height_mean), np.full(people, problem.height_std**2))
+
+
+@kernel
+def inform(sightings: Sightings, statures: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where boxes [K] place people of known stature: places z [K, 2] in m and N⁻¹ [K, 3] as (rr, rf, ff) in 1/m²."""
+    relative, noise = measure(sightings, statures, np.zeros(len(statures)))
+    for k in range(len(statures)):
+        n = noise[k]
+        n[0], n[1], n[2] = invert(n[0] + FLOOR**2, n[1], n[2] + FLOOR**2)
+    return relative, noise
+
+
+@kernel
+def farther(relative: FloatArray, place: FloatArray, pose: FloatArray) -> float:
+    """The ratio q = r/r_m: how many times as far as measured (``relative`` [2]) a ``place`` [2] is from ``pose`` [3].
+
+    A box measures 1/r with an error that does not depend on r. To first order about r this is the distance
+    2r − r²/r_m = r_m(2q − q²) with the standard deviation of the measured distance times q². Taken at the measured
+    distance instead, boxes that came out too low, and so too near, would count more and stray less, and everybody
+    would seem to come nearer too fast.
+    """
+    true = np.sqrt((place[0] - pose[0]) ** 2 + (place[1] - pose[1]) ** 2)
+    return float(min(max(true / np.sqrt(relative[0] ** 2 + relative[1] ** 2), 1.0 / FARTHEST), FARTHEST))
+
+
+class Report(TypedDict, total=False):
+    """What an estimate says of heights: means [K] in m and variances [K] in m²."""
+
+    heights: FloatArray
+    height_variances: FloatArray
+
+
+class BoxHeights:
+    """Everybody's height as their boxes alone tell so far.
+
+    Attributes
+    ----------
+    precision, weighted : [K] Σ 1/var in 1/m² and Σ h/var in 1/m, the prior's among them.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        people, known = len(problem.tracks), 1.0 / max(problem.height_std, HEIGHT_FLOOR) ** 2
+        self.precision = np.full(people, known)
+        self.weighted = np.full(people, known * problem.height_mean)
+        self._facts = horizon(problem.camera), problem.camera.mount_height, problem.pixel_std
+
+    def learn(self, boxes: FloatArray) -> None:
+        """Take in the boxes [K, 3] of a frame, or [T, K, 3], in px; NaN = none."""
+        _learn(boxes if boxes.ndim == 3 else boxes[None], *self._facts, self.precision, self.weighted)
+
+    def report(self) -> Report:
+        """What is believed so far."""
+        return {"heights": self.weighted / self.precision, "height_variances": 1.0 / self.precision}
+
+
+@kernel
+def _learn(
+    boxes: FloatArray, horizon: float, mount: float, std: float, precision: FloatArray, weighted: FloatArray
+) -> None:
+    for t in range(boxes.shape[0]):
+        for k in range(boxes.shape[1]):
+            foot = boxes[t, k, 1] + 0.5 * boxes[t, k, 2] - horizon
+            if foot >= LOWEST_FOOT:
+                height = mount * boxes[t, k, 2] / foot
+                known = 1.0 / (HEIGHT_FLOOR**2 + (std / foot) ** 2 * (mount**2 + (mount - height) ** 2))
+                precision[k] += known
+                weighted[k] += known * height

@@ -1,0 +1,83 @@
+"""The frames that are solved together: what is known of them, and the window that a causal solver keeps of the last."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.sequence import Given
+from vbbench_baselines.common.sightings import Sightings
+from vbbench_baselines.joint_map.measurement.boxes import Statures, inform
+
+
+class Measurements(NamedTuple):
+    """What is known of T frames and K people, as the kernels take it; NaN = absent.
+
+    Attributes
+    ----------
+    relative : [T, K, 2] z in m for the statures' means.
+    information : [T, K, 3] N⁻¹ as (rr, rf, ff) in 1/m².
+    given : [T, K, 2] positions in m.
+    first, last : [K] the frames between which a person is followed; last < first for nobody.
+    stature, stature_variance : [K] μ in m and σ_s² in m².
+    """
+
+    relative: FloatArray
+    information: FloatArray
+    given: FloatArray
+    first: IntArray
+    last: IntArray
+    stature: FloatArray
+    stature_variance: FloatArray
+
+
+def gather(relative: FloatArray, information: FloatArray, given: FloatArray, statures: Statures) -> Measurements:
+    """What is known of everybody from the first to the last frame that says anything about them."""
+    known: BoolArray = ~(np.isnan(relative[..., 0]) & np.isnan(given[..., 0]))
+    frames = len(known)
+    first: IntArray = np.argmax(known, axis=0)
+    last: IntArray = np.where(known.any(axis=0), frames - 1 - np.argmax(known[::-1], axis=0), -1)
+    return Measurements(relative, information, given, first, last, statures.mean, statures.variance)
+
+
+class Window:
+    """The last frames, at most ``size``, in arrays whose last row is the newest; NaN = absent or unknown.
+
+    Attributes
+    ----------
+    poses, places : [n, 3] and [n, K, 2] as believed.
+    given_poses, given : [n, 3] and [n, K, 2].
+    relative, information : [n, K, 2] and [n, K, 3], see `Measurements`.
+    frames : how many were pushed.
+    """
+
+    def __init__(self, size: int, people: int) -> None:
+        self.size, self.frames = size, 0
+        self.poses, self.given_poses = np.full((2, size, 3), np.nan)
+        self.places, self.given, self.relative = np.full((3, size, people, 2), np.nan)
+        self.information = np.full((size, people, 3), np.nan)
+
+    def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
+        """Take in a frame; what is given of the two before it is learned, too."""
+        self.frames += 1
+        for rows in (self.poses, self.given_poses, self.places, self.given, self.relative, self.information):
+            rows[:-1] = rows[1:]
+            rows[-1] = np.nan
+        self.relative[-1], self.information[-1] = inform(seen, statures.mean)
+        for rows, window in (
+            (self.poses, given.poses),
+            (self.given_poses, given.poses),
+            (self.places, given.positions),
+            (self.given, given.positions),
+        ):
+            np.copyto(rows[-3:], window, where=~np.isnan(window))
+
+    @property
+    def filled(self) -> slice:
+        """The rows in use."""
+        return slice(max(self.size - self.frames, 0), self.size)
+
+    def measurements(self, statures: Statures) -> Measurements:
+        """The rows in use as the kernels take them."""
+        rows = self.filled
+        return gather(self.relative[rows], self.information[rows], self.given[rows], statures)

@@ -1,0 +1,131 @@
+"""What the known past of a sequence teaches about its people: everybody's σ_k, and b and σ of them all.
+
+One-step reveals where people truly were, and with it how these people are annotated and walk, which differs from one
+recording to the next. Revealed innovations e = a_0 − b_1 a_1 − b_2 a_2 count with their precision w = (ν + 2)/(νσ_k² +
+m²), as in `vbbench_baselines.joint_map.motion.walks`:
+
+    b     = (I/s_b² + Σ w AᵀA)⁻¹ (b_fitted/s_b² + Σ w Aᵀa_0),   A = (a_1, a_2),
+    σ_k²  = (a_0σ² + Σ w σ_k² m²)/(a_0 + 2n),
+    1/σ²  = (s_σ/σ_fitted² + Σ 1/σ_k²)/(s_σ + people known),
+
+each the most probable value given the rest (steps of expectation and maximisation).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.motion.heads import Head, evidence
+from vbbench_baselines.joint_map.motion.walks import REACH, UNKNOWN, Walk, filters_of, innovation
+
+B_STD = 0.3
+"""s_b: how far one recording's b is from another's; the fits to Hotel and ETH are .29 and .25 apart."""
+
+SIGMA_PEOPLE = 0.3
+"""s_σ: the fitted σ counts as so many people's; ln σ² lies 1.0 apart between the two fits, and .6 between people."""
+
+STATIONARY = 0.95
+"""Partial autocorrelations are kept below it."""
+
+
+class Lessons(NamedTuple):
+    """What was learned up to some frame; written over frame by frame.
+
+    Attributes
+    ----------
+    normal, slope : [2, 2] and [2] of the equations for b.
+    scales : [K + 1, 2] Σ w σ_k² m² and the number of innovations of each person, the observer last.
+    variances : [K + 1] σ_k² in m².
+    sigma : [1] σ in m.
+    odds : [1] what is added to the logarithm of the odds that the head follows.
+    """
+
+    normal: FloatArray
+    slope: FloatArray
+    scales: FloatArray
+    variances: FloatArray
+    sigma: FloatArray
+    odds: FloatArray
+
+
+def nothing_learned(people: int, walk: Walk) -> Lessons:
+    """Before anything is revealed of ``people`` and the observer."""
+    normal = np.eye(2) / B_STD**2
+    b = np.array((-2.0 - walk.filters[REACH, 1], -walk.filters[REACH, 4]))
+    scales, variances = np.zeros((people + 1, 2)), np.full(people + 1, walk.sigma**2)
+    variances[-1] = walk.own**2
+    return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(1))
+
+
+@kernel
+def taught(fitted: Walk, lessons: Lessons) -> Walk:
+    """The prior ``fitted`` with what was learned."""
+    b1, b2 = np.linalg.solve(lessons.normal, lessons.slope)
+    b2 = min(max(b2, -STATIONARY), STATIONARY)
+    b1 = min(max(b1, -STATIONARY * (1.0 - b2)), STATIONARY * (1.0 - b2))
+    filters, spreads = filters_of(b1, b2, fitted.spreads[1])
+    head = fitted.head
+    head = Head(head.gain, head.slow, head.following, head.wandering, head.odds + lessons.odds[0])
+    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, head)
+
+
+@kernel
+def known_before(places: FloatArray) -> int:
+    """How many frames in a row are known at the end of places [n, 2], up to five."""
+    n, count = len(places), 0
+    while count <= REACH and count < n and not np.isnan(places[n - 1 - count, 0]):
+        count += 1
+    return count
+
+
+@kernel
+def learn(places: FloatArray, poses: FloatArray, fitted: Walk, lessons: Lessons) -> None:
+    """Learn from the newest of the revealed places [n, K, 2] and poses [n, 3]."""
+    walk = taught(fitted, lessons)
+    for k in range(len(lessons.scales)):
+        walked = poses[:, :2] if k == len(lessons.scales) - 1 else places[:, k]
+        count = known_before(walked)
+        if count >= 3:
+            _count(walked[len(walked) - count :], k, walk, lessons)
+    if known_before(poses[:, :2]) >= 2:
+        lessons.odds[0] += evidence(poses[-2:], fitted.head)
+    _conclude(fitted, lessons)
+
+
+@kernel
+def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
+    """Take in the newest innovation of a track [n, 2], n ≥ 3."""
+    n, variance = len(track), lessons.variances[k]
+    squared = innovation(track, n - 1, walk)
+    precision = (walk.nu + 2.0) / (walk.nu * variance + squared)
+    lessons.scales[k, 0] += precision * variance * squared
+    lessons.scales[k, 1] += 1.0
+    if n <= REACH:
+        return
+    second = np.empty((3, 2))  # the last second difference, and the two before it
+    for i in range(3):
+        for axis in range(2):
+            second[i, axis] = track[n - 1 - i, axis] - 2.0 * track[n - 2 - i, axis] + track[n - 3 - i, axis]
+    for i in range(1, 3):
+        lessons.slope[i - 1] += precision * (second[0, 0] * second[i, 0] + second[0, 1] * second[i, 1])
+        for j in range(1, 3):
+            product = second[i, 0] * second[j, 0] + second[i, 1] * second[j, 1]
+            lessons.normal[i - 1, j - 1] += precision * product
+
+
+@kernel
+def _conclude(fitted: Walk, lessons: Lessons) -> None:
+    """Renew σ and everybody's σ_k²."""
+    sigma_precision, people = SIGMA_PEOPLE / fitted.sigma**2, SIGMA_PEOPLE
+    walkers = len(lessons.scales) - 1 if fitted.own == UNKNOWN else len(lessons.scales)
+    for k in range(walkers):
+        if lessons.scales[k, 1] > 0.0:
+            sigma_precision += 1.0 / lessons.variances[k]
+            people += 1.0
+    variance = people / sigma_precision
+    for k in range(walkers):
+        total, count = lessons.scales[k, 0], lessons.scales[k, 1]
+        lessons.variances[k] = (fitted.a0 * variance + total) / (fitted.a0 + 2.0 * count)
+    lessons.sigma[0] = np.sqrt(variance)

@@ -1,0 +1,126 @@
+"""The motion prior as a banded quadratic form: innovations of walks, their weights, and DᵀWD.
+
+An innovation is a short filter of a track (`filters`): from the fifth frame on e_t = a_t − b_1 a_{t−1} − b_2 a_{t−2},
+a_t = x_t − 2x_{t−1} + x_{t−2}; before, what a shorter past allows, with a wider spread; at the second frame the
+velocity. Student-t innovations with ν degrees of freedom and scale σ_k in the plane are normal ones with precision
+
+    w_t/κ²,   w_t = (ν + 2)/(νσ_k² + m_t²),   m_t = ‖e_t‖/κ,   σ_k² = (a_0σ² + Σ u_t m_t²)/(a_0 + 2n),   u_t = w_t σ_k²,
+
+where κ is the spread of a lower order in units of the full one's. This is the expectation–maximisation of the t
+distribution (Lange, Little and Taylor 1989), with σ_k² drawn towards σ² by a_0.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.motion.heads import Head, head_of
+from vbbench_baselines.joint_map.prior import Prior, start_of
+
+REACH = 4
+"""Frames that an innovation looks back."""
+
+UNKNOWN = 1e3
+"""In m: σ of an observer of whose walk nothing is known."""
+
+SETTLED_SCALE = 1e-3
+"""Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
+
+SCALE_ROUNDS = 20
+
+
+class Walk(NamedTuple):
+    """The prior's numbers as kernels take them.
+
+    Attributes
+    ----------
+    filters : [5, 5] coefficients of x_t, x_{t−1}, … x_{t−4} of the innovation of order 0 to 4 (0: none).
+    spreads : [5] κ of each order; of order 1, the velocity, the standard deviation in m of a displacement.
+    sigma, nu, a0 : σ in m, ν, a_0.
+    own : σ in m of the observer; as of everybody, or `UNKNOWN`.
+    head : how the observer's head turns.
+    """
+
+    filters: FloatArray
+    spreads: FloatArray
+    sigma: float
+    nu: float
+    a0: float
+    own: float
+    head: Head
+
+
+def walk_of(prior: Prior, dt: float, ego_prior: bool = True) -> Walk:
+    """The numbers of ``prior`` at frames of ``dt`` seconds; without ``ego_prior`` the observer need not be a person."""
+    prior = prior.at(dt)
+    nu, a0, own = min(prior.nu, 1e9), min(prior.a0, 1e9), prior.sigma if ego_prior else UNKNOWN
+    filters, spreads = filters_of(*prior.b, prior.speed * dt)
+    return Walk(filters, spreads, prior.sigma, nu, a0, own, head_of(prior, ego_prior))
+
+
+@kernel
+def filters_of(b1: float, b2: float, pace: float) -> tuple[FloatArray, FloatArray]:
+    """The filters and spreads of an autoregression; ``pace`` is the standard deviation in m of a displacement."""
+    first, b, second = start_of(b1, b2)
+    filters, spreads = np.empty((REACH + 1, REACH + 1)), np.empty(REACH + 1)
+    for order in range(REACH + 1):
+        near = 0.0 if order < 3 else (b if order == 3 else b1)
+        far = b2 if order == 4 else 0.0
+        whole = 1.0 if order > 1 else 0.0
+        filters[order, 0], filters[order, 1] = whole, whole * (-2.0 - near)
+        filters[order, 2] = whole * (1.0 + 2.0 * near - far)
+        filters[order, 3], filters[order, 4] = whole * (2.0 * far - near), whole * -far
+    filters[1, 0], filters[1, 1] = 1.0, -1.0
+    spreads[0], spreads[1], spreads[2], spreads[3], spreads[4] = 1.0, pace, first, second, 1.0
+    return filters, spreads
+
+
+@kernel
+def innovation(track: FloatArray, i: int, walk: Walk) -> float:
+    """m_i² in m², the squared innovation of a track [n, 2] at its frame i ≥ 2, in units of the full order's spread."""
+    order = min(i, REACH)
+    e0 = e1 = 0.0
+    for d in range(order + 1):
+        e0 += walk.filters[order, d] * track[i - d, 0]
+        e1 += walk.filters[order, d] * track[i - d, 1]
+    return float((e0 * e0 + e1 * e1) / walk.spreads[order] ** 2)
+
+
+@kernel
+def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, variance: float) -> tuple[float, float]:
+    """Write the ``weights`` [n] of a track [n, 2], and return its σ_k² in m² and its deviance.
+
+    The scale is looked for about ``sigma`` in m, from ``variance`` on; the deviance is −ln of the prior density, up to
+    a constant.
+    """
+    n = len(track)
+    for i in range(2, n):
+        weights[i] = innovation(track, i, walk)
+    for _ in range(SCALE_ROUNDS):
+        before, total = variance, 0.0
+        for i in range(2, n):
+            total += weights[i] / (walk.nu * variance + weights[i])
+        total *= (walk.nu + 2.0) * variance
+        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        if abs(variance - before) < SETTLED_SCALE * variance:
+            break
+    deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
+    for i in range(2, n):
+        deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
+        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
+    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
+    return variance, float(deviance + scale)
+
+
+@kernel
+def add_walk(weights: FloatArray, walk: Walk, band: FloatArray) -> None:
+    """Add DᵀWD of a track with weights [n] to ``band`` [n, 5], which couples frame i with i, i−1, … i−4."""
+    for i in range(1, len(weights)):
+        order = min(i, REACH)
+        precision = (1.0 if order == 1 else weights[i]) / walk.spreads[order] ** 2
+        for d in range(order + 1):
+            scaled = precision * walk.filters[order, d]
+            for e in range(d, order + 1):
+                band[i - d, e - d] += scaled * walk.filters[order, e]

@@ -1,0 +1,212 @@
+"""Damped Gauss–Newton on the poses, with the Student-t weights renewed between steps.
+
+A step minimises the quadratic model of the weighted energy (Levenberg–Marquardt, the damping scaled by the Hessian's
+diagonal), everybody following, and is taken only if the deviance falls. The Hessian is renewed only now and then: the
+gradient is that of the point, so that an old one costs steps and not exactness, and it makes the most of a step's cost.
+What the last steps have in common shows where they lead (Anderson's acceleration); that point is taken if its deviance
+is lower still. The loop has converged when a whole step is short, in metres or in standard
+deviations, λ² = gᵀH⁻¹g: where poses are hardly known it does not matter where exactly they are.
+
+Renewing weights and stepping is a map x → F(x) that comes near its fixed point linearly. Anderson's acceleration
+guesses the fixed point from the last few pairs: the combination Σ α_i F(x_i), Σ α_i = 1, for which Σ α_i (F(x_i) − x_i)
+is shortest (D. G. Anderson 1965, "Iterative procedures for nonlinear integral equations").
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.optimiser.people import Person, follow
+from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, gradient_of, hessian_of
+from vbbench_baselines.joint_map.optimiser.state import JointProblem, State, believe, deviance_of
+
+DEPTH = 6
+"""Differences that Anderson's acceleration combines."""
+
+LONGEST = 1.0
+"""No step moves a pose further, in m and rad."""
+
+TRIES = 8
+"""Dampings tried before a step is given up."""
+
+RENEWED, LONG, OLDEST = 3, 0.4, 5
+"""The Hessian is renewed in the first steps, after one that was longer (standard deviations), and when it is so old."""
+
+
+class Past(NamedTuple):
+    """The last points in a ring.
+
+    Attributes
+    ----------
+    points, moves : [DEPTH + 1, n] F(x_i) and F(x_i) − x_i.
+    entered : [1] how many were entered.
+    """
+
+    points: FloatArray
+    moves: FloatArray
+    entered: IntArray
+
+
+@kernel
+def extrapolate(past: Past, here: FloatArray, there: FloatArray) -> FloatArray:
+    """Enter that a step leads from ``here`` [n] to ``there`` [n], and guess where the steps lead in the end."""
+    used, slot = min(past.entered[0], DEPTH), past.entered[0] % (DEPTH + 1)
+    past.points[slot], past.moves[slot] = there, there - here
+    past.entered[0] += 1
+    differences, move = np.empty((used, len(here))), past.moves[slot]
+    for j in range(used):
+        differences[j] = move - past.moves[(slot - 1 - j) % (DEPTH + 1)]
+    gram = differences @ differences.T
+    for j in range(used):
+        gram[j, j] = gram[j, j] * (1.0 + 1e-8) + 1e-300
+    share, guess = np.linalg.solve(gram, differences @ move), there.copy()
+    for j in range(used):
+        guess -= share[j] * (there - past.points[(slot - 1 - j) % (DEPTH + 1)])
+    return guess
+
+
+class Settled(NamedTuple):
+    """Where the descent ended.
+
+    Attributes
+    ----------
+    state : the last point.
+    converged : whether the last step was short enough.
+    deviance : −ln of the robust posterior density, up to a constant.
+    """
+
+    state: State
+    converged: bool
+    deviance: float
+
+
+@kernel
+def settle(
+    poses: FloatArray, places: FloatArray, problem: JointProblem, rounds: int, tolerance: float, certain: float
+) -> Settled:
+    """Descend from poses [T, 3] and places [T, K, 2] (NaN = unknown, which only costs a round).
+
+    Parameters
+    ----------
+    rounds : most steps.
+    tolerance, certain : in m and rad, and in standard deviations: a step shorter than either is the last.
+    """
+    variances = np.full(len(problem.data.first) + 1, problem.walk.sigma**2)
+    state = believe(unwrapped(poses), places.copy(), problem.data.stature.copy(), problem, variances)
+    size = poses.size + places.size + len(problem.data.first)
+    past = Past(np.zeros((DEPTH + 1, size)), np.zeros((DEPTH + 1, size)), np.zeros(1, np.int64))
+    model, done, spread, converged = Model(np.empty((0, 0)), 1e-6, OLDEST), 0, np.inf, False
+    while done < rounds and not converged:
+        people = eliminate_all(state, problem.walk)
+        gradient = gradient_of(people, state, problem)
+        if done < RENEWED or spread > LONG or model.age >= OLDEST:
+            model = _renewed(state, people, problem, model.damping)
+        trial, step, model, fallen = _try(state, people, gradient, model, problem)
+        if np.isnan(fallen):
+            break
+        done, spread = done + 1, float(np.sqrt(max(float(-(step @ gradient)), 0.0)))
+        known = not np.isnan(state.improbable)
+        converged = bool(known and (np.max(np.abs(step)) < tolerance or spread < certain))
+        if known and not converged:
+            guess = _guessed(past, state, trial, problem)
+            if deviance_of(guess, state.data) < fallen:
+                trial = guess
+        state = trial
+    return Settled(state, converged, deviance_of(state, state.data))
+
+
+class Model(NamedTuple):
+    """The quadratic model of the energy.
+
+    Attributes
+    ----------
+    inverse : [3T, 3T] of the damped Hessian.
+    damping : in units of the Hessian's diagonal.
+    age : steps since it was renewed.
+    """
+
+    inverse: FloatArray
+    damping: float
+    age: int
+
+
+@kernel
+def _renewed(state: State, people: list[Person], problem: JointProblem, damping: float) -> Model:
+    hessian = hessian_of(people, state, problem)
+    for i in range(len(hessian)):
+        hessian[i, i] += damping * hessian[i, i] + 1e-9
+    inverse = np.empty_like(hessian)
+    inverse[:] = np.linalg.inv(hessian)
+    return Model(inverse, damping, 0)
+
+
+@kernel
+def _try(
+    state: State, people: list[Person], gradient: FloatArray, model: Model, problem: JointProblem
+) -> tuple[State, FloatArray, Model, float]:
+    """A step [3T] that does not raise the deviance, where it leads, and the deviance there; NaN if none was found.
+
+    If a step fails the model is renewed, and damped more if that is not enough.
+    """
+    before = deviance_of(state, state.data)
+    most = np.inf if np.isnan(before) else before + 1e-9 * abs(before) + 1e-12
+    trial, step = state, np.zeros_like(gradient)
+    for _ in range(TRIES):
+        step = -(model.inverse @ gradient)
+        length = np.max(np.abs(step))
+        if length > LONGEST:
+            step *= LONGEST / length
+        trial = _moved(state, people, step.reshape(state.poses.shape), problem)
+        fallen = deviance_of(trial, state.data)
+        if fallen <= most:
+            return trial, step, Model(model.inverse, max(model.damping * 0.1, 1e-9), model.age + 1), fallen
+        damping = max(model.damping, 1e-6) * 10.0 if model.age == 0 else model.damping
+        model = _renewed(state, people, problem, damping)
+    return trial, step, model, np.nan
+
+
+@kernel
+def _moved(state: State, people: list[Person], step: FloatArray, problem: JointProblem) -> State:
+    """The state after a step [T, 3] of the poses, everybody following."""
+    places, heights = state.places.copy(), state.heights.copy()
+    for person in people:
+        track, heights[person.number] = follow(person, state.poses, step)
+        places[person.first : person.first + len(track), person.number] = track
+    return believe(state.poses + step, places, heights, problem, state.variances)
+
+
+@kernel
+def _guessed(past: Past, before: State, after: State, problem: JointProblem) -> State:
+    """Where steps such as that from ``before`` to ``after`` lead in the end."""
+    guess = extrapolate(past, _vector(before), _vector(after))
+    poses, places, heights = after.poses.copy(), after.places.copy(), after.heights.copy()
+    a, b = poses.size, poses.size + places.size
+    poses.ravel()[:] = guess[:a]
+    heights[:] = guess[b:]
+    flat, known = places.ravel(), guess[a:b]
+    for i in range(len(flat)):
+        if not np.isnan(flat[i]):
+            flat[i] = known[i]
+    return believe(poses, places, heights, problem, after.variances)
+
+
+@kernel
+def _vector(state: State) -> FloatArray:
+    """Poses, places (nought where there are none) and heights in a row."""
+    vector = np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights))
+    for i in range(len(vector)):
+        if np.isnan(vector[i]):
+            vector[i] = 0.0
+    return vector
+
+
+@kernel
+def unwrapped(poses: FloatArray) -> FloatArray:
+    """Poses [T, 3] whose yaws never jump by more than half a turn."""
+    poses = poses.copy()
+    for t in range(1, len(poses)):
+        turns = np.round((poses[t - 1, 2] - poses[t, 2]) / (2.0 * np.pi))
+        poses[t, 2] += turns * 2.0 * np.pi
+    return poses

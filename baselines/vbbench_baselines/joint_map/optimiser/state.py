@@ -1,0 +1,127 @@
+"""A point of the descent: poses, places and heights, and what follows from them.
+
+The weights of the Student-t and Cauchy terms, everybody's own scale and the boxes' linearisation are functions of the
+point (`believe`). Its deviance, −ln of the robust posterior density up to a constant, is what a step lowers, with the
+boxes linearised as they were when the step was computed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.measurement.boxes import farther
+from vbbench_baselines.joint_map.measurement.window import Measurements
+from vbbench_baselines.joint_map.motion.heads import judge
+from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
+from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
+
+
+class Anchor(NamedTuple):
+    """What holds the poses.
+
+    Attributes
+    ----------
+    fixed : [T] whether the pose is given.
+    poses, slope, information : [T, 3], [3T] and [3T, 3T] what is kept of frames before, sᵀd + ½ dᵀΛd with d the poses'
+        distance from ``poses``.
+    odds : what they added to the logarithm of the odds that the head follows.
+    """
+
+    fixed: BoolArray
+    poses: FloatArray
+    slope: FloatArray
+    information: FloatArray
+    odds: float
+
+
+class JointProblem(NamedTuple):
+    """What the poses of a window or block are to be found from.
+
+    Attributes
+    ----------
+    data, anchor, walk : what is known, what holds the poses, and the motion prior.
+    """
+
+    data: Measurements
+    anchor: Anchor
+    walk: Walk
+
+
+class State(NamedTuple):
+    """A point, and what follows from it.
+
+    Attributes
+    ----------
+    poses, places, heights : [T, 3], [T, K, 2] (NaN where unknown) and [K].
+    weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
+    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`motion.heads`).
+    variances : [K + 1] σ_k² in m².
+    data : what was known, with the boxes' noise that belongs to these distances.
+    improbable : the deviance but for that of boxes and given places; NaN as long as somebody's place is unknown.
+    """
+
+    poses: FloatArray
+    places: FloatArray
+    heights: FloatArray
+    weights: FloatArray
+    yaw_weights: FloatArray
+    variances: FloatArray
+    data: Measurements
+    improbable: float
+
+
+@kernel
+def believe(
+    poses: FloatArray, places: FloatArray, heights: FloatArray, problem: JointProblem, variances: FloatArray
+) -> State:
+    """The state at a point; the search for scales begins with ``variances`` [K + 1]."""
+    boxes, anchor, walk = problem
+    frames, people = len(poses), len(boxes.first)
+    weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
+    weights[-1] = 1.0 / walk.own**2
+    off, smooth = (poses - anchor.poses).ravel(), False
+    total = float(off @ anchor.slope + 0.5 * off @ (anchor.information @ off))
+    for k in range(people):
+        first, last = int(boxes.first[k]), int(boxes.last[k])
+        if last < first:
+            continue
+        track = places[first : last + 1, k].copy()
+        if np.any(np.isnan(track)):
+            total = np.nan
+            continue
+        variances[k], improbable = reweigh(track, walk, walk.sigma, weights[k], variances[k])
+        total, smooth = total + improbable, True
+    if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
+        variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, walk.own, weights[-1], variances[-1])
+        total += improbable
+    yaw_weights = np.empty((frames, 2))
+    total += judge(poses, walk.head, anchor.odds, yaw_weights)
+    data = rescaled(boxes, poses, places, heights)
+    return State(poses, places, heights, weights, yaw_weights, variances, data, total)
+
+
+@kernel
+def deviance_of(state: State, data: Measurements) -> float:
+    """The deviance with the boxes linearised as they are in ``data``; NaN as long as somebody's place is unknown."""
+    total, axes = state.improbable, axes_of(state.poses)
+    for k in range(len(data.first)):
+        first, last = int(data.first[k]), int(data.last[k])
+        if last >= first:
+            track = state.places[first : last + 1, k].copy()
+            total += misfit(k, track, state.poses, axes, state.heights[k], data)
+    return float(total)
+
+
+@kernel
+def rescaled(data: Measurements, poses: FloatArray, places: FloatArray, heights: FloatArray) -> Measurements:
+    """The data with its boxes linearised about these poses, places and heights, where known (see `farther`)."""
+    relative, information = data.relative.copy(), data.information.copy()
+    for t in range(len(poses)):
+        for k in range(len(data.first)):
+            if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
+                q = farther(relative[t, k] * (heights[k] / data.stature[k]), places[t, k], poses[t])
+                relative[t, k] *= 2.0 * q - q * q
+                information[t, k] /= q**4
+    return Measurements(relative, information, data.given, data.first, data.last, data.stature, data.stature_variance)

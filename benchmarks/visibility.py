@@ -1,0 +1,295 @@
+"""Ground truth from pictures: where each person shows, how much of them, and how much the border cuts off.
+
+Whatever drew the picture, the pixels that a person would cover alone are counted here, from the same limbs and with
+the exact rays of `vbbench_renderers.raster`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.kernels import kernel, parallel_kernel
+from vbbench.pictures.rendering import Picture
+from vbbench.scene import Scene
+from vbbench_renderers.drawing import Limbs
+from vbbench_renderers.mesh import Float32, Int32
+from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
+from vbbench_renderers.raster.filling import MARGIN, STRIP, cross, face_columns, reaches, trim
+from vbbench_renderers.raster.parts import Parts, join_parts
+from vbbench_renderers.raster.placing import Placed, place
+from vbbench_renderers.raster.rays import NEAR, Rays, camera_rays, eye_transform
+
+ALL, INSIDE, ON_BORDER = range(3)
+"""Columns of the counts: pixels, those inside the window, those on its border."""
+
+COARSE = 4
+"""Pixels from one ray to the next where truncation is measured."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """The people of a picture: everybody who would show if alone.
+
+    Parameters
+    ----------
+    person : [N] ids, ascending.
+    box : [N, 4] left, top, right, bottom in px of what shows, NaN where nothing does: pixel i reaches from i to i + 1.
+        In a panorama left is in [0, W), and right may be larger than W.
+    visible : [N] visible pixels over the pixels that the person would cover alone.
+    truncated : [N] share of the person's pixels, if alone, that lie outside the picture. The picture goes on for
+        its own width and height beyond each border; what lies farther out counts as nowhere.
+    """
+
+    person: IntArray
+    box: FloatArray
+    visible: FloatArray
+    truncated: FloatArray
+
+    def __post_init__(self) -> None:
+        count = len(np.atleast_1d(self.person))
+        object.__setattr__(self, "person", frozen_array("person", self.person, (count,), np.int64))
+        object.__setattr__(self, "box", frozen_array("box", self.box, (count, 4)))
+        object.__setattr__(self, "visible", frozen_array("visible", self.visible, (count,)))
+        object.__setattr__(self, "truncated", frozen_array("truncated", self.truncated, (count,)))
+
+    def observations(self, camera: Camera) -> FloatArray:
+        """[N, 3] (u, v, l) of the boxes in px, as `vbbench.camera.Camera.project` gives them."""
+        left, top, right, bottom = self.box.T
+        return np.stack([camera.wrap_column(0.5 * (left + right)), 0.5 * (top + bottom), bottom - top], axis=-1)
+
+
+class Onlooker:
+    """Reads people off pictures of one scene.
+
+    Parameters
+    ----------
+    scene : the scene.
+    people : its bodies, as drawn: `vbbench_renderers.people.Walkers` with the renderer's seed.
+    """
+
+    def __init__(self, scene: Scene, people: People) -> None:
+        self._scene, self._people = scene, people
+        self._parts = join_parts(joined_library(people))
+
+    def look(
+        self, picture: Picture, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None
+    ) -> Seen:
+        """Who is seen in a picture; frame, camera, pose and observer as it was rendered.
+
+        Raises
+        ------
+        VbbenchError
+            If the scene has no such observer.
+        """
+        rays, eye = camera_rays(camera), eye_transform(camera, pose)
+        without = None if observer is None else self._scene.column_of(observer)
+        limbs = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), camera.focal, without)
+        columns, person = np.unique(limbs.person, return_inverse=True)
+        alone = self._count(limbs, person, len(columns), eye, rays, _window(rays, 0, 0))
+        there = alone[:, ALL] > 0
+        truncated = np.zeros(len(columns))
+        cut = alone[:, ON_BORDER] > 0
+        truncated[cut] = self._truncated(limbs, person, cut, eye, rays)
+        people = self._scene.people[columns[there]]
+        found = _find(picture.ids, people)
+        visible = np.minimum(found[:, 0] / alone[there, ALL], 1.0)
+        return Seen(person=people, box=_boxes(found, rays), visible=visible, truncated=truncated[there])
+
+    def _count(
+        self, limbs: Limbs, person: IntArray, people: int, eye: FloatArray, rays: Rays, window: Int32
+    ) -> IntArray:
+        placed = place(self._parts, limbs.mesh, limbs.transform, np.zeros(len(limbs.mesh), bool), eye, rays)
+        return count_alone(self._parts, limbs.mesh, person.astype(np.int32), people, placed, rays, window)
+
+    def _truncated(
+        self,
+        limbs: Limbs,
+        person: IntArray,
+        cut: np.ndarray[tuple[int], np.dtype[np.bool_]],
+        eye: FloatArray,
+        rays: Rays,
+    ) -> FloatArray:
+        """Share of their pixels that some people have outside, in a larger and coarser picture."""
+        if not cut.any():
+            return np.empty(0)
+        chosen = Limbs(**{name: values[cut[person]] for name, values in vars(limbs).items()})
+        rows = (np.cumsum(cut) - 1)[person[cut[person]]]
+        wider, window = _wider(rays)
+        counts = self._count(chosen, rows, int(cut.sum()), eye, wider, window)
+        return np.asarray(1.0 - counts[:, INSIDE] / np.maximum(counts[:, ALL], 1))
+
+
+def _window(rays: Rays, left: int, top: int) -> Int32:
+    """All of a picture but for borders; the sides of a closed picture are no border."""
+    last = len(rays.side) - 1 - left
+    sides = (-1, last + 1) if rays.closed else (left, last)
+    return np.array([sides[0], top, sides[1], rays.height - 1 - top], np.int32)
+
+
+def _wider(rays: Rays) -> tuple[Rays, Int32]:
+    """Rays of a picture three times as high and, unless it is closed, as wide, one for `COARSE` x `COARSE` px."""
+    width, rows = len(rays.side), -(-rays.height // COARSE)
+    focal, horizon = rays.focal / COARSE, (rays.horizon + 0.5) / COARSE + rows - 0.5
+    if rays.closed:
+        azimuth = 2.0 * np.pi * (np.arange(width // COARSE) + 0.5) / (width // COARSE) - np.pi
+        wider = Rays(np.sin(azimuth), np.cos(azimuth), focal, horizon, 0.0, 3 * rows, True)
+        return wider, _window(wider, 0, rows)
+    columns = -(-width // COARSE)
+    centre = rays.centre / COARSE + columns
+    side = (np.arange(3 * columns, dtype=np.float64) + 0.5 - centre) / focal
+    wider = Rays(side, np.ones(len(side)), focal, horizon, centre, 3 * rows, False)
+    return wider, _window(wider, columns, rows)
+
+
+def _boxes(found: IntArray, rays: Rays) -> FloatArray:
+    """Boxes of a table of `_find`; in a closed picture the narrower of the ways to go round."""
+    count, left, right, top, bottom, turned_left, turned_right = found.T.astype(np.float64)
+    width = len(rays.side)
+    if rays.closed:
+        turned = turned_right - turned_left < right - left
+        left, right = (
+            np.where(turned, (turned_left - width // 2) % width, left),
+            np.where(turned, turned_right - turned_left, right - left),
+        )
+        right = left + right
+    boxes = np.stack([left, top, right + 1.0, bottom + 1.0], axis=-1)
+    boxes[count == 0] = np.nan
+    return boxes
+
+
+@kernel
+def _find(ids: Int32, people: IntArray) -> IntArray:
+    """[N, 7] pixels of each person; first and last column, first and last row; columns turned by half a picture."""
+    height, width = ids.shape
+    found = np.zeros((len(people), 7), np.int64)
+    found[:, 1::2] = 1 << 30
+    found[:, 2::2] = -1
+    known, person = np.int64(-1), -1
+    for row in range(height):
+        for column in range(width):
+            if ids[row, column] < 0:
+                continue
+            if ids[row, column] != known:
+                known = np.int64(ids[row, column])
+                person = int(np.searchsorted(people, known))
+                if person == len(people) or people[person] != known:
+                    person = -1
+            if person >= 0:
+                turned = (column + width // 2) % width
+                found[person, 0] += 1
+                found[person, 1], found[person, 2] = min(found[person, 1], column), max(found[person, 2], column)
+                found[person, 3], found[person, 4] = min(found[person, 3], row), max(found[person, 4], row)
+                found[person, 5], found[person, 6] = min(found[person, 5], turned), max(found[person, 6], turned)
+    return found
+
+
+def count_alone(
+    parts: Parts, mesh: Int32, person: Int32, people: int, placed: Placed, rays: Rays, window: Int32
+) -> IntArray:
+    """[K, 3] pixels that each person covers alone.
+
+    Parameters
+    ----------
+    parts, mesh, placed : limbs, see `vbbench_renderers.raster.placing.place`.
+    person : [N] ascending, 0 … K − 1.
+    people : K.
+    rays : of the camera.
+    window : [4] first column and row, and last column and row, of the part of the picture that counts as inside.
+    """
+    strips = (len(rays.side) + STRIP - 1) // STRIP
+    counts = np.zeros((strips, people, 3), np.int64)
+    _count(parts, mesh, person, placed, rays, window, counts)
+    return np.asarray(counts.sum(axis=0))
+
+
+@parallel_kernel
+def _count(
+    parts: Parts, mesh: Int32, person: Int32, placed: Placed, rays: Rays, window: Int32, counts: IntArray
+) -> None:
+    width = len(rays.side)
+    for strip in prange((width + STRIP - 1) // STRIP):
+        begin, end = strip * STRIP, min(width, (strip + 1) * STRIP)
+        stamps = np.full((end - begin, rays.height), -1, np.int32)
+        for limb in range(len(mesh)):
+            if reaches(placed.low[limb], placed.high[limb], begin, end, width, rays.closed):
+                _count_limb(
+                    parts, mesh[limb], limb, person[limb], placed, rays, begin, end, window, stamps, counts[strip]
+                )
+
+
+@kernel
+def _count_limb(
+    parts: Parts,
+    part: int,
+    limb: int,
+    person: int,
+    placed: Placed,
+    rays: Rays,
+    begin: int,
+    end: int,
+    window: Int32,
+    stamps: Int32,
+    counts: IntArray,
+) -> None:
+    width, points = len(rays.side), placed.points
+    shift = placed.first[limb] - parts.first_vertex[part]
+    turns = (-width, 0, width) if rays.closed else (0, width, width)
+    for row in range(parts.first_triangle[part], parts.first_triangle[part + 1]):
+        a, b, c = parts.triangles[row, 0] + shift, parts.triangles[row, 1] + shift, parts.triangles[row, 2] + shift
+        low, high = face_columns(points, placed.columns, a, b, c, rays)
+        if low <= high:
+            for turn in turns:
+                first = int(max(np.ceil(low - 0.5 - MARGIN) + turn, begin))
+                last = int(min(np.floor(high - 0.5 + MARGIN) + turn, end - 1))
+                if first <= last:
+                    _count_face(
+                        points, a, b, c, placed.side[limb], rays, first, last, begin, person, window, stamps, counts
+                    )
+
+
+@kernel
+def _count_face(
+    points: Float32,
+    a: int,
+    b: int,
+    c: int,
+    side: int,
+    rays: Rays,
+    first: int,
+    last: int,
+    begin: int,
+    person: int,
+    window: Int32,
+    stamps: Int32,
+    counts: IntArray,
+) -> None:
+    """Count the pixels of a triangle on which the person was not counted before; see `filling`."""
+    e0, e1, e2 = cross(points, b, c), cross(points, c, a), cross(points, a, b)
+    volume = points[a, 0] * e0[0] + points[a, 1] * e0[1] + points[a, 2] * e0[2]
+    if volume * side <= 0.0:
+        return
+    if volume < 0.0:
+        e0, e1, e2, volume = (-e0[0], -e0[1], -e0[2]), (-e1[0], -e1[1], -e1[2]), (-e2[0], -e2[1], -e2[2]), -volume
+    s0, s1, s2 = rays.focal / e0[1], rays.focal / e1[1], rays.focal / e2[1]
+    across, up, ahead = e0[0] + e1[0] + e2[0], e0[1] + e1[1] + e2[1], e0[2] + e1[2] + e2[2]
+    fall = -up / (rays.focal * volume)
+    for column in range(first, last + 1):
+        x, z = rays.side[column], rays.ahead[column]
+        top, bottom = 0.0, float(rays.height)
+        top, bottom = trim(e0[0] * x + e0[2] * z, e0[1], s0, rays.horizon, top, bottom)
+        top, bottom = trim(e1[0] * x + e1[2] * z, e1[1], s1, rays.horizon, top, bottom)
+        top, bottom = trim(e2[0] * x + e2[2] * z, e2[1], s2, rays.horizon, top, bottom)
+        if top < bottom:
+            level = (across * x + ahead * z) / volume - fall * rays.horizon
+            aside = column < window[0] or column > window[2]
+            border = column == window[0] or column == window[2]
+            for row in range(int(top), int(bottom)):
+                if stamps[column - begin, row] != person and level + fall * row <= 1.0 / NEAR:
+                    stamps[column - begin, row] = person
+                    counts[person, ALL] += 1
+                    if not aside and window[1] <= row <= window[3]:
+                        counts[person, INSIDE] += 1
+                        counts[person, ON_BORDER] += border or row == window[1] or row == window[3]

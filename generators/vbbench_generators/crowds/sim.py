@@ -1,0 +1,179 @@
+"""The splits `sim` and `street`: crowds that walk under the social force, each seen by one of its walkers.
+
+`street` is the paper's photorealistic split, in which people are hidden by people.
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from vbbench.camera import make_camera
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.generator import Card, Engine, Look, Options, Simulation
+from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
+from vbbench_generators.crowds.scenario import Scenario, get_scenario
+from vbbench_generators.crowds.scenes import draw_scene
+from vbbench_generators.recordings.eligibility import Span
+from vbbench_generators.tiers.corruption import Corruption, check_options, corruption_of
+from vbbench_generators.views.reprojection import HEIGHT_MEAN
+from vbbench_generators.views.viewing import view
+
+REVISION = 1
+"""Raised whenever the same options give other observations, so that dataset ids differ too."""
+SIM_SCENARIO, STREET_SCENARIO = "open", "street"
+"""Those of the paper's splits."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulationPlan:
+    """A simulated dataset's `vbbench.generation.generator.Plan`. ``build`` takes any index, however large."""
+
+    info: DatasetInfo
+    scenario: Scenario
+    engine: Engine
+    look: Look
+    corruption: Corruption
+    limit: int | None = None
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """None: every sequence brings its own."""
+        return ()
+
+    def __len__(self) -> int:
+        return min(self.scenario.sequences, self.limit or self.scenario.sequences)
+
+    def build(self, index: int) -> SequenceData:
+        """One sequence with its scene; its random numbers follow from the seed and its index alone."""
+        rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
+        people = self.scenario.people[index % len(self.scenario.people)]
+        heights = self.info.height_mean + self.info.height_std * rng.standard_normal(people)
+        drawn = draw_scene(
+            self.scenario,
+            people,
+            engine=self.engine,
+            camera=self.info.camera,
+            height=self.info.height_mean,
+            rng=rng,
+        )
+        scene = drawn.scene.with_heights(heights)
+        span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+        data = view(
+            scene,
+            span,
+            scene.present,
+            drawn.heading,
+            info=self.info,
+            look=self.look,
+            corruption=self.corruption,
+            index=index,
+            rng=rng,
+        )
+        return replace(data, scene=scene)
+
+
+class SimSplit:
+    """Crowds made on demand; needs no source."""
+
+    card = Card(
+        name="sim",
+        title="Sim: simulated crowds under the social force",
+        licence="Apache-2.0, like vbbench",
+        citation="M. Moussaïd, D. Helbing, S. Garnier, A. Johansson, M. Combe, G. Theraulaz. Experimental study of the "
+        "behavioural mechanisms underlying self-organization in human crowds. Proc. R. Soc. B 276, 2009 (the forces); "
+        "the paper (the split)",
+        sources=(),
+    )
+
+    def plan(self, options: Options) -> SimulationPlan:
+        """Lay out the sequences; nothing is simulated yet."""
+        return plan_simulation(self.card, options, SIM_SCENARIO, corruption_of)
+
+
+def plan_simulation(
+    card: Card,
+    options: Options,
+    default_scenario: str,
+    corrupting: Callable[[str], Corruption],
+    **definition: str | float,
+) -> SimulationPlan:
+    """The plan of a split whose crowds are simulated.
+
+    Parameters
+    ----------
+    card : of the split.
+    default_scenario : unless the options name one.
+    corrupting : what a tier does to boxes.
+    definition : what else the dataset's definition is to say.
+
+    Raises
+    ------
+    VbbenchError
+        If an option cannot be.
+    """
+    check_options(card.name, options)
+    if options.source is not None or options.dt is not None or options.homography is not None:
+        raise VbbenchError(f"{card.name} has no source: leave --source, --dt and --homography out")
+    asked = options.simulation or Simulation()
+    scenario = get_scenario(asked.scenario or default_scenario)
+    numbers: dict[str, Any] = {"sequences": asked.sequences, "people": asked.people}
+    try:
+        scenario = replace(scenario, **{name: value for name, value in numbers.items() if value is not None})
+    except ValueError as error:
+        raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
+    if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
+        raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
+    corruption, camera = corrupting(options.tier), options.camera or make_camera(scenario.camera)
+    info = DatasetInfo(
+        split=card.name,
+        title=f"{card.title}; {scenario.title}",
+        camera=camera,
+        tier=options.tier,
+        seed=options.seed,
+        dt=scenario.dt,
+        height_mean=HEIGHT_MEAN,
+        height_std=options.height_std,
+        pixel_std=corruption.told_std(camera),
+        scenes=(),
+        definition={
+            "generator": f"simulation/{REVISION}",
+            "look": options.look,
+            "limit": options.limit,
+            "engine": asked.engine,
+            "scenario": asdict(scenario),
+            **corruption.definition,
+            **definition,
+        },
+    )
+    return SimulationPlan(
+        info=info,
+        scenario=scenario,
+        engine=asked.engine,
+        look=options.look,
+        corruption=corruption,
+        limit=options.limit,
+    )
+
+
+class StreetSplit:
+    """The scenario `street`; needs no source.
+
+    Its tier `ideal` is the paper's input from centre lines: whoever shows enough has a whole and exact box, and whoever
+    does not has none. `noisy` adds noise to that; `occluded` and `tracked` are as everywhere.
+    """
+
+    card = replace(SimSplit.card, name="street", title="Street: a simulated crowd in which people hide one another")
+
+    def plan(self, options: Options) -> SimulationPlan:
+        """Lay out the sequences; nothing is simulated yet."""
+        asked = options.simulation
+        if asked is not None and asked.scenario is not None:
+            raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; --scenario is for the split 'sim'")
+        source = {"ideal": "cline", "noisy": "cline"}.get(options.tier, options.tier)
+        corrupting = partial(corruption_of, whole=True)
+        return plan_simulation(self.card, options, STREET_SCENARIO, corrupting, input=source)

@@ -1,0 +1,1 @@
+"""The crowd engine: the social force model, many scenes side by side, compiled."""

@@ -1,0 +1,66 @@
+"""Forces within groups, as pysocialforce has them (coherence and gaze in its "alternative" form)."""
+
+import math
+
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.kernels import kernel
+from vbbench_generators.crowds.social_force.basics import TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
+
+
+@kernel
+def group_forces(people: FloatArray, members: IntArray, numbers: FloatArray, strict: bool, forces: FloatArray) -> None:
+    """Add the forces (m/s²) within one group, whose people are ``members``, to ``forces`` [2, K]."""
+    size = len(members)
+    if size < 2:
+        return
+    x, y = 0.0, 0.0
+    for i in members:
+        x += people[X, i]
+        y += people[Y, i]
+    for i in members:
+        _cohere(people, i, x / size, y / size, (size - 1) / 2.0, numbers[0].cohesion, strict, forces)
+        _gaze(people, i, x, y, size, numbers[0].gaze, strict, forces)
+        for j in members:
+            _separate(people, i, j, numbers[0].separation, numbers[0].personal_space, forces)
+
+
+@kernel
+def _cohere(
+    people: FloatArray, i: int, x: float, y: float, radius: float, factor: float, strict: bool, forces: FloatArray
+) -> None:
+    """Pull towards the centre x, y, softly switched on where it is further off than ``radius``.
+
+    ``strict``: the library reads this distance from columns that are not there, and gets 0.
+    """
+    dx, dy = x - people[X, i], y - people[Y, i]
+    distance = 0.0 if strict else math.sqrt(dx * dx + dy * dy)
+    pull = factor * 0.5 * (math.tanh(distance - radius) + 1.0)
+    forces[0, i] += pull * dx
+    forces[1, i] += pull * dy
+
+
+@kernel
+def _gaze(
+    people: FloatArray, i: int, x: float, y: float, size: int, factor: float, strict: bool, forces: FloatArray
+) -> None:
+    """Push along the way to the goal as far as the others' centre lies ahead, relative to the goal's distance.
+
+    x, y are sums over the group. The goal counts as 0.5 m away where it is nearer, unless ``strict``.
+    """
+    dx = (x - people[X, i]) / (size - 1) - people[X, i]
+    dy = (y - people[Y, i]) / (size - 1) - people[Y, i]
+    distance = people[TARGET_DISTANCE, i]
+    distance = distance if strict else max(distance, 0.5)
+    if distance > 0.0:
+        push = factor * (dx * people[TARGET_X, i] + dy * people[TARGET_Y, i]) / distance
+        forces[0, i] += push * people[TARGET_X, i]
+        forces[1, i] += push * people[TARGET_Y, i]
+
+
+@kernel
+def _separate(people: FloatArray, i: int, j: int, factor: float, space: float, forces: FloatArray) -> None:
+    """Push i away from j by as much as they are apart, if that is within ``space``."""
+    dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
+    if math.sqrt(dx * dx + dy * dy) <= space:
+        forces[0, i] += factor * dx
+        forces[1, i] += factor * dy

@@ -1,0 +1,190 @@
+"""The one thing that head sizes leave open: the focal length, and with it the stretch g = f / cos θ of the depth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench_generators.lifting.fitting import PlaneFit
+from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.heads import HeadBoxes, Heads
+from vbbench_generators.lifting.settings import LiftingSettings, Method
+from vbbench_generators.lifting.smoothing import estimate_strength
+from vbbench_generators.lifting.walking import Pace, Segments, Steps, cut_segments, estimate_pace, log_likelihood
+
+LEAST_PEOPLE = 10
+"""Walkers below whom motion is not asked."""
+
+_GRID, _FINE, _REACH = 33, 2001, 4.5
+_PLANES = 16
+_ROUNDS, _SETTLED = 12, 1e-3
+_DRAWS = 40
+_LEVELS = (np.arange(_DRAWS) + 0.5) / _DRAWS
+_CLIP = 3.0
+_WALKS = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class FocalLengths:
+    """Focal lengths in px that the evidence allows.
+
+    Parameters
+    ----------
+    focal : the middle one, for the fitted plane.
+    planes, draws : [D] planes and focal lengths drawn together from what is known.
+    method : which evidence.
+    walkers : people whose motion was asked.
+    """
+
+    focal: float
+    planes: tuple[SizePlane, ...]
+    draws: FloatArray
+    method: Method
+    walkers: int
+
+
+def stretch(plane: SizePlane, focal: float) -> float:
+    """How depths are stretched: g = f / cos θ in px."""
+    return float(np.hypot(focal, plane.depth))
+
+
+def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FocalLengths:
+    """Close the focal length by what ``settings`` name, and by the prior where too few people walk.
+
+    Raises
+    ------
+    ValueError
+        If the vertical vanishing point cannot be one.
+    """
+    if settings.vertical_vanishing_point is not None:
+        return _by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - boxes.centre)
+    closing = _by_motion(fit, heads, boxes.size[0], settings) if settings.closing == "motion" else None
+    return closing or _by_prior(fit, boxes.size[0], settings)
+
+
+def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLengths:
+    """Focal lengths as lenses have them."""
+    from scipy.special import ndtri
+
+    median = settings.focal_median * width
+    draws = median * np.exp(settings.focal_spread * ndtri(_LEVELS))
+    return _close(median, fit.resampled, [draws for _ in fit.resampled], "prior", 0)
+
+
+def _by_vanishing_point(fit: PlaneFit, point: FloatArray) -> FocalLengths:
+    """Focal length from the (x, ν) in px where plumb lines meet: f² = f·tan θ · (f / tan θ), horizon and nadir.
+
+    Raises
+    ------
+    ValueError
+        If the point is on the horizon's side of the picture's centre.
+    """
+    planes = (fit.plane, *fit.resampled)
+    squares = [plane.depth * float(plane.levelled(point[:1], point[1:])[1][0]) for plane in planes]
+    if squares[0] <= 0.0:
+        raise ValueError("the vertical vanishing point is on the horizon's side of the picture's centre")
+    draws = [np.array([np.sqrt(max(square, 1.0))]) for square in squares[1:]]
+    return _close(float(np.sqrt(squares[0])), fit.resampled, draws, "vanishing-point", 0)
+
+
+def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSettings) -> FocalLengths | None:
+    """Focal lengths weighed by how evenly people walk, and by the prior; ``None`` if too few people walk.
+
+    The likelihood is averaged over planes from resampled tracks, so that the horizon's uncertainty is in it.
+    """
+    segments, head_size = cut_segments(heads, settings.window), settings.head_size
+    place = (fit.plane, heads.x, heads.nu, head_size)
+    value, scale = canonical(*place), noise_scale(*place)
+    each = [estimate_strength(value[:, n], scale[:, n], heads.frame, heads.track, dt=heads.dt) for n in range(2)]
+    noise = np.array([strength.noise for strength in each])
+    prior_log = np.linspace(-_REACH, _REACH, _GRID) * settings.focal_spread
+    focal = settings.focal_median * width * np.exp(prior_log)
+    steps = walking_steps(fit.plane, segments, noise, head_size)
+    chosen: BoolArray = np.ones(len(steps.person), np.bool_)
+    best = float(focal[_GRID // 2])
+    pace = Pace(between=0.3, within=0.1, direction=settings.direction_spread)
+    for _ in range(_ROUNDS):
+        chosen = walkers(steps, stretch(fit.plane, best))
+        if len(np.unique(steps.person[chosen])) < LEAST_PEOPLE:
+            return None
+        walking = steps.take(chosen)
+        pace = estimate_pace(walking, stretch(fit.plane, best), settings.direction_spread)
+        before = best
+        best = float(_quantiles(_posterior(fit.plane, walking, focal, pace, best), focal, np.array([0.5]))[0])
+        if abs(best / before - 1.0) < _SETTLED:
+            break
+    posteriors = []
+    for plane in fit.resampled[:_PLANES]:
+        walking = walking_steps(plane, segments, noise, head_size).take(chosen)
+        posteriors.append(_posterior(plane, walking, focal, pace, best))
+    draws = [_quantiles(one, focal, _LEVELS) for one in posteriors]
+    people = len(np.unique(steps.person[chosen]))
+    return _close(best, fit.resampled[:_PLANES], draws, "motion", people)
+
+
+def walking_steps(plane: SizePlane, segments: Segments, noise: FloatArray, head_size: float) -> Steps:
+    """The segments in canonical coordinates P = D·x/ŝ, Q = D/ŝ, a second; ``noise`` [2] is that of P and Q.
+
+    The mean over a third, half as long as the time T between the two, has the variance σ²/(T/2).
+    """
+    ends = [canonical(plane, part[:, 0], part[:, 1], head_size) for part in (segments.begin, segments.end)]
+    middle = (segments.begin + segments.end) / 2.0
+    scale = noise_scale(plane, middle[:, 0], middle[:, 1], head_size)
+    spread = 2.0 * noise * scale / segments.duration[:, None] ** 1.5
+    return Steps(person=segments.person, way=(ends[1] - ends[0]) / segments.duration[:, None], noise=spread)
+
+
+def canonical(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float) -> FloatArray:
+    """(P, Q) [N, 2] of points in px from the picture's centre."""
+    across, _ = plane.levelled(x, nu)
+    size = plane.at(x, nu)
+    return head_size * np.stack([across, np.ones_like(across)], axis=1) / size[:, None]
+
+
+def noise_scale(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float) -> FloatArray:
+    """[N, 2] how far P and Q move where a head moves its own size in the picture, in every direction alike."""
+    across, _ = plane.levelled(x, nu)
+    size, slope = plane.at(x, nu), plane.slope
+    moved = [np.hypot(1.0, slope * across / size), slope / size]
+    return head_size * np.stack(moved, axis=1)
+
+
+def walkers(steps: Steps, g: float) -> BoolArray:
+    """Which segments [S] are of people who walk, at the pace of a crowd, and are measured well."""
+    speed = steps.speed(g)
+    noise = np.hypot(steps.noise[:, 0], g * steps.noise[:, 1])
+    walks = (speed > _WALKS * np.quantile(speed, 0.75)) & (noise < 0.5 * speed) if len(speed) else np.zeros(0, np.bool_)
+    if not walks.any():
+        return walks
+    log_speed = np.log(np.where(walks, speed, 1.0))
+    middle = np.median(log_speed[walks])
+    spread = np.median(np.abs(log_speed[walks] - middle)) / 0.6745
+    kept: BoolArray = walks & (np.abs(log_speed - middle) <= _CLIP * max(float(spread), 1e-6))
+    return kept
+
+
+def _posterior(plane: SizePlane, steps: Steps, focal: FloatArray, pace: Pace, about: float) -> FloatArray:
+    """Log density [G] of ln f over the grid; ``about`` is an estimate of f."""
+    prior = -0.5 * np.linspace(-_REACH, _REACH, _GRID) ** 2
+    near = stretch(plane, about)
+    density: FloatArray = prior + [log_likelihood(steps, stretch(plane, float(f)), pace, near) for f in focal]
+    return density
+
+
+def _quantiles(log_density: FloatArray, focal: FloatArray, levels: FloatArray) -> FloatArray:
+    """Focal lengths at cumulative ``levels``; the density is interpolated between the grid's points."""
+    from scipy.interpolate import CubicSpline
+
+    log_focal = np.log(focal)
+    fine = np.linspace(log_focal[0], log_focal[-1], _FINE)
+    density = CubicSpline(log_focal, log_density - log_density.max())(fine)
+    mass = np.cumsum(np.exp(density - density.max()))
+    found: FloatArray = np.exp(np.interp(levels, (mass - 0.5 * np.exp(density - density.max())) / mass[-1], fine))
+    return found
+
+
+def _close(
+    focal: float, planes: tuple[SizePlane, ...], draws: list[FloatArray], method: Method, walkers: int
+) -> FocalLengths:
+    each = [plane for plane, focals in zip(planes, draws, strict=True) for _ in focals]
+    return FocalLengths(focal=focal, planes=tuple(each), draws=np.concatenate(draws), method=method, walkers=walkers)

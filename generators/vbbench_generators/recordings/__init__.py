@@ -1,0 +1,1 @@
+"""Recorded crowds: recipes of splits, readers of their files, and who may observe whom in them."""

@@ -1,0 +1,264 @@
+"""Recordings of people's heads by a surveillance camera, in the layout of CroHD (MOTChallenge Head Tracking 21).
+
+A recording is a folder with ``seqinfo.ini`` (what it is called, how long it is, how large its pictures are) and
+``gt/gt.txt`` (boxes). It is found as that folder, somewhere below a folder, or in the published zip archive.
+"""
+
+import configparser
+import hashlib
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from vbbench.errors import FileError, VbbenchError, quoted
+from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, parse_mot
+from vbbench.generation.archives import open_archive
+from vbbench.generation.sources import Source, find_source, locate
+from vbbench.parsing.numbers import parse_number
+from vbbench_generators.lifting.heads import HeadBoxes
+from vbbench_generators.recordings.readers.tracks import check_size
+
+SEQINFO, BOXES = "seqinfo.ini", "gt/gt.txt"
+_PUBLISHED = re.compile(r"HT21-\d\d")
+_SECTION = "Sequence"
+_MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5
+_LONGEST_NAME, _LONGEST_ROW, _MOST_BYTES = 200, 2000, 2**16
+_LEAST_TRACKS, _LEAST_FRAMES = 2, 2
+
+
+@dataclass(frozen=True)
+class TextFile:
+    """A file that has been read, wherever it stood.
+
+    Parameters
+    ----------
+    path : what messages call it; of a member of an archive, its path within that after the archive's own.
+    content : its bytes.
+    """
+
+    path: Path
+    content: bytes
+
+
+@dataclass(frozen=True)
+class RecordingFiles:
+    """The two files of a recording that count; from the archive and from the folder they are the same bytes."""
+
+    seqinfo: TextFile
+    boxes: TextFile
+
+    @property
+    def sums(self) -> list[tuple[str, str]]:
+        """Name and SHA-256 of each."""
+        files = {SEQINFO: self.seqinfo, BOXES: self.boxes}
+        return [(name, hashlib.sha256(file.content).hexdigest()) for name, file in files.items()]
+
+
+def find_recording(name: str, archive: Source, explicit: Path | None, *, split: str) -> RecordingFiles:
+    """Read the files of the recording ``name``.
+
+    Parameters
+    ----------
+    name : the folder that holds it, such as ``HT21-03``.
+    archive : the published archive, which is taken where the user names nothing; its checksum must be right.
+    explicit : what the user names: the recording's folder, whatever it is called; a folder that holds one called
+        ``name`` anywhere below, or the published archive; or an archive, whatever its bytes.
+    split : for messages.
+
+    Raises
+    ------
+    SourceMissingError
+        If the user names nothing, and the archive is not on this machine.
+    VbbenchError
+        If there is no such recording, more than one, or its files cannot be read.
+    """
+    if explicit is None:
+        (path,) = locate([archive], split=split)
+        return _from_archive(path, name)
+    if explicit.is_file():
+        return _from_archive(explicit, name)
+    if not explicit.is_dir():
+        raise VbbenchError(f"{explicit}: there is no such file or folder")
+    if (explicit / SEQINFO).is_file():
+        called = explicit.resolve().name
+        if _PUBLISHED.fullmatch(called) and called != name:
+            raise FileError(explicit, f"is another recording: {split} is made from {name}")
+        return _from_folder(explicit)
+    below = [Path(at) for at, _, files in os.walk(explicit) if SEQINFO in files]  # links are not followed
+    folders = [folder.relative_to(explicit).as_posix() for folder in below if folder.name == name]
+    if folders:
+        return _from_folder(explicit / _the_one(explicit, folders, name))
+    packed = find_source(archive, explicit)
+    if packed is not None and packed.is_relative_to(explicit):
+        (path,) = locate([archive], packed, split=split)
+        return _from_archive(path, name)
+    raise FileError(explicit, f"holds neither {name} (a folder with {SEQINFO} and {BOXES}) nor {archive.file_name}")
+
+
+def _from_folder(folder: Path) -> RecordingFiles:
+    def read(name: str) -> TextFile:
+        path = folder / name
+        try:
+            return TextFile(path, path.read_bytes())
+        except OSError as error:
+            raise FileError(path, f"cannot be read: {error.strerror}") from error
+
+    return RecordingFiles(read(SEQINFO), read(BOXES))
+
+
+def _from_archive(path: Path, name: str) -> RecordingFiles:
+    with open_archive(path) as archive:
+        members = {member.replace("\\", "/"): member for member in archive.names}
+        infos = [PurePosixPath(member) for member in members if PurePosixPath(member).name == SEQINFO]
+        folders = [str(info.parent) for info in infos if info.parent.name == name]
+        if not folders:
+            raise FileError(path, f"holds no {name}: no folder of that name with {SEQINFO} and {BOXES}")
+        folder = _the_one(path, folders, name)
+        if f"{folder}/{BOXES}" not in members:
+            raise FileError(path / folder / BOXES, "is missing in the archive")
+
+        def read(member: str) -> TextFile:
+            return TextFile(path / folder / member, archive.read(members[f"{folder}/{member}"]))
+
+        return RecordingFiles(read(SEQINFO), read(BOXES))
+
+
+def _the_one(place: Path, folders: Iterable[str], name: str) -> str:
+    found = sorted(folders)
+    if len(found) > 1:
+        raise FileError(place, f"holds {name} more than once: {', '.join(found)}; name one of them with --source")
+    return found[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceInfo:
+    """What is told of a recording.
+
+    Parameters
+    ----------
+    name : what it is called, such as ``HT21-03``.
+    frame_rate : pictures a second.
+    frames : number of them.
+    size : their width and height in px.
+    """
+
+    name: str
+    frame_rate: float
+    frames: int
+    size: tuple[int, int]
+
+    @property
+    def dt(self) -> float:
+        """Seconds a frame."""
+        return 1.0 / self.frame_rate
+
+
+def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
+    """Read what ``seqinfo.ini`` holds; nothing is taken for granted.
+
+    Parameters
+    ----------
+    path : what messages call it.
+    content : the text, UTF-8.
+
+    Raises
+    ------
+    FileError
+        If it is no such file, or a key is missing or cannot be.
+    """
+    facts = _section(path, content)
+    for key in ("name", "frameRate", "seqLength", "imWidth", "imHeight"):
+        if not facts.get(key, "").strip():
+            raise FileError(path, f"key '{key}' is missing in its section [{_SECTION}]")
+    return SequenceInfo(
+        name=_name(path, facts["name"].strip()),
+        frame_rate=_rate(path, facts["frameRate"]),
+        frames=_count(path, "seqLength", facts["seqLength"], _MOST_FRAMES),
+        size=(
+            _count(path, "imWidth", facts["imWidth"], _MOST_PIXELS),
+            _count(path, "imHeight", facts["imHeight"], _MOST_PIXELS),
+        ),
+    )
+
+
+def _section(path: Path, content: bytes) -> configparser.SectionProxy:
+    if len(content) > _MOST_BYTES:
+        raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
+    endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)
+    if endless is not None:  # the time of parsing a line grows with the square of its length
+        raise FileError(path, f"has more than {_LONGEST_ROW:,} bytes; a line of this file has a few dozen", endless)
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise FileError(path, "is no text file") from error
+    except configparser.Error as error:
+        line = getattr(error, "lineno", None)
+        raise FileError(path, f"is no ini file: wanted are [{_SECTION}] and lines 'key=value'", line) from error
+    if not parser.has_section(_SECTION):
+        raise FileError(path, f"has no section [{_SECTION}]")
+    return parser[_SECTION]
+
+
+def _name(path: Path, text: str) -> str:
+    if len(text) > _LONGEST_NAME or not text.isprintable():
+        raise FileError(path, f"name is {quoted(text)}, not up to {_LONGEST_NAME} letters in one line")
+    return text
+
+
+def _rate(path: Path, text: str) -> float:
+    rate = parse_number(text)
+    if rate is None or not 0.1 <= rate <= 1000.0:
+        raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")
+    return rate
+
+
+def _count(path: Path, key: str, text: str, most: int) -> int:
+    count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
+    if not 1 <= count <= most:
+        raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
+    return count
+
+
+def read_heads(files: RecordingFiles) -> HeadBoxes:
+    """The heads of a recording that count: of class 1 (walking people), with conf other than 0, visible at all.
+
+    Frame rate, length and size are those of ``seqinfo.ini``. Rows that do not count (statues, ignored regions, people
+    on vehicles, hidden heads) only have to be rows of numbers.
+
+    Raises
+    ------
+    FileError
+        With file and line: not 9 columns, text or NaN in a number, and, of a head that counts, a frame that the
+        recording has not, a bad id, a box without size, a second box in a frame. Or if the heads that count
+        are no crowd, or too many.
+    """
+    info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
+    table = parse_mot(files.boxes.path, files.boxes.content, least=len(COLUMNS), most=len(COLUMNS))
+    confidence, kind, visible = table.values[:, 6:].T
+    table = table.select((kind == PEDESTRIAN) & (confidence != 0.0) & (visible > 0.0))
+    table.check(info.frames)
+    table.refuse_repetition()
+    frame, track = table.frame, table.track
+    if np.any(track == UNLINKED):
+        line = int(table.lines[(track == UNLINKED).argmax()])
+        raise FileError(table.path, "id is -1: these are detections; tracks of heads are wanted", line)
+    tracks, frames = len(np.unique(track)), int(frame.max(initial=-1)) + 1
+    if tracks < _LEAST_TRACKS or len(np.unique(frame)) < _LEAST_FRAMES:
+        problem = "holds no crowd: two tracks and two frames at least of class 1, conf not 0 and visibility above 0"
+        raise FileError(table.path, problem)
+    check_size(table.path, frames, tracks, len(frame))
+    order = np.lexsort((frame, track))
+    return HeadBoxes(
+        name=info.name,
+        dt=info.dt,
+        size=info.size,
+        frame=frame[order],
+        track=track[order],
+        boxes=table.boxes[order],
+        visible=table.values[order, 8],
+    )

@@ -1,0 +1,83 @@
+"""Tables of positions, a row for each person in each frame: Trajnet's ``frame id x y``, and ETH's ``obsmat.txt``.
+
+The latter is ``frame id x z y vx vz vy`` in metres, where z is up. Which one a user's own file is, its columns tell.
+"""
+
+from pathlib import Path
+from typing import Literal
+
+from vbbench.errors import FileError
+from vbbench.geometry import FloatArray
+from vbbench.scene import Scene
+from vbbench_generators.recordings.readers.text import read_lines, read_numbers, to_ground
+from vbbench_generators.recordings.readers.tracks import scene_of_rows
+from vbbench_generators.recordings.readers.vsp import is_spline_header
+
+TRAJNET = ("frame", "id", "x", "y")
+OBSMAT = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")
+"""Names of the columns."""
+
+
+def read_trajnet(
+    path: Path, *, dt: float, frame_step: int | None = None, homography: FloatArray | None = None
+) -> Scene:
+    """Read rows ``frame id x y``, parted by white space, tabs or commas, in any order.
+
+    Parameters
+    ----------
+    path : the file.
+    dt : seconds between rows of a person.
+    frame_step : frame numbers between rows of a person; ``None`` takes the commonest.
+    homography : [3, 3] from x, y to metres; ``None`` if they are metres.
+
+    Raises
+    ------
+    FileError
+        With file and line, if a row or a track is bad.
+    """
+    values, lines = read_numbers(path, TRAJNET)
+    positions = values[:, 2:]
+    if homography is not None:
+        positions = to_ground(positions, homography)
+    return scene_of_rows(path, values[:, 0], values[:, 1], positions, lines, dt=dt, frame_step=frame_step)
+
+
+def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
+    """Read ground-plane positions (x, y) in m; heights z and velocities are left aside.
+
+    Parameters
+    ----------
+    path : the file.
+    dt : seconds between rows of a person.
+    frame_step : video frames between rows of a person; ``None`` takes the commonest.
+
+    Raises
+    ------
+    FileError
+        With file and line, if a row or a track is bad.
+    """
+    values, lines = read_numbers(path, OBSMAT)
+    return scene_of_rows(path, values[:, 0], values[:, 1], values[:, [2, 4]], lines, dt=dt, frame_step=frame_step)
+
+
+Format = Literal["trajnet", "obsmat", "vsp"]
+
+
+def detect_format(path: Path) -> Format:
+    """The format, told by the first line that is neither blank nor a comment.
+
+    Raises
+    ------
+    FileError
+        If it is none that can be read.
+    """
+    number, line = read_lines(path)[0]
+    if is_spline_header(line):
+        return "vsp"
+    columns = len(line.replace(",", " ").split())
+    if columns == len(TRAJNET):
+        return "trajnet"
+    if columns == len(OBSMAT):
+        return "obsmat"
+    known = f"4 columns ({' '.join(TRAJNET)}), 8 ({' '.join(OBSMAT)}), or a UCY .vsp spline file"
+    raise FileError(path, f"has {columns} columns; known are {known}", number)

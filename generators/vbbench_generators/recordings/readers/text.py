@@ -1,0 +1,113 @@
+"""Text files of numbers, read fast, with errors that name file and line; one of three rows is a homography."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError, quoted
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.numbers import parse_number
+
+LONGEST_ROW = 10_000
+"""Characters of a line; a row of numbers has some hundred at most."""
+
+Lines = list[tuple[int, str]]
+"""1-based line numbers with what stands there."""
+
+
+def read_lines(path: Path) -> Lines:
+    """The lines of a text file that are neither blank nor comments (``#``).
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is no text, holds no such line, or one of absurd length.
+    """
+    try:
+        text = path.read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError(path, "is no text file") from error
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from error
+    if "\0" in text:
+        raise FileError(path, "is no text file: it holds zero bytes")
+    stripped = ((number, line.strip()) for number, line in enumerate(text.split("\n"), 1))
+    lines = [(number, line) for number, line in stripped if line and not line.startswith("#")]
+    if not lines:
+        raise FileError(path, "is empty: it holds no row of numbers")
+    endless = next((number for number, line in lines if len(line) > LONGEST_ROW), None)
+    if endless is not None:
+        raise FileError(path, f"has more than {LONGEST_ROW:,} characters; write one row of numbers a line", endless)
+    return lines
+
+
+def read_numbers(path: Path, columns: Sequence[str]) -> tuple[FloatArray, IntArray]:
+    """Rows of finite numbers, parted by white space, tabs or commas.
+
+    Parameters
+    ----------
+    path : the file.
+    columns : names of the columns, all of which every row must have, and no more.
+
+    Returns
+    -------
+    [N, C] numbers and [N] 1-based line numbers.
+
+    Raises
+    ------
+    FileError
+        At the first line with a missing or superfluous column, text in a number, or a number that is not finite.
+    """
+    lines = read_lines(path)
+    rows = [line.replace(",", " ") for _, line in lines]
+    try:
+        values = np.loadtxt(rows, comments=None, ndmin=2)
+    except ValueError:
+        values = np.empty((0, 0))
+    if values.shape != (len(lines), len(columns)) or not np.isfinite(values).all():
+        for number, line in lines:
+            parse_row(path, number, line, columns)  # raises at the first fault
+        raise FileError(path, f"cannot be read as rows of {' '.join(columns)}")
+    return values, np.array([number for number, _ in lines], np.int64)
+
+
+def parse_row(path: Path, number: int, line: str, columns: Sequence[str]) -> list[float]:
+    """The numbers of one line, or the error that says what is wrong with it."""
+    words = line.replace(",", " ").split()
+    if len(words) != len(columns):
+        raise FileError(path, f"has {len(words)} columns, not {len(columns)} ({' '.join(columns)})", number)
+    row = []
+    for name, word in zip(columns, words, strict=True):
+        value = parse_number(word)
+        if value is None:
+            raise FileError(path, f"{name} is {quoted(word)}, not a number", number)
+        if not np.isfinite(value):
+            raise FileError(path, f"{name} is {value}, not a finite number", number)
+        row.append(value)
+    return row
+
+
+def read_homography(path: Path) -> FloatArray:
+    """Read a [3, 3] homography: three rows of three numbers.
+
+    Raises
+    ------
+    FileError
+        If the shape differs, a number is bad, or the matrix is singular.
+    """
+    matrix, lines = read_numbers(path, ("h1", "h2", "h3"))
+    if len(matrix) != 3:
+        raise FileError(path, f"a homography has 3 rows of 3 numbers, not {len(matrix)}", int(lines[-1]))
+    largest = np.abs(matrix).max()
+    if not largest or np.linalg.matrix_rank(matrix / largest) < 3:
+        raise FileError(path, "the homography is singular: it maps the image onto a line or a point")
+    return matrix
+
+
+def to_ground(points: FloatArray, homography: FloatArray) -> FloatArray:
+    """Image points [N, 2] in px to the ground plane [N, 2] in m; not finite for points on the horizon."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        mapped = points @ homography[:, :2].T + homography[:, 2]
+        ground: FloatArray = mapped[:, :2] / mapped[:, 2:]
+    return ground

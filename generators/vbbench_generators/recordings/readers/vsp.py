@@ -1,0 +1,169 @@
+"""UCY's ``.vsp`` spline annotation: for each person, a few hand-made key points in the image.
+
+    415 - the number of splines
+    9 - Num of control points
+    174.000000 -131.000000 0 91.974945 - (2D point, m_id)
+
+A key point is ``x y frame gaze``: pixels from the frame's centre, y up, and a video frame. People stand in no file
+between key points; what the UCY text files hold there is the straight line, and a smooth curve is more like walking.
+Records after the last spline (obstacles) are no trajectories.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError, quoted
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.scene import Scene
+from vbbench_generators.recordings.readers.text import Lines, parse_row, read_lines, to_ground
+from vbbench_generators.recordings.readers.tracks import check_integers, check_on_ground, scene_of_rows
+
+FRAME_RATE = 25.0
+"""Video frames a second of the UCY recordings."""
+
+COLUMNS = ("x", "y", "frame", "gaze")
+
+FEW_SAMPLES, SAMPLES_PER_KEY = 10**5, 2000
+"""A file is sampled at so many places or fewer, or so many for each key point: 80 s of every frame between two."""
+
+Curve = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""Positions [M, 2] at times [M] from key times [N] and key points [N, 2]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeyPoints:
+    """One person's annotation.
+
+    Parameters
+    ----------
+    frame : [N] video frames, ascending.
+    points : [N, 2] in px from the frame's centre, y up.
+    lines : [N] 1-based line numbers.
+    """
+
+    frame: IntArray
+    points: FloatArray
+    lines: IntArray
+
+    def samples(self, step: int) -> tuple[int, int]:
+        """The first and the last multiple of ``step`` frames between the key points, in steps."""
+        return -(-int(self.frame[0]) // step), int(self.frame[-1]) // step
+
+
+def polyline(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:
+    """The straight line between key points, as in the UCY text files."""
+    return np.stack([np.interp(times, key_times, keys[:, axis]) for axis in (0, 1)], axis=-1)
+
+
+def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, curve: Curve = polyline) -> Scene:
+    """Read a spline annotation, sampled at the video frames that ``frame_step`` divides.
+
+    Nobody is extrapolated: a person is there from the first to the last key point. Ids count from 1 in file order.
+
+    Parameters
+    ----------
+    path : the file.
+    dt : seconds between samples.
+    frame_step : video frames between samples.
+    homography : [3, 3] from pixels (origin at the frame's centre, y up) to metres.
+    curve : what joins the key points, in metres and video frames.
+
+    Raises
+    ------
+    FileError
+        With file and line, if the annotation is bad or cut short.
+    """
+    people = read_key_points(path)
+    _check_samples(path, people, frame_step)
+    parts = []
+    for person, keys in enumerate(people, 1):
+        ground = to_ground(keys.points, homography)
+        check_on_ground(path, ground, keys.lines)
+        first, last = keys.samples(frame_step)
+        frame = np.arange(first, last + 1, dtype=np.float64) * frame_step
+        if len(frame):
+            place = np.broadcast_to([person, keys.lines[0]], (len(frame), 2))
+            parts.append(np.column_stack([place, frame, curve(frame, keys.frame.astype(float), ground)]))
+    if not parts:
+        raise FileError(path, f"nobody is there at a multiple of {frame_step} frames")
+    ids, line, frames, *xy = np.concatenate(parts).T
+    return scene_of_rows(path, frames, ids, np.stack(xy, -1), line.astype(np.int64), dt=dt, frame_step=frame_step)
+
+
+def read_key_points(path: Path) -> list[KeyPoints]:
+    """The key points of every person, in file order.
+
+    Raises
+    ------
+    FileError
+        With file and line, if the annotation is bad or cut short.
+    """
+    lines = read_lines(path)
+    people = _header(path, lines, 0, "the number of splines")
+    found, row = [], 1
+    for _ in range(people):
+        count = _header(path, lines, row, "Num of control points")
+        found.append(_key_points(path, lines[row + 1 : row + 1 + count], count, lines[row][0]))
+        row += 1 + count
+    if not found:
+        raise FileError(path, "is empty: it holds no spline", lines[0][0])
+    return found
+
+
+def is_spline_header(line: str) -> bool:
+    """Whether a file that begins with ``line`` is a spline annotation."""
+    return "number of splines" in line
+
+
+def _header(path: Path, lines: Lines, row: int, what: str) -> int:
+    """The count on a line such as ``9 - Num of control points``."""
+    if row >= len(lines):
+        raise FileError(path, f"ends where '<count> - {what}' should stand", lines[-1][0])
+    number, line = lines[row]
+    match = re.fullmatch(rf"([0-9]{{1,9}})\s*-\s*{what}", line)
+    if match is None:
+        raise FileError(path, f"'<count> - {what}' should stand here, not {quoted(line)}", number)
+    return int(match[1])
+
+
+def _check_samples(path: Path, people: list[KeyPoints], step: int) -> None:
+    """Refuse key points so far apart in time that what lies between them would fill the memory."""
+    counts = [last - first + 1 for first, last in (keys.samples(step) for keys in people)]
+    if sum(counts) > max(FEW_SAMPLES, SAMPLES_PER_KEY * sum(len(keys.frame) for keys in people)):
+        longest = people[counts.index(max(counts))]
+        problem = (
+            f"a spline goes from frame {longest.frame[0]} to {longest.frame[-1]} with {len(longest.frame)} key points"
+        )
+        raise FileError(path, f"{problem}; correct its frame numbers", int(longest.lines[0]))
+
+
+def _key_points(path: Path, lines: Lines, count: int, header: int) -> KeyPoints:
+    if len(lines) < count or count == 0:
+        raise FileError(path, f"a spline of {count} control points has {len(lines)}", header)
+    numbers = np.array([number for number, _ in lines])
+    values = np.array([parse_row(path, number, line.partition(" - ")[0], COLUMNS) for number, line in lines])
+    frame = check_integers(path, "frame", values[:, 2], numbers)
+    back = np.flatnonzero(np.diff(frame) <= 0)
+    if len(back):
+        row = back[0] + 1
+        raise FileError(path, f"key frame {frame[row]} does not come after {frame[row - 1]}", int(numbers[row]))
+    return KeyPoints(frame=frame, points=values[:, :2], lines=numbers)
+
+
+def smooth_curve(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:
+    """Positions [M, 2] at ``times`` [M] on the monotone cubic (PCHIP) through ``keys`` [N, 2] at ``key_times`` [N].
+
+    Continuous velocity, and between two key points no coordinate leaves the range of the two. A cubic spline with
+    continuous acceleration would be up to 4.8 m astray in UCY Students, where people who stand have key points up to
+    54 s apart.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    if len(key_times) == 1:
+        return keys.repeat(len(times), axis=0)
+    curve: FloatArray = PchipInterpolator(key_times, keys)(times)
+    return curve

@@ -1,7 +1,0 @@
-"""The crowd engine: the social force model, many scenes side by side, compiled."""
-
-from vbbench_generators.social_force.crowd import Crowd
-from vbbench_generators.social_force.engine import simulate, simulate_many
-from vbbench_generators.social_force.model import GroupForces, HelbingMolnar, Model, Moussaid, WallForce
-
-__all__ = ["Crowd", "GroupForces", "HelbingMolnar", "Model", "Moussaid", "WallForce", "simulate", "simulate_many"]

@@ -1,0 +1,132 @@
+"""The one reader of TOML files here: frozen dataclasses from their tables, and files that come with this package.
+
+A key that is unknown, missing or of the wrong type is an error, as is a file that is too large to be one of settings.
+"""
+
+import reprlib
+import tomllib
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import MISSING, fields, is_dataclass
+from difflib import get_close_matches
+from importlib.resources import as_file, files
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from vbbench.errors import FileError
+
+T = TypeVar("T")
+
+MOST_BYTES, LONGEST_ROW = 2**16, 2000
+"""Bytes of the largest file of settings and of its longest line: the time of parsing grows with the square of both."""
+DEEPEST = 8
+"""Arrays and tables in one another."""
+
+
+def bundled_names(folder: str) -> list[str]:
+    """The files in a folder of this package, in alphabetical order."""
+    entries = (files("vbbench_generators") / folder).iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
+
+
+def bundled_file(folder: str, name: str) -> AbstractContextManager[Path]:
+    """The path, while it is open, of the file ``name`` in a folder of this package."""
+    return as_file(files("vbbench_generators") / folder / f"{name}.toml")
+
+
+def read_toml(path: Path, kind: type[T], where: str) -> T:
+    """Make a ``kind``, a frozen dataclass, of the file ``path``; messages call its top level ``where``.
+
+    A field that is a dataclass is a table, one that is a tuple of dataclasses an array of tables; other lists become
+    tuples.
+
+    Raises
+    ------
+    FileError
+        If the file is missing or no TOML, a key is unknown (the nearest is suggested), missing, of another type, or
+        its value cannot be.
+    """
+    table = _parse(path)
+    try:
+        return _build(kind, table, path, where)
+    except ValueError as error:
+        raise FileError(path, str(error)) from error
+
+
+def _build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T:
+    known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]
+    for key in table:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
+            raise FileError(path, f"{where}: unknown key '{key}'; {hint}")
+    for name, field in known.items():
+        if name not in table and field.default is MISSING and field.default_factory is MISSING:
+            raise FileError(path, f"{where}: key '{name}' is missing")
+    hints = get_type_hints(kind)
+    values = {key: _value(value, hints[key], path, key) for key, value in table.items()}
+    for key, value in values.items():
+        if not _fits(value, hints[key]):
+            raise FileError(path, f"{where}: {key} = {reprlib.repr(value)} is not of the kind wanted ({hints[key]})")
+    return kind(**values)
+
+
+def _value(value: Any, hint: Any, path: Path, key: str) -> Any:
+    """The value of a key, tables made the dataclasses that ``hint`` asks for."""
+    nested: Any = next((kind for kind in (hint, *get_args(hint)) if is_dataclass(kind)), None)
+    if nested is None:
+        return _frozen(value)
+    if get_origin(hint) is not tuple:
+        return _build(nested, value, path, f"[{key}]") if isinstance(value, Mapping) else value
+    if not isinstance(value, list) or not all(isinstance(table, Mapping) for table in value):
+        raise FileError(path, f"these are tables in a row, each with the heading [[{key}]]: double brackets")
+    return tuple(_build(nested, table, path, f"[[{key}]]") for table in value)
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+        if len(text) > MOST_BYTES:
+            raise FileError(path, f"has more than {MOST_BYTES:,} bytes; a file of settings is short")
+        endless = next((n for n, row in enumerate(text.split(b"\n"), 1) if len(row) > LONGEST_ROW), None)
+        if endless is not None:
+            raise FileError(path, f"has more than {LONGEST_ROW:,} bytes; write it in several lines", endless)
+        table = tomllib.loads(text.decode("utf-8"))
+        _check_values(table)
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from error
+    except RecursionError as error:
+        raise FileError(path, "is nested too deeply; arrays and tables here are a few levels deep") from error
+    except ValueError as error:  # also of text that is no UTF-8, and of numbers of thousands of digits
+        raise FileError(path, f"is no TOML: {error}") from error
+    return table
+
+
+def _check_values(table: dict[str, Any]) -> None:
+    """Refuse values that nothing here can be made of, so that everybody may print and compare them."""
+    level: list[Any] = [table]
+    for _ in range(DEEPEST):
+        level = [item for value in level for item in (value.values() if isinstance(value, dict) else value)]
+        if any(isinstance(value, int) and value.bit_length() > 63 for value in level):
+            raise ValueError("a whole number has more than 64 bits")
+        level = [value for value in level if isinstance(value, (dict, list))]
+    if level:
+        raise RecursionError
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    if get_origin(hint) in (Union, UnionType):
+        return any(_fits(value, option) for option in get_args(hint))
+    if get_origin(hint) is Literal:
+        return value in get_args(hint)
+    if get_origin(hint) is tuple:
+        return isinstance(value, tuple) and all(_fits(item, get_args(hint)[0]) for item in value)
+    if isinstance(value, bool) or hint is bool:
+        return isinstance(value, bool) and hint is bool
+    return isinstance(value, (int, float) if hint is float else hint)

@@ -1,0 +1,149 @@
+"""A detector that errs as detectors do: misses, jitter, merged boxes and false alarms, from who shows how much."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from vbbench.boxes import overlaps, suppress
+from vbbench.camera import Camera
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.tiers.tracking.settings import DetectorModel
+from vbbench_generators.tiers.tracking.tracker import CentredDetections, from_centres
+
+ALARM_HEIGHT, ALARM_SPREAD = 1.7, 0.2
+"""False alarms are of things as tall as people: mean and standard deviation in m, on the ground."""
+NEAREST_ALARM, FARTHEST_ALARM = 3.0, 25.0
+"""Where they stand, in m from the camera."""
+SMALLEST = 2.0
+"""No detection is smaller than this, in px."""
+
+
+@dataclass(frozen=True)
+class Visible:
+    """Everybody in the picture, [T, K].
+
+    Parameters
+    ----------
+    boxes : [T, K, 4] whole people: centre column, centre row, width and height in px; NaN = not there to be detected.
+    hidden : [T, K, 4] how far in px the left, top, right and bottom edges of what shows stand inside the person's own.
+    visible : [T, K] how much shows.
+    """
+
+    boxes: FloatArray
+    hidden: FloatArray
+    visible: FloatArray
+
+
+def detect(
+    people: Visible, model: DetectorModel, camera: Camera, dt: float, watched: BoolArray, rng: np.random.Generator
+) -> Iterator[CentredDetections]:
+    """The detections of every frame; no false alarms in frames that are not ``watched`` ([T])."""
+    boxes, scores = _found(people, model, dt, rng)
+    alarms = _false_alarms(model, camera, dt, watched, rng)
+    merging = rng.random((len(boxes), boxes.shape[1]))
+    period = camera.period
+    for frame in range(len(boxes)):
+        there = np.flatnonzero(~np.isnan(scores[frame]))
+        found, sure = boxes[frame, there], scores[frame, there]
+        found, sure = _merge(found, sure, people.boxes[frame, there], merging[frame, there], model, period)
+        found = np.concatenate([found, alarms[frame].boxes])
+        sure = np.concatenate([sure, alarms[frame].scores])
+        kept = suppress(from_centres(found), sure, model.suppress_overlap, period)
+        yield CentredDetections(found[kept], sure[kept])
+
+
+def log_odds(heights: FloatArray, visible: FloatArray, model: DetectorModel) -> FloatArray:
+    """Mean log-odds of scores of people so many px high who show so much."""
+    return model.score_best - model.score_small / heights - model.score_hidden * (1.0 - visible)
+
+
+def _found(people: Visible, model: DetectorModel, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Boxes [T, K, 4] and scores [T, K] of everybody; NaN = not there, or showing too little."""
+    noise = wandering((*people.visible.shape, 6), model.memory, dt, rng)
+    height = people.boxes[..., 3]
+    odds = log_odds(height, people.visible, model) + model.score_std * noise[..., 4]
+    scores = np.where(people.visible >= model.least_visible, _shares(odds), np.nan)
+    stds = _stds(model) * height[..., None]
+    edges = np.concatenate([people.boxes[..., :2] - 0.5 * people.boxes[..., 2:]] * 2, axis=-1)
+    edges[..., 2:] += people.boxes[..., 2:]
+    pull = np.clip(model.pull + model.pull_std * noise[..., 5:], 0.0, 1.0)
+    inwards = np.array([1.0, 1.0, -1.0, -1.0])
+    edges += pull * inwards * people.hidden + np.hypot(stds, model.edge_std) * noise[..., :4]
+    size = np.maximum(edges[..., 2:] - edges[..., :2], SMALLEST)
+    return np.concatenate([0.5 * (edges[..., :2] + edges[..., 2:]), size], axis=-1), scores
+
+
+def _merge(
+    boxes: FloatArray,
+    scores: FloatArray,
+    true: FloatArray,
+    chance: FloatArray,
+    model: DetectorModel,
+    period: float | None,
+) -> tuple[FloatArray, FloatArray]:
+    """The detections [N, 4], [N], some pairs of people who stand in one another's way made one box about both."""
+    shared = np.triu(overlaps(from_centres(true), from_centres(true), period), k=1)
+    kept = np.ones(len(boxes), bool)
+    boxes, scores = boxes.copy(), scores.copy()
+    for first, second in np.argwhere(shared > model.merge_overlap):
+        if kept[first] and kept[second] and chance[first] < model.merge_rate:
+            boxes[first] = _about(boxes[first], boxes[second], period)
+            scores[first] = max(scores[first], scores[second])
+            kept[second] = False
+    return boxes[kept], scores[kept]
+
+
+def _about(first: FloatArray, second: FloatArray, period: float | None) -> FloatArray:
+    """The box [4] about two boxes."""
+    shift = np.zeros(4)
+    if period is not None:
+        shift[0] = period * np.round((first[0] - second[0]) / period)
+    a, b = first, second + shift
+    low = np.minimum(a[:2] - 0.5 * a[2:], b[:2] - 0.5 * b[2:])
+    high = np.maximum(a[:2] + 0.5 * a[2:], b[:2] + 0.5 * b[2:])
+    return np.concatenate([0.5 * (low + high), high - low])
+
+
+def _false_alarms(
+    model: DetectorModel, camera: Camera, dt: float, watched: BoolArray, rng: np.random.Generator
+) -> list[CentredDetections]:
+    """The false alarms of every frame; each stands still in the picture while it lasts, and shakes as people do."""
+    lasting = max(model.false_alarm_memory / dt, 1.0)
+    before = int(np.ceil(5.0 * lasting))  # frames ahead of the first, so that it has its share
+    count = int(rng.poisson(model.false_alarms / lasting * (len(watched) + before)))
+    begins, lives = rng.integers(-before, len(watched), count), rng.geometric(1.0 / lasting, count)
+    scale = camera.focal / rng.uniform(NEAREST_ALARM, FARTHEST_ALARM, count)
+    tall = np.maximum(rng.normal(ALARM_HEIGHT, ALARM_SPREAD, count), 0.5)
+    row = _horizon(camera) + scale * (camera.mount_height - 0.5 * tall)
+    column = rng.uniform(0.0, camera.picture_size[0], count)
+    boxes = np.stack([column, row, model.aspect * scale * tall, scale * tall], axis=-1)
+    scores = _shares(model.false_alarm_score + model.score_std * rng.standard_normal(count))
+    alarm = np.repeat(np.arange(count), lives)
+    frame = np.arange(len(alarm)) - np.repeat(np.cumsum(lives) - lives, lives) + begins[alarm]
+    shaken = boxes[alarm] + _stds(model)[[0, 1, 0, 1]] * boxes[alarm, 3:] * rng.standard_normal((len(alarm), 4))
+    shaken[:, 2:] = np.maximum(shaken[:, 2:], SMALLEST)
+    there = (frame >= 0) & (frame < len(watched))
+    there[there] = watched[frame[there]]
+    order = np.flatnonzero(there)[np.argsort(frame[there], kind="stable")]
+    edges = np.searchsorted(frame[order], np.arange(len(watched) + 1))
+    groups = [order[first:last] for first, last in pairwise(edges)]
+    return [CentredDetections(shaken[rows], scores[alarm[rows]]) for rows in groups]
+
+
+def _stds(model: DetectorModel) -> FloatArray:
+    """[4] jitter of left, top, right and bottom edges, in heights."""
+    return np.array([model.side_std, model.top_std, model.side_std, model.top_std])
+
+
+def _shares(odds: FloatArray) -> FloatArray:
+    """Scores of log-odds."""
+    return 1.0 / (1.0 + np.exp(-odds))
+
+
+def _horizon(camera: Camera) -> float:
+    """Row of the horizon: that of the centre of somebody twice as tall as the camera is high, anywhere ahead."""
+    boxes = camera.project(np.array([[0.0, 5.0]]), np.array([2.0 * camera.mount_height]))
+    return float(boxes[0, 1])

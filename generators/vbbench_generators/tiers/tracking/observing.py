@@ -1,0 +1,97 @@
+"""From what shows of people to tracks of them, and who is behind each track."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.boxes import rectangles
+from vbbench.camera import Camera
+from vbbench.exchange.matching import match_tracks
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench_generators.tiers.occlusion import Outline, Showing
+from vbbench_generators.tiers.tracking.detector import SMALLEST, Visible, detect
+from vbbench_generators.tiers.tracking.settings import TrackingSettings
+from vbbench_generators.tiers.tracking.tracker import Found, Tracker, from_centres
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """What a tracker says of a sequence, and who is behind it.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] (u, v, l) in px of each track, NaN = not seen.
+    scores : [T, K] of the detections behind them, NaN = not seen.
+    persons : [T, K] the person behind each track, −1 = not seen, or nobody.
+    """
+
+    boxes: FloatArray
+    scores: FloatArray
+    persons: IntArray
+
+
+def track_people(
+    boxes: FloatArray,
+    showing: Showing,
+    people: IntArray,
+    camera: Camera,
+    dt: float,
+    watched: BoolArray,
+    settings: TrackingSettings,
+    outline: Outline,
+    rng: np.random.Generator,
+) -> Tracked:
+    """Detect and track people.
+
+    Parameters
+    ----------
+    boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = not there to be seen, or not in the picture.
+    showing : what shows of them.
+    people : [P] their ids.
+    camera, dt : whose pictures they are, and seconds a frame.
+    watched : [T] frames in which anything may be seen.
+    settings : how detector and tracker work.
+    outline : everybody's, as in ``showing``.
+    rng : the sequence's random numbers.
+    """
+    period = camera.period
+    there = showing.visible >= settings.detector.least_visible
+    boxes = np.where(there[..., None], boxes, np.nan)
+    whole = rectangles(boxes, settings.detector.aspect)
+    centred = np.concatenate([boxes[..., :2], whole[..., 2:]], axis=-1)
+    visible = np.where(np.isnan(boxes[..., 2]), np.nan, showing.visible)
+    seen = Visible(centred, _hidden_edges(boxes, showing, outline, period), visible)
+    tracker = Tracker(settings.tracker, dt, period)
+    found = [tracker.step(frame) for frame in detect(seen, settings.detector, camera, dt, watched, rng)]
+    tracks, scores = _dense(found, settings.tracker.least_boxes)
+    tracks[..., 0] = camera.wrap_column(tracks[..., 0])
+    persons = match_tracks(from_centres(tracks), whole, people, camera)
+    return Tracked(tracks[..., [0, 1, 3]], scores, persons)
+
+
+def _hidden_edges(boxes: FloatArray, showing: Showing, outline: Outline, period: float | None) -> FloatArray:
+    """[T, P, 4] how far in px the left, top, right and bottom edges of what shows stand inside the whole outline's."""
+    aside = showing.boxes[..., 0] - boxes[..., 0]
+    if period is not None:
+        aside = aside - period * np.round(aside / period)
+    down = showing.boxes[..., 1] - boxes[..., 1]
+    length, reach = boxes[..., 2], outline.half[-1] * boxes[..., 2]
+    narrow, short = 0.5 * showing.widths, 0.5 * showing.boxes[..., 2]
+    edges = [reach + aside - narrow, 0.5 * length + down - short, reach - aside - narrow, 0.5 * length - down - short]
+    return np.clip(np.nan_to_num(np.stack(edges, axis=-1)), 0.0, None)
+
+
+def _dense(found: list[Found], least: int) -> tuple[FloatArray, FloatArray]:
+    """Boxes [T, K, 4] (centre, width, height) and scores [T, K] of the tracks of ``least`` boxes, in order of birth."""
+    frame = np.repeat(np.arange(len(found)), [len(part.ids) for part in found])
+    ids = np.concatenate([part.ids for part in found])
+    _, column, count = np.unique(ids, return_inverse=True, return_counts=True)
+    new = np.cumsum(count >= least) - 1
+    kept = count[column] >= least
+    shape = (len(found), int(np.sum(count >= least)))
+    boxes, scores = np.full((*shape, 4), np.nan), np.full(shape, np.nan)
+    where = frame[kept], new[column[kept]]
+    boxes[where] = np.concatenate([part.boxes for part in found])[kept]
+    scores[where] = np.concatenate([part.scores for part in found])[kept]
+    boxes[..., 2:] = np.maximum(boxes[..., 2:], SMALLEST)
+    return boxes, scores

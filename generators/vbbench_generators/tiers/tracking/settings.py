@@ -1,0 +1,123 @@
+"""A file in ``detectors/`` as frozen dataclasses: how a detector errs, and how a tracker links what it finds."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from vbbench.camera import Camera, PanoramaCamera
+from vbbench.parsing.numbers import Within, check_ranges
+from vbbench_generators.strict_toml import bundled_file, read_toml
+
+Positive = Annotated[float, Within(1e-9, 1e9)]
+Share = Annotated[float, Within(0.0, 1.0)]
+Spread = Annotated[float, Within(0.0, 1e9)]
+LogOdds = Annotated[float, Within(-1e3, 1e3)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectorModel:
+    """How a detector of people errs.
+
+    The log-odds of a score are ``score_best`` − ``score_small``/l − ``score_hidden``·(1 − visible) + noise.
+
+    Parameters
+    ----------
+    aspect : width of a box over its height l.
+    score_best, score_small, score_hidden, score_std : see above; noise is normal, ``score_small`` in px.
+    least_visible : who shows less than this share is never detected.
+    top_std, side_std : jitter of top and bottom, and of left and right edges, in heights.
+    edge_std : jitter of every edge besides, in px.
+    memory : correlation time in s of scores and jitter.
+    pull, pull_std : how much of the way a hidden edge is drawn to the edge of what shows, normal, cut to 0 … 1.
+    merge_overlap, merge_rate : of two people whose boxes overlap so much, so many detections are one box about both.
+    suppress_overlap : of two detections that overlap so much only the one of higher score is kept.
+    false_alarms, false_alarm_memory, false_alarm_score : how many stand in a frame on average, for how many s, and
+        the mean log-odds of their scores.
+    """
+
+    aspect: Positive
+    score_best: LogOdds
+    score_small: Spread
+    score_hidden: Spread
+    score_std: Positive
+    least_visible: Share
+    top_std: Spread
+    side_std: Spread
+    edge_std: Spread
+    memory: Positive
+    pull: Share
+    pull_std: Spread
+    merge_overlap: Share
+    merge_rate: Share
+    suppress_overlap: Share
+    false_alarms: Spread
+    false_alarm_memory: Positive
+    false_alarm_score: LogOdds
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerSettings:
+    """How detections are linked.
+
+    Parameters
+    ----------
+    high, low : scores that take part in the first association, and those that do in the second.
+    birth : least score of a detection that begins a track.
+    first_overlap, confirm_overlap : least overlap (intersection over union) times score in the first association, and
+        of a new track with its second detection.
+    second_overlap : least overlap in the second association.
+    lost_time : s that a track is kept without a detection.
+    measurement : standard deviation of a detection's centre, width and height, in heights.
+    wander, acceleration : random steps of these four and of their speeds, in heights / s^½ and heights / s^1½.
+    start_speed : standard deviation of a new track's speeds, in heights / s.
+    least_boxes : tracks with fewer boxes are dropped.
+    """
+
+    high: Share
+    low: Share
+    birth: Share
+    first_overlap: Share
+    second_overlap: Share
+    confirm_overlap: Share
+    lost_time: Positive
+    measurement: Positive
+    wander: Positive
+    acceleration: Positive
+    start_speed: Positive
+    least_boxes: Annotated[int, Within(1, 10**6)]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if not self.low <= self.high <= self.birth:
+            raise ValueError(f"low = {self.low}, high = {self.high} and birth = {self.birth} must not fall")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingSettings:
+    """Detector, tracker, and what solvers are told of their noise in px, by kind of camera."""
+
+    perspective_std: Positive
+    panorama_std: Positive
+    detector: DetectorModel
+    tracker: TrackerSettings
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+    def pixel_std(self, camera: Camera) -> float:
+        """Standard deviation in px of column, top and bottom of tracked boxes."""
+        return self.panorama_std if isinstance(camera, PanoramaCamera) else self.perspective_std
+
+
+def get_tracking() -> TrackingSettings:
+    """The settings that come with this package."""
+    with bundled_file("detectors", "model") as path:
+        return read_tracking(path)
+
+
+def read_tracking(path: Path) -> TrackingSettings:
+    """Read a settings file; see `read_toml`."""
+    return read_toml(path, TrackingSettings, "top level")

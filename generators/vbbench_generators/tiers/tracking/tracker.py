@@ -1,0 +1,224 @@
+"""A tracker in two stages, after ByteTrack (Zhang et al. 2022): sure detections first, then doubtful ones.
+
+In each frame tracks are predicted by their Kalman filters. Confirmed tracks, lost ones too, are paired with detections
+of high score; those that were seen a frame ago and got none, with detections of low score: somebody half hidden keeps
+the track. New tracks are confirmed by a second detection right after the first, or forgotten; whatever sure detections
+are left begin tracks. A track without a detection is lost, goes on blindly, and is given up after a while.
+
+What it believes of boxes is a constant-velocity Kalman filter on centre, width and height, as in SORT (Bewley et al.
+2016) and its descendants: noise grows with the height of the box, and the four coordinates do not mix, so that every
+one of them is a filter of its own on (value, speed):
+
+    x ← F x,  P ← F P Fᵀ + diag(w² dt, a² dt),  F = (1 dt; 0 1);
+    K = P Hᵀ/(P_00 + r²),  x ← x + K (z − x_0),  P ← P − K H P,  H = (1 0).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from vbbench.boxes import overlaps
+from vbbench.exchange.detection import Detections
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
+
+HEIGHT = 3
+"""Place of the height among a box's coordinates."""
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """What is believed of N boxes.
+
+    Parameters
+    ----------
+    mean : [N, 4, 2] centre column, centre row, width and height in px, and their speeds in px/s.
+    spread : [N, 4, 3] the covariances (P_00, P_01, P_11).
+    """
+
+    mean: FloatArray
+    spread: FloatArray
+
+    @property
+    def boxes(self) -> FloatArray:
+        """[N, 4] centre column, centre row, width and height in px."""
+        return self.mean[..., 0]
+
+    def take(self, rows: IntArray | BoolArray) -> "Beliefs":
+        """Some of them."""
+        return Beliefs(self.mean[rows], self.spread[rows])
+
+    def join(self, others: "Beliefs") -> "Beliefs":
+        """These and those behind them."""
+        return Beliefs(np.concatenate([self.mean, others.mean]), np.concatenate([self.spread, others.spread]))
+
+
+def begin(boxes: FloatArray, settings: TrackerSettings) -> Beliefs:
+    """New beliefs of boxes [N, 4] seen for the first time."""
+    height = boxes[:, 3:]
+    mean = np.stack([boxes, np.zeros_like(boxes)], axis=-1)
+    place, speed = (2.0 * settings.measurement * height) ** 2, (settings.start_speed * height) ** 2
+    spread = np.stack([place, np.zeros_like(place), speed], axis=-1)
+    return Beliefs(mean, np.broadcast_to(spread, (*boxes.shape, 3)).copy())
+
+
+def predict(beliefs: Beliefs, dt: float, settings: TrackerSettings) -> Beliefs:
+    """The beliefs ``dt`` seconds later."""
+    (value, speed), (p, q, s) = np.moveaxis(beliefs.mean, -1, 0), np.moveaxis(beliefs.spread, -1, 0)
+    height = np.maximum(beliefs.boxes[:, 3:], 1.0)
+    place, pace = (settings.wander * height) ** 2 * dt, (settings.acceleration * height) ** 2 * dt
+    mean = np.stack([value + dt * speed, speed], axis=-1)
+    return Beliefs(mean, np.stack([p + dt * (2.0 * q + dt * s) + place, q + dt * s, s + pace], axis=-1))
+
+
+def correct(beliefs: Beliefs, boxes: FloatArray, settings: TrackerSettings, period: float | None) -> Beliefs:
+    """The beliefs after boxes [N, 4] were seen; ``period`` is the width of a picture that closes on itself."""
+    (value, speed), (p, q, s) = np.moveaxis(beliefs.mean, -1, 0), np.moveaxis(beliefs.spread, -1, 0)
+    height = np.maximum(beliefs.boxes[:, 3:], 1.0)
+    total = p + (settings.measurement * height) ** 2
+    surprise = boxes - value
+    if period is not None:
+        surprise[:, 0] -= period * np.round(surprise[:, 0] / period)
+    mean = np.stack([value + p / total * surprise, speed + q / total * surprise], axis=-1)
+    return Beliefs(mean, np.stack([p - p * p / total, q - p * q / total, s - q * q / total], axis=-1))
+
+
+def associate(
+    tracks: FloatArray,
+    detections: FloatArray,
+    least: float,
+    *,
+    scores: FloatArray | None = None,
+    period: float | None = None,
+) -> tuple[IntArray, IntArray]:
+    """One-to-one pairs that are worth most, a pair being worth what it overlaps above ``least``.
+
+    Parameters
+    ----------
+    tracks, detections : [N, 4] and [M, 4] centre column, centre row, width and height in px.
+    scores : [M] what the overlap with each detection is multiplied by.
+    period : width of a picture that closes on itself.
+
+    Returns
+    -------
+    Indices [P] into ``tracks`` and [P] into ``detections``.
+    """
+    if not len(tracks) or not len(detections):
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    worth = overlaps(from_centres(tracks), from_centres(detections), period)
+    if scores is not None:
+        worth = worth * scores
+    worth = np.clip(worth - least, 0.0, None)
+    rows, columns = linear_sum_assignment(worth, maximize=True)
+    paired = worth[rows, columns] > 0.0
+    return rows[paired].astype(np.int64), columns[paired].astype(np.int64)
+
+
+def from_centres(boxes: FloatArray) -> FloatArray:
+    """Boxes [..., 4] given by centre, width and height as (left, top, width, height)."""
+    return np.concatenate([boxes[..., :2] - 0.5 * boxes[..., 2:], boxes[..., 2:]], axis=-1)
+
+
+@dataclass(frozen=True)
+class CentredDetections:
+    """What a detector finds in one frame: boxes [N, 4] (centre column, centre row, width, height) px, scores [N]."""
+
+    boxes: FloatArray
+    scores: FloatArray
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a tracker says of one frame: ids [N] of tracks seen in it, boxes [N, 4], scores [N] of the detections."""
+
+    ids: IntArray
+    boxes: FloatArray
+    scores: FloatArray
+
+
+class Tracker:
+    """Links the detections of frame after frame.
+
+    Parameters
+    ----------
+    settings : see there.
+    dt : seconds a frame.
+    period : width in px of a picture that closes on itself.
+    """
+
+    def __init__(self, settings: TrackerSettings, dt: float, period: float | None = None) -> None:
+        self._settings, self._dt, self._period = settings, dt, period
+        self._beliefs = begin(np.empty((0, 4)), settings)
+        self._ids = np.empty(0, np.int64)
+        self._confirmed = np.empty(0, bool)
+        self._unseen = np.empty(0, np.int64)
+        self._next, self._frame = 0, 0
+
+    def step(self, detections: CentredDetections) -> Found:
+        """Take in the next frame's detections; tell of the confirmed tracks that were seen in it."""
+        self._beliefs.mean[self._unseen > 0, HEIGHT, 1] = 0.0  # a height that grows unseen grows without bounds
+        self._beliefs = predict(self._beliefs, self._dt, self._settings)
+        partner, used = self._pair(detections)
+        rows = np.flatnonzero(partner >= 0)
+        boxes = detections.boxes[partner[rows]]
+        seen = correct(self._beliefs.take(rows), boxes, self._settings, self._period)
+        self._beliefs.mean[rows], self._beliefs.spread[rows] = seen.mean, seen.spread
+        self._confirmed[rows] = True
+        self._unseen = np.where(partner >= 0, 0, self._unseen + 1)
+        found = Found(self._ids[rows], seen.boxes, detections.scores[partner[rows]])
+        kept = self._confirmed & (self._unseen * self._dt <= self._settings.lost_time + 1e-9)
+        self._beliefs = self._beliefs.take(kept)
+        self._ids, self._confirmed, self._unseen = self._ids[kept], self._confirmed[kept], self._unseen[kept]
+        first = self._begin(detections, ~used)
+        self._frame += 1
+        return found if self._frame > 1 else first
+
+    def _pair(self, detections: CentredDetections) -> tuple[IntArray, BoolArray]:
+        """[N] detection paired with each track, −1 = none, and [M] which detections are used."""
+        s, scores = self._settings, detections.scores
+        partner, used = np.full(len(self._ids), -1), np.zeros(len(scores), bool)
+        high = scores >= s.high
+        stages = [
+            (self._confirmed, high, s.first_overlap, True),
+            (self._confirmed & (self._unseen == 0), ~high & (scores >= s.low), s.second_overlap, False),
+            (~self._confirmed, high, s.confirm_overlap, True),
+        ]
+        for who, which, least, weigh in stages:
+            tracks = np.flatnonzero(who & (partner < 0))
+            free = np.flatnonzero(which & ~used)
+            rows, columns = associate(
+                self._beliefs.boxes[tracks],
+                detections.boxes[free],
+                least,
+                scores=scores[free] if weigh else None,
+                period=self._period,
+            )
+            partner[tracks[rows]] = free[columns]
+            used[free[columns]] = True
+        return partner, used
+
+    def _begin(self, detections: CentredDetections, free: BoolArray) -> Found:
+        """New tracks; those of the very first frame are confirmed at once."""
+        new = np.flatnonzero(free & (detections.scores >= self._settings.birth))
+        ids = self._next + np.arange(len(new))
+        self._next += len(new)
+        self._beliefs = self._beliefs.join(begin(detections.boxes[new], self._settings))
+        self._ids = np.concatenate([self._ids, ids])
+        self._confirmed = np.concatenate([self._confirmed, np.full(len(new), self._frame == 0)])
+        self._unseen = np.concatenate([self._unseen, np.zeros(len(new), np.int64)])
+        return Found(ids, detections.boxes[new], detections.scores[new])
+
+
+class ByteTracker:
+    """The tracker for anybody's detections, registered as ``byte``; see `vbbench.exchange.detection.TrackerFactory`."""
+
+    def __init__(self, *, dt: float, period: float | None = None) -> None:
+        self._tracker = Tracker(get_tracking().tracker, dt, period)
+
+    def step(self, detections: Detections) -> tuple[IntArray, Detections]:
+        """See `vbbench.exchange.detection.Tracker`."""
+        corners, sizes = detections.boxes[:, :2], detections.boxes[:, 2:]
+        centred = np.concatenate([corners + 0.5 * sizes, sizes], axis=-1)
+        found = self._tracker.step(CentredDetections(centred, detections.scores))
+        return found.ids, Detections(boxes=from_centres(found.boxes), scores=found.scores)

@@ -1,6 +1,0 @@
-"""The tier `tracked`: a detector that errs as detectors do, and a real tracker behind it."""
-
-from vbbench_generators.tracking.observing import Tracked, track_people
-from vbbench_generators.tracking.settings import TrackingSettings, get_tracking
-
-__all__ = ["Tracked", "TrackingSettings", "get_tracking", "track_people"]

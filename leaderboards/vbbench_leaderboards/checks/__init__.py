@@ -1,0 +1,1 @@
+"""Whether committed results still hold: counted again, scored again, made again from the start."""

@@ -1,0 +1,49 @@
+"""What keeps strangers' words harmless in HTML and in scripts, and numbers in the same form everywhere."""
+
+import json
+from html import escape
+from typing import Any
+from urllib.parse import urlsplit
+
+NONE = '<span class="none" aria-label="none">–</span>'
+
+
+def text(value: object) -> str:
+    """A value as text of HTML, good inside quotes also."""
+    return escape(str(value), quote=True)
+
+
+def is_web_address(address: str) -> bool:
+    """Whether it is a plain http or https address: nothing else becomes a link."""
+    if not address.isprintable() or any(character.isspace() for character in address):
+        return False
+    try:
+        parts = urlsplit(address)
+    except ValueError:
+        return False
+    return parts.scheme in ("http", "https") and bool(parts.hostname)
+
+
+def link(address: str, words: str) -> str:
+    """A link where the address is one, else the words alone."""
+    if not is_web_address(address):
+        return text(words)
+    return f'<a href="{text(address)}" rel="noopener noreferrer nofollow">{text(words)}</a>'
+
+
+def decimals(values: list[float]) -> int:
+    """Digits behind the point that a column of errors needs: three, or four where one is below a hundredth."""
+    return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
+
+
+def code(lines: list[str], name: str) -> str:
+    """Command lines as a block called ``name`` that can be reached and scrolled by keyboard."""
+    body = "\n".join(text(line) for line in lines)
+    return f'<pre tabindex="0" role="region" aria-label="{text(name)}"><code>{body}</code></pre>'
+
+
+def provided(name: str, value: Any) -> str:
+    """A data file of the site: one call, harmless even if it were pasted into a page."""
+    words = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    separators = words.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return f"vbbench.provide({json.dumps(name)},{separators});\n"

@@ -1,0 +1,94 @@
+"""Builds the site from folders of results: whole, or not at all."""
+
+import warnings
+from collections.abc import Iterator
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from vbbench import __version__
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.folders.work_folder import WorkFolder
+from vbbench_leaderboards.markup import provided
+from vbbench_leaderboards.page.board import board_html
+from vbbench_leaderboards.page.front import front_page
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.player.writing import Films, write_player
+from vbbench_leaderboards.results.folder import read_datasets, read_results
+from vbbench_leaderboards.results.ranking import rank
+from vbbench_leaderboards.results.result import Board
+
+MARKER = ".vbbench-site"
+"""File that tells a site that was built here from a folder that must not be touched."""
+
+
+def build(out: Path, *results: Path, films: Films | None = None) -> Site:
+    """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
+
+    A file that cannot be used is left out, with a warning that names it and says why.
+
+    Parameters
+    ----------
+    results : folders of result files; of a result in several of them the first counts.
+    films : which sequences can be played; ``None`` for none.
+
+    Raises
+    ------
+    VbbenchError
+        If ``out`` is there and no site, or if there are no results that can be used.
+    """
+    with WorkFolder(out, partial(_check_site, out)) as work:
+        unusable: list[FileError] = []
+        records = read_datasets(*results, unusable=unusable)
+        found = read_results(*results, records=records, unusable=unusable)
+        for error in unusable:
+            warnings.warn(VbbenchWarning(f"LEFT OUT of the site: {error}"), stacklevel=2)
+        if not found:
+            places = ", ".join(map(str, results))
+            raise VbbenchError(f"{places} holds no results that can be used; add one with 'vbbench leaderboard add'")
+        work.begin()
+        work.new.mkdir()
+        (work.new / MARKER).write_text(f"vbbench {__version__}\n", encoding="utf-8")
+        site = Site(
+            results=found,
+            datasets=records,
+            rankings={board: rank(rows) for board, rows in found.items()},
+            playable=write_player(work.new, found, films),
+        )
+        for name, text in site_files(site):
+            path = work.new / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8", newline="\n")
+        work.publish()
+    return site
+
+
+def site_files(site: Site) -> Iterator[tuple[str, str]]:
+    """Path below the site's folder, and text, of every file but the player's."""
+    yield "index.html", front_page(site)
+    for asset in files("vbbench_leaderboards.page").joinpath("assets").iterdir():
+        yield f"assets/{asset.name}", asset.read_text("utf-8")
+    for board in site.boards:
+        yield f"data/{board.key}.js", provided(board.key, _board(site, board))
+
+
+def _board(site: Site, board: Board) -> dict[str, Any]:
+    """What the scripts need to know of a board; the player is handed this too."""
+    return {
+        "key": board.key,
+        "split": board.split,
+        "protocol": board.protocol,
+        "tier": board.tier,
+        "title": site.title(board.split),
+        "caution": site.caution(board),
+        "solvers": [{"name": r.solver, "colour": site.colours[r.solver]} for r in site.results[board]],
+        "playable": list(site.playable.get(board, ())),
+        "html": board_html(site, board),
+    }
+
+
+def _check_site(folder: Path) -> None:
+    """Raise VbbenchError if ``folder`` is there and was not made by `build`."""
+    if folder.exists() and not (folder / MARKER).is_file():
+        raise VbbenchError(f"{folder} exists and is not a site of 'vbbench leaderboard build'; choose another --out")

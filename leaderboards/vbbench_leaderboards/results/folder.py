@@ -1,0 +1,133 @@
+"""A folder of results: every board's result files, and the record of each split and tier's dataset."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from vbbench.errors import FileError
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
+from vbbench_leaderboards.results.result import Board, Result, read_result
+
+SPLITS = ("sim", "hotel", "eth", "eth-15fps", "students", "students-resampled")
+"""Splits that results are published of, in the order in which they are shown."""
+
+Records = Mapping[tuple[str, str], BoardDataset]
+"""The records of datasets, by split and tier."""
+
+Boards = Mapping[Board, tuple[Result, ...]]
+"""Results by board, of each board by solver."""
+
+HERE = Path(__file__).parents[1]
+
+
+def published_results() -> Path:
+    """The results that come with vbbench: in the wheel they lie in the package, in a checkout beside it."""
+    inside = HERE / "published"
+    return inside if inside.is_dir() else HERE.parent / "results"
+
+
+def result_paths(results: Path) -> Iterator[Path]:
+    """Paths of all result files, in order, relative to the folder."""
+    yield from sorted(path.relative_to(results) for path in results.glob("*/*/*.json"))
+
+
+def record_paths(results: Path) -> Iterator[Path]:
+    """Paths of all dataset records, in order, relative to the folder."""
+    yield from sorted(path.relative_to(results) for path in results.glob("*/*.json"))
+
+
+def dataset_folder(work: Path, split: str, tier: str) -> Path:
+    """Where a dataset lies in the work folder of ``vbbench leaderboard rerun``."""
+    return work / "datasets" / f"{split}-{tier}"
+
+
+def submission_folder(work: Path, board: Board, solver: str) -> Path:
+    """Where a solver's submission lies in the work folder of ``vbbench leaderboard rerun``."""
+    return work / "submissions" / board.key / solver
+
+
+def read_results(*folders: Path, records: Records | None = None, unusable: list[FileError] | None = None) -> Boards:
+    """Results by board, of each board by solver; of a result in several folders the first counts.
+
+    Parameters
+    ----------
+    records : the datasets of the boards, where they have been read already.
+    unusable : takes what is wrong with each file that is left out. Results whose record is there and cannot be used
+        are left out with it.
+
+    Raises
+    ------
+    FileError
+        Without ``unusable``: if a file cannot be used, lies where it does not belong, or is made on another dataset
+        than its board's.
+    """
+    if records is None:
+        records = read_datasets(*folders, unusable=unusable)
+    boards: dict[Board, dict[str, Result]] = defaultdict(dict)
+    for folder in folders:
+        for path in result_paths(folder):
+            with _leaving_out(unusable):
+                result = read_result(folder / path)
+                if _is_placed(result, records, folder, path):
+                    boards[result.board].setdefault(result.solver, result)
+    return {board: tuple(found[name] for name in sorted(found)) for board, found in sorted(boards.items())}
+
+
+def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Records:
+    """Dataset records by split and tier; of a record in several folders the first counts.
+
+    Parameters
+    ----------
+    unusable : takes what is wrong with each file that is left out.
+
+    Raises
+    ------
+    FileError
+        Without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold different
+        datasets.
+    """
+    records: dict[tuple[str, str], BoardDataset] = {}
+    for folder in folders:
+        for path in record_paths(folder):
+            with _leaving_out(unusable):
+                record = read_dataset(folder / path)
+                if path != record.path:
+                    raise FileError(folder / path, f"holds the record that belongs in {record.path}; move it there")
+                first = records.setdefault((record.split, record.tier), record)
+                if record.id != first.id:
+                    raise FileError(
+                        folder / path,
+                        f"is of dataset {record.id}, results of {first.id} stand beside it; they cannot be on one "
+                        "page, name one folder with --results",
+                    )
+    return dict(sorted(records.items()))
+
+
+@contextmanager
+def _leaving_out(unusable: list[FileError] | None) -> Iterator[None]:
+    """Leave a file with a fault out, where there is somewhere to say so."""
+    try:
+        yield
+    except FileError as error:
+        if unusable is None:
+            raise
+        unusable.append(error)
+
+
+def _is_placed(result: Result, records: Records, folder: Path, path: Path) -> bool:
+    """Whether the record of a result's board can be used; FileError if the result is not the one that belongs there."""
+    board = result.board
+    record, its_path = records.get((board.split, board.tier)), record_path(board.split, board.tier)
+    if record is None and (folder / its_path).is_file():
+        return False
+    if path != result.path:
+        raise FileError(folder / path, f"holds the result that belongs in {result.path}; move it there")
+    if record is None:
+        raise FileError(folder / path, f"has no dataset record {its_path}; add the result anew, which writes it")
+    if result.dataset != record.id:
+        raise FileError(
+            folder / path,
+            f"$.dataset.id: is {result.dataset}, everything on this board is made on {record.id}; {record.advice}",
+        )
+    return True

@@ -1,0 +1,204 @@
+"""One result: what a solver scored on a board, and every sequence's own figures.
+
+A *board* is a split, a tier and a protocol: the table in which solvers stand beside one another. A result's file is
+``SPLIT/PROTOCOL-TIER/SOLVER.json`` below the folder of results.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench import __version__
+from vbbench.errors import FileError
+from vbbench.estimate import LARGEST
+from vbbench.files.tables import file_sha256
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.protocol import get_protocol
+from vbbench.scoring.scorecard import DRIFTS, METRICS, PerSequence, Score
+from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
+from vbbench_leaderboards.results.sealed_json import (
+    FORMAT_VERSION,
+    Block,
+    Values,
+    decode,
+    encode,
+    read_object,
+    sealed_text,
+    whole_columns,
+)
+
+SCHEMA = "result"
+COUNTS = ("sequence", "frames", "positions", "posed", "placed")
+FIGURES = (*METRICS, *DRIFTS)
+"""What a result tells of each sequence, and boards are ranked by."""
+
+LARGEST_FIGURE = 10 * LARGEST
+"""No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
+
+
+@dataclass(frozen=True, kw_only=True, order=True)
+class Board:
+    """Where results may be compared: same split, same tier, same protocol."""
+
+    split: str
+    tier: str
+    protocol: str
+
+    @property
+    def key(self) -> str:
+        """``SPLIT/PROTOCOL-TIER``: in addresses, and where its result files lie below the folder of results."""
+        return f"{self.split}/{self.protocol}-{self.tier}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """A solver's result on a board.
+
+    Parameters
+    ----------
+    board : split, tier and protocol.
+    solver : name it goes by on the board; also its file's name.
+    version, reference, link : the solver's version, where it is described, and where it can be had.
+    dataset, camera, seed : id of the dataset that was solved, the kind of its camera, and its seed;
+        ``None`` where that is withheld.
+    package_version : of the vbbench that scored it.
+    hardware : what the solver ran on.
+    submission : file name → SHA-256 of the submission's tables, so that it can be told whether one at hand is the one.
+    score : as ``vbbench score --json`` prints it, under the name that the solver goes by here.
+    per_sequence : figures of each scored sequence, to float32.
+    """
+
+    board: Board
+    solver: str
+    version: str
+    reference: str
+    link: str
+    dataset: str
+    camera: str
+    seed: int | None
+    package_version: str
+    hardware: str
+    submission: dict[str, str]
+    score: dict[str, Any]
+    per_sequence: PerSequence
+
+    @property
+    def path(self) -> Path:
+        """Where its file lies below the folder of results."""
+        return Path(self.board.key, f"{self.solver}.json")
+
+    @staticmethod
+    def of(score: Score, submission: Path, *, name: str = "", reference: str = "", link: str = "") -> "Result":
+        """The result that the score of a submission makes; ``name`` and ``reference`` replace what that declares."""
+        info, data, own = score.info, score.dataset, score.per_sequence
+        solver = name or info.solver
+        return Result(
+            board=Board(split=data.split, tier=data.tier, protocol=score.protocol.name),
+            solver=solver,
+            version=info.version,
+            reference=reference or info.reference,
+            link=link,
+            dataset=info.dataset,
+            camera=data.camera.kind,
+            seed=data.seed,
+            package_version=__version__,
+            hardware=info.hardware,
+            submission=table_hashes(submission),
+            score={**score.values(), "solver": solver},
+            per_sequence=replace(own, figures={n: v.astype("f4").astype("f8") for n, v in own.figures.items()}),
+        )
+
+
+def read_result(path: Path) -> Result:
+    """Read a result file.
+
+    Raises
+    ------
+    FileError
+        If it does not keep to the schema, was changed by hand, or was scored under another version of its protocol.
+    """
+    values = read_object(path, SCHEMA)
+    protocol = values["protocol"].partition("/")[0]
+    known = get_protocol(protocol).id
+    if values["protocol"] != known:
+        raise FileError(
+            path, f"$.protocol: is {values['protocol']}, this vbbench scores {known}; solve and add it anew"
+        )
+    solver, dataset = values["solver"], values["dataset"]
+    return Result(
+        board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),
+        solver=solver["name"],
+        version=solver["version"],
+        reference=solver["reference"],
+        link=solver["link"],
+        dataset=dataset["id"],
+        camera=dataset["camera"],
+        seed=dataset["seed"],
+        package_version=values["made_with"]["vbbench"],
+        hardware=values["made_with"]["hardware"],
+        submission=values["submission"],
+        score=values["score"],
+        per_sequence=_per_sequence(values["per_sequence"], path),
+    )
+
+
+def write_result(result: Result, results: Path, record: BoardDataset | None = None) -> Path:
+    """Write the file of a result below the folder ``results``, whole or not at all, and return its path.
+
+    Parameters
+    ----------
+    record : of the board's dataset, written first where the folder has none: no result is without its record.
+
+    Raises
+    ------
+    FileError
+        If the result does not keep to the schema; nothing is written then.
+    """
+    path = results / result.path
+    text = sealed_text(_values(result), path, SCHEMA)
+    if record is not None and not (results / record.path).is_file():
+        write_dataset(record, results)
+    write_text_atomically(path, text)
+    return path
+
+
+def table_hashes(submission: Path) -> dict[str, str]:
+    """File name → SHA-256 of a submission's tables."""
+    names = (f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
+    return {name: file_sha256(submission / name) for name in names if (submission / name).is_file()}
+
+
+def _values(result: Result) -> Values:
+    own, board = result.per_sequence, result.board
+    columns = {**{name: getattr(own, name) for name in COUNTS}, **{name: own.figures[name] for name in FIGURES}}
+    return {
+        "format_version": FORMAT_VERSION,
+        "solver": {
+            "name": result.solver,
+            "version": result.version,
+            "reference": result.reference,
+            "link": result.link,
+        },
+        "dataset": {
+            "id": result.dataset,
+            "split": board.split,
+            "tier": board.tier,
+            "camera": result.camera,
+            "seed": result.seed,
+        },
+        "protocol": f"{board.protocol}/{result.score['protocol_version']}",
+        "made_with": {"vbbench": result.package_version, "hardware": result.hardware},
+        "submission": result.submission,
+        "score": result.score,
+        "per_sequence": encode(columns),
+    }
+
+
+def _per_sequence(block: Block, path: Path) -> PerSequence:
+    columns = decode(block)
+    figures = {name: columns[name] for name in FIGURES}
+    if not all(((values >= 0) & (values <= LARGEST_FIGURE) | np.isnan(values)).all() for values in figures.values()):
+        raise FileError(path, f"$.per_sequence: a figure is below 0 or above {LARGEST_FIGURE:.0f}, where none can be")
+    return PerSequence(**whole_columns(columns, COUNTS, path, "$.per_sequence"), figures=figures)

@@ -1,0 +1,121 @@
+"""What a submitter needs: a folder to begin a solver in, and adding a submission to the leaderboard."""
+
+import re
+from pathlib import Path
+
+from vbbench.errors import FileError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo
+from vbbench.files.tables import file_sha256
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.scoring import score
+from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
+from vbbench_leaderboards.results.folder import published_results
+from vbbench_leaderboards.results.result import Board, Result, write_result
+
+TEMPLATE = Path(__file__).parent / "template"
+"""The files that `copy_template` copies."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
+_LINK = re.compile(r"(https?://[^\s<>\"']{1,492})?")
+
+
+def add(
+    submission: Path,
+    dataset: Path,
+    results: Path,
+    *,
+    truth: Path | None = None,
+    name: str = "",
+    reference: str = "",
+    link: str = "",
+    overwrite: bool = False,
+) -> Path:
+    """Score a submission and write its result file below ``results``; return its path.
+
+    The first result of a split and tier writes the record of its dataset, too.
+
+    Raises
+    ------
+    VbbenchError
+        If the submission has faults, is made on another dataset than its board's, is there already, or its name
+        cannot be a file's.
+    """
+    info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
+    solver = name or info.solver
+    if not _NAME.fullmatch(solver):
+        raise VbbenchError(
+            f"'{solver}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
+            "digits and . _ + -, beginning with a letter or digit"
+        )
+    if not _LINK.fullmatch(link):
+        raise VbbenchError(f"--link {link} is not an address; give one that begins with https:// or http://")
+    if info.dataset != opened.info.id:
+        raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
+    record = _record_of(opened, results)
+    if record is not None and record.id != info.dataset:
+        raise VbbenchError(
+            f"{dataset} is dataset {info.dataset}, the boards of {record.split} {record.tier} hold results on "
+            f"{record.id} alone; {record.advice}"
+        )
+    board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
+    path = results / board.key / f"{solver}.json"
+    if path.exists() and not overwrite:
+        raise VbbenchError(f"{path} exists; add --overwrite to replace it, or give another --name")
+    _check_sums(opened)
+    judged = score(submission, dataset, truth)
+    result = Result.of(judged, submission, name=solver, reference=reference, link=link)
+    return write_result(result, results, record or BoardDataset.of(opened))
+
+
+def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
+    """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none.
+
+    A dataset whose truth is withheld is a challenge of its own, not one of the published boards.
+    """
+    path = record_path(dataset.info.split, dataset.info.tier)
+    folders = [results] if dataset.info.seed is None else [results, published_results()]
+    place = next((folder for folder in folders if (folder / path).is_file()), None)
+    return None if place is None else read_dataset(place / path)
+
+
+def _check_sums(dataset: Dataset) -> None:
+    """Check that every table, the truth's too, has the SHA-256 that ``dataset.json`` publishes.
+
+    Raises
+    ------
+    FileError
+        At the first that has not.
+    """
+    for name, facts in dataset.info.tables.items():
+        path = dataset.table_path(name)
+        if not path.is_file():
+            where = "; name the folder that holds it with --truth" if name.startswith("truth/") else ""
+            raise FileError(path, f"the file is missing{where or '; generate the dataset again'}")
+        if file_sha256(path) != facts["sha256"]:
+            raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")
+
+
+def copy_template(out: Path | str) -> list[Path]:
+    """Copy the template into the folder ``out``, made if need be; return the paths of the copies.
+
+    Raises
+    ------
+    VbbenchError
+        If ``out`` is a file, a dataset or a submission, or a file of the template is there already.
+    """
+    out = Path(out)
+    texts = {path.name: path.read_text("utf-8") for path in sorted(TEMPLATE.iterdir()) if path.is_file()}
+    with loose_files(out):
+        there = [name for name, text in texts.items() if not _is_free(out / name, text)]
+        if there:
+            raise VbbenchError(f"{out / there[0]} exists and may be yours; choose another folder")
+        for name, text in texts.items():
+            write_text_atomically(out / name, text)
+    return [out / name for name in texts]
+
+
+def _is_free(path: Path, text: str) -> bool:
+    """Whether nothing is there, or the very copy, of a command that was stopped."""
+    return not path.exists() or (path.is_file() and path.read_bytes() == text.encode())
