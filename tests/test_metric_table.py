@@ -1,6 +1,8 @@
 """A row added to the table of metrics, from outside of the packages: everything that tells metrics has it."""
 
+import html
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +11,9 @@ import pytest
 from matplotlib.text import Text
 
 from tests.answers import submit, true_answers
+from tests.board_results import BOARD, result
 from tests.make_dataset import Crowd, write_dataset
+from tests.test_leaderboard_page import site_of
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.pictures.plotting import plot_sequence
@@ -17,6 +21,9 @@ from vbbench.reproduction.demo import score_table
 from vbbench.scoring import score
 from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
+from vbbench_leaderboards.page.building import site_files
+from vbbench_leaderboards.page.table import board_table
+from vbbench_leaderboards.results.sealed_json import _validator
 
 NEW = {
     "degrees": Metric(
@@ -101,6 +108,31 @@ def test_pictures_and_reports_tell_it(data: Path, answers: tuple[Path, Path]) ->
     words = {text.get_text() for text in plot_sequence(dataset, 0, estimate, frame=4).findobj(Text)}
     assert any("Δr° = 5.730 °" in text and "astray = 0.000 %" in text and "time" not in text for text in words)
     assert "Δr° (°) | astray (%) | coverage" in score_table([score(answers[0], data)])
+
+
+@pytest.mark.usefixtures("new_metrics")
+def test_boards_rank_by_it_and_show_it() -> None:
+    results = [result(solver, np.linspace(0.0, far, 40)) for solver, far in (("near", 0.1), ("far", 0.5))]
+    site = site_of(*results)
+    assert [site.rankings[BOARD]["astray"].places[row.solver].rank for row in results] == [1, 2]
+    table = board_table(site, BOARD)
+    assert all(f'<th scope="col" class="num" data-column="{name}">' in table for name in ("degrees", "astray"))
+    assert '<th scope="col" class="num more" data-column="seconds">' in table
+    assert all(table.count(f'data-column="{name}" data-value="') == len(results) for name in NEW)
+    ranked = json.loads(html.unescape(re.findall(r'data-ranks="([^"]*)"', table)[0]))
+    assert set(ranked) == set(METRICS)
+    pages = dict(site_files(site))
+    assert all(f'id="def-{name}">{metric.meaning}' in pages["index.html"] for name, metric in NEW.items())
+
+
+@pytest.mark.usefixtures("new_metrics")
+def test_result_files_must_have_it(request: pytest.FixtureRequest) -> None:
+    request.addfinalizer(_validator.cache_clear)
+    _validator.cache_clear()
+    schema = _validator("result").schema["properties"]
+    assert {*NEW, "dx"} - {"seconds"} <= set(schema["score"]["properties"]["metrics"]["required"])
+    assert "seconds" in schema["score"]["properties"]["drift"]["required"]
+    assert schema["per_sequence"]["properties"]["columns"]["const"][-len(METRICS) :] == list(METRICS)
 
 
 def test_errors_above_a_cap_count_as_the_cap(

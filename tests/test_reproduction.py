@@ -183,7 +183,7 @@ def test_mistakes_are_found_before_anything_is_made(changes: dict[str, object], 
 def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("mine", "utf-8")
-    with pytest.raises(VbbenchError, match="is no folder"):
+    with pytest.raises(VbbenchError, match="is not a folder"):
         measure_sigma(SMALL, path)
     assert path.read_text("utf-8") == "mine"
 

@@ -93,7 +93,7 @@ def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str
     SubmissionError
         If one of them has faults.
     VbbenchError
-        If they were made under different protocols, or the truth is not at hand.
+        If they were made under different protocols, or the truth is not available.
     """
     one, two = score(a, dataset, truth), score(b, dataset, truth)
     if one.protocol.name != two.protocol.name:

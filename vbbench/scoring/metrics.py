@@ -121,6 +121,11 @@ class Metric:
         """Symbol and unit, as the head of a column or an axis has them."""
         return f"{self.symbol} ({self.unit})"
 
+    @property
+    def section(self) -> Literal["metrics", "drift"]:
+        """The part of a score's JSON that holds it."""
+        return "drift" if self.over == "seconds" else "metrics"
+
 
 METRICS: dict[str, Metric] = {
     "dx_rel": Metric(
@@ -179,14 +184,14 @@ in its order, which is that of the paper's tables."""
 
 
 def section(part: Literal["metrics", "drift"]) -> dict[str, Metric]:
-    """The metrics that stand in one of the two parts of a score's JSON."""
-    return {name: metric for name, metric in METRICS.items() if (metric.over == "seconds") == (part == "drift")}
+    """The metrics of one part of a score's JSON."""
+    return {name: metric for name, metric in METRICS.items() if metric.section == part}
 
 
 def frame_errors(
     poses: FloatArray, positions: FloatArray, true_poses: FloatArray, true_positions: FloatArray, counted: BoolArray
 ) -> dict[str, FloatArray]:
-    """Errors of each frame by metric, drifts left out; NaN where there is no answer or nobody counts.
+    """Errors of each frame by metric, drifts left out; NaN without an answer or without people who count.
 
     Parameters
     ----------

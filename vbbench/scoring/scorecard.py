@@ -133,7 +133,7 @@ class Score:
         return json.dumps(self.values(), indent=2, ensure_ascii=False)
 
     def table(self) -> str:
-        """The score as a table for people; a caution of the dataset stands under it."""
+        """The score as a table for people; with the caution of the dataset, if it has one."""
         rows = [
             _line(
                 metric, self.summaries[name], self.position_coverage if metric.over == "people" else self.pose_coverage

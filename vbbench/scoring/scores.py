@@ -8,13 +8,12 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.scoring.matched_rows import Answers
+from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score, join_figures
 from vbbench.scoring.scored_rows import ScoredRows
 from vbbench.scoring.statistics import mean_of_groups, summarise
-from vbbench.scoring.truth_rows import TruthRows
-from vbbench.scoring.validation import CheckedSubmission
+from vbbench.scoring.truth import TruthRows
 
 
 def score(submission: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Score:
@@ -28,11 +27,13 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
     Raises
     ------
     SubmissionError
-        With every fault of the submission.
+        With every fault of the submission; those that are seen without truth also where it is not available.
     VbbenchError
-        If the truth is not at hand, or there is nothing to score.
+        If the truth is not available, or there is nothing to score.
     """
     opened = Dataset(dataset, truth)
+    if not opened.has_truth:
+        check_submission(submission, opened)
     true_rows = TruthRows(opened)
     checked = CheckedSubmission(Path(submission), opened, true_rows)
     parts = [_figures(rows, answers, true_rows, opened.info.dt) for rows, answers in checked.chunks()]
