@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench import generation, solving
+from vbbench.generation import datasets as generation
+from vbbench.solving import submissions as solving
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.files.verification import verify

@@ -8,7 +8,7 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.renderer import NOBODY, Picture, Renderer
+from vbbench.pictures.rendering import NOBODY, Picture, Renderer
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer

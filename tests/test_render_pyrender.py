@@ -10,7 +10,7 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.renderer import NOBODY
+from vbbench.pictures.rendering import NOBODY
 from vbbench.scene import Scene
 from vbbench_renderers.pyrender_backend import PyrenderRenderer
 from vbbench_renderers.pyrender_backend.views import resample, views_of

@@ -42,7 +42,7 @@ _OLDER_PATHS = {
     "vbbench.arrays": "vbbench.geometry",
     "vbbench.dataset": "vbbench.files.dataset",
     "vbbench.generator": "vbbench.generation.generator",
-    "vbbench.renderer": "vbbench.pictures.renderer",
+    "vbbench.renderer": "vbbench.pictures.rendering",
     "vbbench.rendering": "vbbench.pictures.rendering",
     "vbbench.simulation": "vbbench.generation.generator",
     "vbbench.stream": "vbbench.generation.stream",

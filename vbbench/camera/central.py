@@ -49,12 +49,17 @@ class CentralCamera:
 
     @property
     def view(self) -> tuple[float, float] | None:
-        """See `Camera.view`; borders are taken where the horizon of a level camera meets them."""
+        """See `Camera.view`; borders are taken where the horizon meets them."""
         if self.period is not None:
             return None
         columns = np.array([0.0, self.picture_size[0]])
-        left, right = self.directions(np.stack([columns, self.horizon(columns)], axis=-1))
+        left, right = self.to_level(self.directions(np.stack([columns, self.horizon(columns)], axis=-1)))
         return float(np.arctan2(left[0], left[2])), float(np.arctan2(right[0], right[2]))
+
+    @property
+    def intrinsics(self) -> FloatArray | None:
+        """See `Camera.intrinsics`; none unless a model says otherwise."""
+        return None
 
     @property
     def level(self) -> bool:
@@ -115,11 +120,18 @@ class CentralCamera:
         return cast(FloatArray, np.where(wrapped >= self.period, 0.0, wrapped))
 
     def horizon(self, u: FloatArray) -> FloatArray:
-        """See `Camera.horizon`; interpolated between directions a tenth of a degree apart."""
+        """See `Camera.horizon`; interpolated between directions a tenth of a degree apart.
+
+        Where a picture with borders shows the horizon twice in a column, the part around straight ahead counts.
+        """
         azimuth = np.linspace(-np.pi, np.pi, 3601)
         level = np.stack([np.sin(azimuth), np.zeros_like(azimuth), np.cos(azimuth)], axis=-1)
         shown = self.pixels(self.to_camera(level))
-        column, row = shown[np.isfinite(shown).all(axis=-1)].T
+        if self.period is None:
+            turns = np.flatnonzero(~(np.diff(shown[:, 0]) > 0.0))  # where columns no longer rise, or are NaN
+            ahead = len(azimuth) // 2
+            shown = shown[turns[turns < ahead].max(initial=-1) + 1 : turns[turns >= ahead].min(initial=3600) + 1]
+        column, row = shown.T
         order = np.argsort(column)
         rows: FloatArray = np.interp(self.wrap_column(np.asarray(u)), column[order], row[order])
         return rows

@@ -32,11 +32,11 @@ def figure_sigma(
         overwrite: Make and solve everything again.
     """
     from vbbench.camera import make_camera
+    from vbbench.reproduction.sigma import SigmaStudy, compared_solvers
     from vbbench.reproduction.sigma_report import reproduce_sigma
-    from vbbench.reproduction.study import SOLVERS, SigmaStudy
 
     study = SigmaStudy(
-        solvers=solver or tuple(SOLVERS),
+        solvers=solver or tuple(compared_solvers()),
         protocol=protocol,
         camera=None if camera is None else make_camera(camera),
         tier=tier,

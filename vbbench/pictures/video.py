@@ -46,7 +46,7 @@ def write_mp4(
         If the codec is not to be had, or the file cannot be written.
     """
     if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
-        raise VbbenchError(f"--fps is a number of frames a second, above 0 and up to 1000, not {fps:g}")
+        raise VbbenchError(f"fps must be above 0 and at most 1000, not {fps:g}")
     writer: cv2.VideoWriter | None = None
     with replacing(path, path.suffix) as temporary:
         try:
@@ -134,5 +134,5 @@ def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | N
     finally:
         cv2.utils.logging.setLogLevel(level)
     if codec:
-        raise VbbenchError(f"this OpenCV cannot write {codec}; leave --codec out, or name a folder for PNG files")
-    raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files with --out")
+        raise VbbenchError(f"this OpenCV cannot write {codec}; leave the codec out, or name a folder for PNG files")
+    raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files instead")

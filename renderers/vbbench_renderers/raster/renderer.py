@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,
@@ -33,7 +33,7 @@ from vbbench_renderers.raster.textures import build_textures
 
 
 class RasterRenderer:
-    """A `vbbench.pictures.renderer.Renderer` that casts exact rays. The picture does not depend on the threads.
+    """A `vbbench.pictures.rendering.Renderer` that casts exact rays. The picture does not depend on the threads.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ class RasterRenderer:
 
     @property
     def device(self) -> str:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         return f"processor, {get_num_threads()} threads (numba)"
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         without = None if observer is None else self._scene.column_of(observer)
         return self._drawer.draw(frame, camera, pose, self._scene, without)
 

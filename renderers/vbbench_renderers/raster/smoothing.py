@@ -5,7 +5,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from vbbench.kernels import kernel, parallel_kernel
-from vbbench.pictures.renderer import NOBODY
+from vbbench.pictures.rendering import NOBODY
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.filling import STRIP
 
@@ -31,7 +31,7 @@ def finish(
     owners : [N + 1] id of each limb's person, `NOBODY` for surroundings, less for the sky.
     colours : [W, H, 3] sRGB.
     closed : whether the first column follows the last one.
-    rgb, depth, ids : [H, W, 3], [H, W] and [H, W], written; see `vbbench.pictures.renderer.Picture`.
+    rgb, depth, ids : [H, W, 3], [H, W] and [H, W], written; see `vbbench.pictures.rendering.Picture`.
     """
     width = len(nearness)
     for strip in prange((width + STRIP - 1) // STRIP):
