@@ -62,7 +62,7 @@ def test_without_torch_one_line_says_how_to_get_it() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr.strip().endswith(
-        "vbbench.generation.torch needs PyTorch: python -m pip install 'vbbench[torch]'"
+        "vbbench.generation.torch needs torch: python -m pip install 'vbbench[torch]'"
     )
 
 

@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vbbench import __version__
 from vbbench.errors import VbbenchError
@@ -16,10 +16,12 @@ from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.files.tables import file_sha256
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.renderer import Picture, Renderer, RendererFactory
-from vbbench.pictures.video import Codec, write_mp4, write_png_folder
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence
+
+if TYPE_CHECKING:
+    from vbbench.pictures.video import Codec
 
 AUTO = "auto"
 """The backend that chooses among the others."""
@@ -101,7 +103,7 @@ def render_to_file(
     backend: Backend | None = None,
     submission: Path | str | None = None,
     fps: float | None = None,
-    codec: Codec | None = None,
+    codec: "Codec | None" = None,
     announce: Callable[[str], object] = silent,
 ) -> Path:
     """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
@@ -132,6 +134,7 @@ def render_to_file(
     """
     from vbbench.pictures.film.frames import Film
     from vbbench.pictures.film.reel import load_reel
+    from vbbench.pictures.video import write_mp4, write_png_folder
 
     out, backend = _checked(Path(out)), backend or Backend()
     estimates = None if submission is None else SubmittedEstimates(dataset, submission)

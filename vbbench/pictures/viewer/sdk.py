@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import needs_extra
 
 
 def rerun() -> Any:
@@ -12,13 +12,11 @@ def rerun() -> Any:
 
     Raises
     ------
-    VbbenchError
+    MissingExtraError
         If it is not installed.
     """
-    try:
+    with needs_extra("viewer", "vbbench view"):
         import rerun as package
-    except ImportError as error:
-        raise VbbenchError("vbbench view needs rerun: python -m pip install 'vbbench[viewer]'") from error
     return package
 
 
