@@ -1,6 +1,7 @@
 """The command line as a stranger uses it: exit status, one line for a mistake, results on stdout alone."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -80,6 +81,35 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["generate", "demo"], "--out"),
         (["generate", "demo", "--out", "x", "--limit", "many"], "limit"),
         (["generate", "demo", "--out", "x", "--tier", "blurred"], "--tier"),
+        (
+            ["generate", "demo", "--out", "x", "--tier", "niosy"],
+            "no value of --tier is called 'niosy'; did you mean",
+        ),
+        (
+            ["generate", "demo", "--out", "x", "--camera", "panorma"],
+            "no camera is called 'panorma'; did you",
+        ),
+        (["generate", "demo", "--out", "x", "--camera", "json:loads"], "no camera is called 'json:loads'"),
+        (["reproduce", "figure-sigma", "--camera", "perspctive"], "did you mean 'perspective'"),
+        (["generate", "demo", "--out", "x", "--sigma_h", "tall"], "--sigma-h must be a number, not 'tall'"),
+        (["generate", "demo", "--out", "x", "--limit", "None"], "--limit must be a whole number, not 'None'"),
+        (
+            ["solve", "nowhere", "--solvr", "cv", "--out", "y"],
+            "no option of 'solve' is called '--solvr'; did",
+        ),
+        (["solve", "nowhere", "--solvr=cv"], "did you mean '--solver'?"),
+        (["solve", "nowhere", "--protocol", "onestep"], "did you mean 'one-step'?"),
+        (["solve", "nowhere", "--protocol=onestep"], "did you mean 'one-step'?"),
+        (["solve", "nowhere", "--protocol", "--out", "y"], "--protocol needs a value"),
+        (["solve", "nowhere", "--out", "y", "--solver"], "--solver needs a value; see 'vbbench solve --help'"),
+        (["solve"], "'solve' needs FOLDER, --solver, --out; see 'vbbench solve --help'"),
+        (["solve", "one", "two", "--solver", "cv", "--out", "y"], "'solve' has no use for 'two'"),
+        (["export", "mot", "nowhere", "--out", "y", "--fvo", "3"], "did you mean '--fov'?"),
+        (["export", "mot", "nowhere", "--out", "y", "--at", "3"], "--at cannot be ['3']"),
+        (["sovle", "nowhere"], "no command is called 'sovle'; did you mean 'solve'?"),
+        (["lederboard"], "did you mean 'leaderboard'?"),
+        (["--hepl"], "did you mean '--help'?"),
+        ([], "'vbbench --help' lists them"),
         (["info", "nowhere"], "no dataset here"),
         (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
         (["frobnicate"], "no command is called 'frobnicate'"),
@@ -111,6 +141,14 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
     text = subprocess.run([*VBBENCH, *name.split(), "--help"], capture_output=True, text=True, check=True).stdout
     assert "usage: vbbench" in text
     assert all_commands()[name].__doc__.splitlines()[0].split(":")[0][:30] in " ".join(text.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("name", all_commands())
+def test_help_says_nothing_of_defaults_that_say_nothing(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([*name.split(), "--help"])
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split()).partition("photo options")[0]
+    assert not re.search(r"\{None|\bNone\b|default: (False|True)?\)", text)
 
 
 def test_a_strangers_solver_is_found_where_the_user_stands(dataset: Path, tmp_path: Path) -> None:

@@ -8,14 +8,14 @@ import contextlib
 import errno
 import io
 import os
-import re
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
+from vbbench.cli.mistakes import check_options, explain
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import UnknownNameError, VbbenchError, one_line
@@ -27,6 +27,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "merge": data.merge,
     "info": data.info,
     "verify": data.verify,
+    "solvers": evaluation.solvers,
     "solve": evaluation.solve,
     "score": evaluation.score,
     "compare": evaluation.compare,
@@ -100,6 +101,9 @@ def _run(arguments: list[str]) -> int:
 
     commands = COMMANDS if arguments and arguments[0] in COMMANDS else all_commands()
     commands, arguments = _chosen(commands, arguments)
+    name = arguments[0] if arguments and arguments[0] in commands else None
+    if name is not None:
+        check_options(name, commands[name], arguments[1:])
     complaints = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaints):
@@ -108,11 +112,14 @@ def _run(arguments: list[str]) -> int:
                 prog="vbbench",
                 description=DESCRIPTION,
                 args=arguments,
-                config=(tyro.conf.FlagCreatePairsOff,),
+                config=(
+                    *(tyro.conf.FlagCreatePairsOff, tyro.conf.DisallowNone),
+                    tyro.conf.PositionalMetavarFromFieldName,
+                ),
             )
     except SystemExit as stop:
         if stop.code:
-            raise VbbenchError(_without_frame(complaints.getvalue())) from None
+            raise VbbenchError(explain(complaints.getvalue(), name, commands.get(name or ""))) from None
         sys.stdout.flush()
         raise
     with plain_output():
@@ -123,8 +130,12 @@ def _chosen(
     commands: dict[str, Callable[..., Any]], arguments: list[str]
 ) -> tuple[dict[str, Callable[..., Any]], list[str]]:
     """The commands that can be meant, and the arguments with the name of two words as one."""
-    if not arguments or arguments[0].startswith("-") or arguments[0] in commands:
+    if not arguments:
+        raise VbbenchError("which command? 'vbbench --help' lists them")
+    if arguments[0] in ("-h", "--help") or arguments[0] in commands or arguments[0].startswith("--tyro-"):
         return commands, arguments
+    if arguments[0].startswith("-"):
+        raise UnknownNameError("option", arguments[0], ("--help", "--version"))
     group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
     if group and arguments[1:] and arguments[1] in ("-h", "--help"):
         return group, arguments[1:]
@@ -133,22 +144,39 @@ def _chosen(
         raise VbbenchError(f"'{arguments[0]}' wants one of {known}; see 'vbbench {arguments[0]} --help'")
     name = " ".join(arguments[:2])
     if name not in commands:
-        raise UnknownNameError("command", name, group or commands)
+        raise UnknownNameError("command", name if group else arguments[0], group or _first_words(commands))
     return commands, [name, *arguments[2:]]
 
 
+def _first_words(commands: Iterable[str]) -> list[str]:
+    """What may stand first: names of commands, and of groups of them."""
+    return sorted({name.partition(" ")[0] for name in commands})
+
+
 def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
-    """Parse now, run later: what the command itself prints must not be taken for tyro's complaints."""
+    """Parse now, run later: what the command itself prints must not be taken for tyro's complaints.
+
+    Of defaults that say nothing, such as None, ``--help`` says nothing.
+    """
     import functools
+    import inspect
+    from typing import Annotated, get_origin, get_type_hints
+
+    import tyro
 
     @functools.wraps(function)
     def parsed(*arguments: Any, **options: Any) -> Callable[[], Any]:
         return functools.partial(function, *arguments, **options)
 
+    hints, kinds = get_type_hints(function, include_extras=True), get_type_hints(function)
+    signature = inspect.signature(function)
+    for name, parameter in signature.parameters.items():
+        silent = parameter.default in ((), None) or parameter.default is False
+        if silent or (parameter.default is parameter.empty and get_origin(kinds[name]) is tuple):
+            hints[name] = Annotated[hints[name], tyro.conf.arg(help_behavior_hint="")]
+    del parsed.__wrapped__  # whose signature would be taken
+    parsed.__annotations__ = hints
+    parsed.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=[each.replace(annotation=hints[name]) for name, each in signature.parameters.items()]
+    )
     return parsed
-
-
-def _without_frame(complaint: str) -> str:
-    """Tyro's boxed message as one line."""
-    text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]", " ", complaint)
-    return " ".join(text.split())
