@@ -1,4 +1,4 @@
-"""A default install: what it does not bring is asked for by the name of its extra, in one line, and nothing else needs it."""
+"""A default install: what it lacks is asked for in one line that names the extra, and nothing else needs it."""
 
 import subprocess
 import sys
@@ -9,15 +9,19 @@ import pytest
 from vbbench.cli import main
 
 OPTIONAL = ("cv2", "moderngl", "trimesh", "pyrender", "pysocialforce", "pandas", "distributed", "torch", "rerun")
-WITHOUT = (
-    "import sys\nfor name in {missing}: sys.modules[name] = None\nfrom vbbench.__main__ import main\nsys.exit(main())"
-)
+WITHOUT = """import sys
+class Missing:
+    def find_spec(self, name, *_):
+        if name in MISSING:
+            raise ModuleNotFoundError("as if it were not installed", name=name)
+sys.meta_path.insert(0, Missing())
+from vbbench.__main__ import main
+sys.exit(main())"""
 
 
 def run_without(missing: tuple[str, ...], *arguments: object) -> "subprocess.CompletedProcess[str]":
     """Run a command as if packages were not installed."""
-    code = WITHOUT.format(missing=missing)
-    command = [sys.executable, "-c", code, *map(str, arguments)]
+    command = [sys.executable, "-c", WITHOUT.replace("MISSING", str(missing)), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
@@ -35,11 +39,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("moderngl", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
         ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
-        (
-            "pysocialforce",
-            "pysocialforce",
-            ["generate", "sim", "--engine", "pysocialforce", "--limit", "1", "--out", "OUT"],
-        ),
+        ("pysocialforce", "pysocialforce", ["generate", "sim", "--engine", "pysocialforce", "--out", "OUT"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
         ("distributed", "dask", ["generate", "demo", "--scheduler", "tcp://127.0.0.1:1", "--out", "OUT"]),
     ],
@@ -50,10 +50,11 @@ def test_what_is_missing_is_one_line_that_names_the_extra(
     places = {"DATA": str(dataset), "OUT": str(tmp_path / "out")}
     done = run_without((missing,), *(places.get(word, word.replace("OUT", places["OUT"])) for word in command))
     assert done.returncode == 2, done.stderr
-    assert done.stderr.splitlines()[-1].startswith("vbbench: ")
-    assert f" {missing}: " in done.stderr or f" {missing}\n" in done.stderr or missing in done.stderr
-    assert f"pip install 'vbbench[{extra}]'" in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr
+    line = done.stderr.splitlines()[-1]
+    assert line.startswith("vbbench: ")
+    assert missing in line
+    assert line.endswith(f"pip install 'vbbench[{extra}]'")
 
 
 def test_the_rest_works_without_any_of_them(dataset: Path, tmp_path: Path) -> None:
@@ -61,11 +62,8 @@ def test_the_rest_works_without_any_of_them(dataset: Path, tmp_path: Path) -> No
     for command in (
         ["solve", dataset, "--solver", "cv", "--protocol", "sequential", "--out", answer],
         ["score", answer, "--dataset", dataset, "--per-sequence", tmp_path / "rows.csv"],
-        ["compare", answer, answer, "--dataset", dataset],
         ["plot", dataset, "--sequence", "0", "--estimate", answer, "--out", tmp_path / "picture.png"],
         ["export", "mot", dataset, "--out", tmp_path / "mot"],
-        ["export", "csv", dataset, "--out", tmp_path / "csv"],
-        ["splits"],
         ["solvers"],
     ):
         done = run_without(OPTIONAL, *command)
