@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from vbbench.cli import all_commands, main
+from vbbench.cli.mistakes import in_options
 
 VBBENCH = [sys.executable, "-m", "vbbench"]
 
@@ -141,6 +142,23 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
     text = subprocess.run([*VBBENCH, *name.split(), "--help"], capture_output=True, text=True, check=True).stdout
     assert "usage: vbbench" in text
     assert all_commands()[name].__doc__.splitlines()[0].split(":")[0][:30] in " ".join(text.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("command", "python", "shell"),
+    [
+        ("solve", "x exists; set overwrite to replace it", "x exists; add --overwrite to replace it"),
+        ("solve", "jobs is a number of processes", "--jobs is a number of processes"),
+        ("solve", "it has none; solve without covariance", "it has none; solve without --covariance"),
+        ("generate", "height_std must be 0 or more", "--sigma-h must be 0 or more"),
+        ("generate", "the seed must be 0 or more", "the seed must be 0 or more"),
+        ("export mot", "camera_height must be above heads", "--camera-height must be above heads"),
+        ("export mot", "pass `pixel_std`, or `heads=True`", "pass `pixel_std`, or --heads"),
+        ("info", "x exists; set overwrite to replace it", "x exists; set overwrite to replace it"),
+    ],
+)
+def test_parameters_of_the_library_are_options_in_messages(command: str, python: str, shell: str) -> None:
+    assert in_options(python, all_commands()[command]) == shell
 
 
 @pytest.mark.parametrize("name", all_commands())

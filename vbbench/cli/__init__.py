@@ -4,9 +4,7 @@ Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user
 1 a failure of the program, 128 + the signal that stopped it (`vbbench.parallel.stopping`).
 """
 
-import contextlib
 import errno
-import io
 import os
 import sys
 import warnings
@@ -15,7 +13,8 @@ from typing import Any
 
 from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
-from vbbench.cli.mistakes import check_options, explain
+from vbbench.cli.mistakes import in_options
+from vbbench.cli.parsing import parse
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import UnknownNameError, VbbenchError, one_line
@@ -57,8 +56,6 @@ UNWRITABLE = {
 }
 """System errors that say that the user asked for a place where nothing can be written or read."""
 
-DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo --out demo"
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
@@ -97,43 +94,26 @@ def _run(arguments: list[str]) -> int:
     if arguments == ["--version"]:
         print(f"vbbench {__version__}")
         return 0
-    import tyro
-
-    commands = COMMANDS if arguments and arguments[0] in COMMANDS else all_commands()
-    commands, arguments = _chosen(commands, arguments)
-    name = arguments[0] if arguments and arguments[0] in commands else None
-    if name is not None:
-        check_options(name, commands[name], arguments[1:])
-    complaints = io.StringIO()
+    commands, arguments = _chosen(COMMANDS if arguments[:1] and arguments[0] in COMMANDS else all_commands(), arguments)
+    command = parse(commands, arguments)
     try:
-        with contextlib.redirect_stderr(complaints):
-            command = tyro.extras.subcommand_cli_from_dict(
-                {name: _deferred(function) for name, function in commands.items()},
-                prog="vbbench",
-                description=DESCRIPTION,
-                args=arguments,
-                config=(
-                    *(tyro.conf.FlagCreatePairsOff, tyro.conf.DisallowNone),
-                    tyro.conf.PositionalMetavarFromFieldName,
-                ),
-            )
-    except SystemExit as stop:
-        if stop.code:
-            raise VbbenchError(explain(complaints.getvalue(), name, commands.get(name or ""))) from None
-        sys.stdout.flush()
-        raise
-    with plain_output():
-        return command() or 0
+        with plain_output():
+            return command() or 0
+    except VbbenchError as error:
+        say(in_options(str(error), commands[arguments[0]]))
+        return 2
 
 
 def _chosen(
     commands: dict[str, Callable[..., Any]], arguments: list[str]
 ) -> tuple[dict[str, Callable[..., Any]], list[str]]:
-    """The commands that can be meant, and the arguments with the name of two words as one."""
+    """The commands that can be meant, one unless help is wanted; and the arguments, a name of two words as one."""
     if not arguments:
         raise VbbenchError("which command? 'vbbench --help' lists them")
-    if arguments[0] in ("-h", "--help") or arguments[0] in commands or arguments[0].startswith("--tyro-"):
+    if arguments[0] in ("-h", "--help") or arguments[0].startswith("--tyro-"):
         return commands, arguments
+    if arguments[0] in commands:
+        return {arguments[0]: commands[arguments[0]]}, arguments
     if arguments[0].startswith("-"):
         raise UnknownNameError("option", arguments[0], ("--help", "--version"))
     group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
@@ -145,38 +125,9 @@ def _chosen(
     name = " ".join(arguments[:2])
     if name not in commands:
         raise UnknownNameError("command", name if group else arguments[0], group or _first_words(commands))
-    return commands, [name, *arguments[2:]]
+    return {name: commands[name]}, [name, *arguments[2:]]
 
 
 def _first_words(commands: Iterable[str]) -> list[str]:
     """What may stand first: names of commands, and of groups of them."""
     return sorted({name.partition(" ")[0] for name in commands})
-
-
-def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
-    """Parse now, run later: what the command itself prints must not be taken for tyro's complaints.
-
-    Of defaults that say nothing, such as None, ``--help`` says nothing.
-    """
-    import functools
-    import inspect
-    from typing import Annotated, get_origin, get_type_hints
-
-    import tyro
-
-    @functools.wraps(function)
-    def parsed(*arguments: Any, **options: Any) -> Callable[[], Any]:
-        return functools.partial(function, *arguments, **options)
-
-    hints, kinds = get_type_hints(function, include_extras=True), get_type_hints(function)
-    signature = inspect.signature(function)
-    for name, parameter in signature.parameters.items():
-        silent = parameter.default in ((), None) or parameter.default is False
-        if silent or (parameter.default is parameter.empty and get_origin(kinds[name]) is tuple):
-            hints[name] = Annotated[hints[name], tyro.conf.arg(help_behavior_hint="")]
-    del parsed.__wrapped__  # whose signature would be taken
-    parsed.__annotations__ = hints
-    parsed.__signature__ = signature.replace(  # type: ignore[attr-defined]
-        parameters=[each.replace(annotation=hints[name]) for name, each in signature.parameters.items()]
-    )
-    return parsed

@@ -113,7 +113,7 @@ def generate(
         facts = generate_partitioned(split, out, options, scheduler=scheduler, tls=tls, **kept)
     doubt = who_knows(split, options.seed) if withhold_truth else None
     if doubt is not None:
-        say_warning(doubt)
+        say_warning(doubt.replace("a secret seed", "--seed secret"))
     print(describe(facts))
 
 

@@ -41,10 +41,10 @@ def check_options(command: str, function: Callable[..., Any], arguments: Sequenc
             raise UnknownNameError(f"value of {option}", chosen, words)
 
 
-def explain(complaint: str, command: str | None, function: Callable[..., Any] | None) -> str:
+def explain(complaint: str, command: str, function: Callable[..., Any] | None) -> str:
     """What tyro complains of in its box, as one line in our words where the mistake is a usual one."""
     text = " ".join(_FRAME.sub(" ", complaint).split())
-    if command is None or function is None:
+    if function is None:
         return text
     see = f"see 'vbbench {command} --help'"
     if text.startswith("Required options"):
@@ -61,6 +61,31 @@ def explain(complaint: str, command: str | None, function: Callable[..., Any] | 
     if found := re.match(r"Missing argument Missing value for argument '(\S+)'", text):
         return f"{found[1]} needs a value; {see}"
     return text
+
+
+_IN_PYTHON = (
+    (r"\bset (\w+) to\b", "add {} to"),
+    (r"(?:^|(?<=[:;] ))(\w+) (?=must (?:not )?be\b|is a number of\b)", "{} "),
+    (r"(?<=\bwithout )(\w+)$", "{}"),
+    (r"`(\w+)(?:=True)?`", "{}"),
+)
+"""How messages of the library name a parameter, and what stands there on the command line."""
+
+_ALIASES = {"height_std": "sigma_h"}
+"""Parameters of the library whose options are called otherwise."""
+
+
+def in_options(message: str, function: Callable[..., Any]) -> str:
+    """A message of the library as those read it who type the options of a command: ``--limit`` for ``limit``."""
+    options = dict(_options(function))
+
+    def named(found: re.Match[str], words: str) -> str:
+        option = f"--{_ALIASES.get(found[1], found[1]).replace('_', '-')}"
+        return words.format(option) if option in options else found[0]
+
+    for pattern, words in _IN_PYTHON:
+        message = re.sub(pattern, lambda found, words=words: named(found, words), message)  # type: ignore[misc]
+    return message
 
 
 def _options(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
