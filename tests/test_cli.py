@@ -154,6 +154,11 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
         ("generate", "the seed must be 0 or more", "the seed must be 0 or more"),
         ("export mot", "camera_height must be above heads", "--camera-height must be above heads"),
         ("export mot", "pass `pixel_std`, or `heads=True`", "pass `pixel_std`, or --heads"),
+        (
+            "score",
+            "x has no truth; name the folder that holds it",
+            "x has no truth; name the folder that holds it with --truth",
+        ),
         ("info", "x exists; set overwrite to replace it", "x exists; set overwrite to replace it"),
     ],
 )

@@ -83,6 +83,8 @@ def in_options(message: str, function: Callable[..., Any]) -> str:
         option = f"--{_ALIASES.get(found[1], found[1]).replace('_', '-')}"
         return words.format(option) if option in options else found[0]
 
+    if "--truth" in options:
+        message = re.sub(r"(name the folder that holds (?:it|all of them))$", r"\1 with --truth", message)
     for pattern, words in _IN_PYTHON:
         message = re.sub(pattern, lambda found, words=words: named(found, words), message)  # type: ignore[misc]
     return message
