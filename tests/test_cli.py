@@ -4,10 +4,14 @@ import json
 import re
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
+from vbbench import registry
+from vbbench.camera import PerspectiveCamera
 from vbbench.cli import all_commands, main
 from vbbench.cli.mistakes import in_options
 
@@ -226,3 +230,28 @@ def test_a_place_where_nothing_can_be_written_is_one_line(
     status, _, error = run(capsys, "export", "tum", dataset, "--out", tmp_path / "file" / "below")
     assert (status, error.count("\n")) == (2, 1)
     assert "choose another" in error
+
+
+class Narrow(PerspectiveCamera):
+    """A camera of another package."""
+
+    kind: ClassVar[str] = "narrow"
+
+
+def test_a_camera_of_another_package_is_asked_for_by_its_name(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = registry.entry_points
+    theirs = EntryPoint("narrow", f"{__name__}:Narrow", "vbbench.cameras")
+    monkeypatch.setattr(
+        registry, "entry_points", lambda group: [*before(group=group), *([theirs] if group == theirs.group else [])]
+    )
+    registry.registered.cache_clear()
+    try:
+        assert run(capsys, "generate", "demo", "--camera", "narow", "--out", tmp_path / "a")[0] == 2
+        status, out, _ = run(capsys, "generate", "demo", "--camera", "narrow", "--limit", 2, "--out", tmp_path / "a")
+        assert status == 0
+        assert "camera narrow" in out
+        assert run(capsys, "verify", tmp_path / "a")[0] == 0
+    finally:
+        registry.registered.cache_clear()
