@@ -125,7 +125,9 @@ def open_backend(name: str, scene: Scene) -> Renderer:
         pytest.skip(f"{name} cannot be imported: {error}")
 
 
-@pytest.fixture(scope="module", params=["raster", "moderngl", "pyrender"])
+@pytest.fixture(
+    scope="module", params=["raster", "moderngl", pytest.param("pyrender", marks=pytest.mark.extra("pyrender"))]
+)
 def backend(request: Any, scene: Scene) -> Iterator[Renderer]:
     renderer = open_backend(request.param, scene)
     yield renderer

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vbbench.cli.data import CameraName, TierName
+from vbbench.cli.data import TierName
 from vbbench.cli.evaluation import ProtocolName
 
 
@@ -10,7 +10,7 @@ def figure_sigma(
     out: Path = Path("figure-sigma"),
     solver: tuple[str, ...] = (),
     protocol: ProtocolName = "one-step",
-    camera: CameraName | None = None,
+    camera: str | None = None,
     tier: TierName = "ideal",
     sequences: int = 500,
     seed: int = 0,
@@ -24,7 +24,7 @@ def figure_sigma(
         solver: Registered names or module:attribute; default: vb-sf as it is, with heights from the prior only,
             and besides expecting nothing of the observer.
         protocol: What is given when.
-        camera: What the observer carries; default: that of split sim.
+        camera: What the observer carries, as of 'vbbench generate'; default: that of split sim.
         tier: How boxes are corrupted.
         sequences: Number of sequences at each spread of heights.
         seed: Seed of everything random.

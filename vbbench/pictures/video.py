@@ -5,13 +5,15 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, VbbenchError, needs_extra
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import is_unused, replacing, write_bytes_atomically, write_text_atomically
+
+with needs_extra("render", "writing pictures and films"):
+    import cv2
 
 Codec = Literal["h264", "vp9", "mpeg4"]
 Frames = Callable[[Iterable[int]], Iterator[NDArray[np.uint8]]]

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import VbbenchError, needs_extra
 
 _VARIABLE = "PYOPENGL_PLATFORM"
 _LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
@@ -41,7 +41,7 @@ def load_pyrender() -> Any:
         If it is not installed or finds no OpenGL.
     """
     if "pyrender" not in sys.modules:
-        with off_screen():
+        with needs_extra("pyrender", "backend 'pyrender'"), off_screen():
             _import_without_viewer()
     mesh: Any = sys.modules["pyrender.mesh"]
     if not hasattr(mesh.np, "infty"):
@@ -105,6 +105,8 @@ def _import_without_viewer() -> None:
     except Exception as error:  # PyOpenGL passes on the exceptions of its platform
         for name in [name for name in sys.modules if name.split(".")[0] == "pyrender"]:
             del sys.modules[name]
+        if isinstance(error, ModuleNotFoundError):
+            raise
         raise VbbenchError(
             f"pyrender cannot be imported ({type(error).__name__}: {error}); install it with Mesa (on Debian "
             "mesa-utils-bin), or use backend 'moderngl' or 'raster'"

@@ -4,12 +4,15 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.errors import needs_extra
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
+
+with needs_extra("render", "drawing films"):
+    import cv2
 
 Canvas = NDArray[np.uint8]
 """[H, W, 3] uint8 sRGB, row 0 at the top; drawn on in place."""

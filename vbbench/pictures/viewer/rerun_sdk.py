@@ -11,7 +11,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import needs_extra
 
 
 def rerun() -> Any:
@@ -19,13 +19,11 @@ def rerun() -> Any:
 
     Raises
     ------
-    VbbenchError
+    MissingExtraError
         If it is not installed.
     """
-    try:
+    with needs_extra("viewer", "vbbench view"):
         import rerun as package
-    except ImportError as error:
-        raise VbbenchError("vbbench view needs rerun: python -m pip install 'vbbench[viewer]'") from error
     return package
 
 
