@@ -105,7 +105,7 @@ def test_pictures_and_reports_tell_it(data: Path, answers: tuple[Path, Path]) ->
     dataset = Dataset(data)
     truth = dataset.truth(dataset.sequence(0))
     estimate = Estimate(poses=truth.poses + 0.1, positions=truth.positions)
-    words = {text.get_text() for text in plot_sequence(dataset, 0, estimate, frame=4).findobj(Text)}
+    words = {text.get_text() for text in plot_sequence(dataset, 0, estimate, frame=3).findobj(Text)}
     assert any("Δr° = 5.730 °" in text and "astray = 0.000 %" in text and "time" not in text for text in words)
     assert "Δr° (°) | astray (%) | coverage" in score_table([score(answers[0], data)])
 

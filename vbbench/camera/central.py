@@ -11,8 +11,11 @@ from vbbench.parsing.numbers import Within, check_ranges
 NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
 
-CORRECTIONS, EXACT = 12, 1e-9
-"""Times that a box is corrected for verticals that are curved in the picture, and px that are no longer corrected."""
+NEWTON_STEPS, EXACT, DIFFERENCE = 30, 1e-9, 1e-6
+"""Most steps to find a vertical that is curved in the picture, px that need none, and rad by which slopes are taken."""
+
+RIDGE = 1e-9
+"""px per rad that keep slopes invertible where a box says nothing."""
 
 Size = Annotated[int, Within(1, 1e6, "px")]
 Focal = Annotated[float, Within(0.01, 1e7, "px")]
@@ -93,18 +96,25 @@ class CentralCamera:
     def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.unproject`: the distance at which feet and head are as far apart as the box says.
 
-        They lie on the picture of the vertical at one azimuth. It is taken to be straight over the box, which is exact
-        for a pinhole; for other models the box is corrected until the vertical's own, curved picture has the one given.
+        They lie on the picture of the vertical at one azimuth. Where that is straight over the box, as in a pinhole's
+        picture, it is found at once; where it is curved, by Newton's method.
         """
-        corrected = observations
-        for _ in range(CORRECTIONS):
-            azimuth, lower, upper = self._vertical(corrected)
-            off = observations - self._box(azimuth, lower, upper)
-            off[..., 0] = self._apart(observations[..., 0], observations[..., 0] - off[..., 0])
-            if not (np.abs(off) > EXACT).any():
+        vertical = self._straight_vertical(observations)
+        off, share = self._off(observations, vertical), np.ones((*observations.shape[:-1], 1))
+        for _ in range(NEWTON_STEPS):
+            open_ = (np.abs(off) > EXACT).any(axis=-1)
+            if not open_.any():
                 break
-            corrected = corrected + off
-        reach = heights / (lower - upper)
+            slopes = [(off - self._off(observations, vertical + DIFFERENCE * axis)) / DIFFERENCE for axis in np.eye(3)]
+            jacobian = np.where(open_[..., None, None], np.stack(slopes, axis=-1), 0.0) + RIDGE * np.eye(3)
+            step = np.linalg.solve(jacobian, np.where(open_[..., None], off, 0.0)[..., None])[..., 0]
+            moved = vertical + share * step
+            left = self._off(observations, moved)
+            better = np.linalg.norm(left, axis=-1, keepdims=True) < np.linalg.norm(off, axis=-1, keepdims=True)
+            vertical, off = np.where(better, moved, vertical), np.where(better, left, off)
+            share = np.where(better, 1.0, 0.5 * share)
+        azimuth, bottom, top = np.moveaxis(vertical, -1, 0)
+        reach = heights / (bottom - top)
         return np.stack([reach * np.sin(azimuth), reach * np.cos(azimuth)], axis=-1)
 
     def depth(self, relative: FloatArray) -> FloatArray:
@@ -151,8 +161,8 @@ class CentralCamera:
         right, down = np.array([1.0, 0.0, 0.0]), np.array([0.0, c, s])
         return np.stack([cr * right + sr * down, cr * down - sr * right, np.array([0.0, -s, c])])
 
-    def _vertical(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Azimuth of boxes [..., 3], and slopes down to their bottom and top, verticals straight over each box."""
+    def _straight_vertical(self, boxes: FloatArray) -> FloatArray:
+        """Verticals [..., 3] (azimuth, slopes down to bottom and top) seen in boxes, if they are straight over each."""
         centre, half = boxes[..., :2], 0.5 * boxes[..., 2:]
         middle = self.to_level(self.directions(centre))
         middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
@@ -161,7 +171,14 @@ class CentralCamera:
         lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
         along = np.concatenate([lean[..., None] * half, half], axis=-1)
         bottom, top = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
-        return np.arctan2(middle[..., 0], middle[..., 2]), bottom, top
+        return np.stack([np.arctan2(middle[..., 0], middle[..., 2]), bottom, top], axis=-1)
+
+    def _off(self, boxes: FloatArray, verticals: FloatArray) -> FloatArray:
+        """How far boxes [..., 3] are from those of verticals [..., 3], in px."""
+        seen = self._box(*np.moveaxis(verticals, -1, 0))
+        off = boxes - seen
+        off[..., 0] = self._apart(boxes[..., 0], seen[..., 0])
+        return off
 
     def _box(self, azimuth: FloatArray, bottom: FloatArray, top: FloatArray) -> FloatArray:
         """Boxes [..., 3] of verticals at an azimuth between two slopes down."""
