@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vbbench.errors import is_printable, quoted
-from vbbench.files.schemas import SCHEMAS
+from vbbench.files.schemas import SCHEMAS, TRACK_TABLE
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
 """Names that a table of a dataset can have; what stands there under another one is never made a path."""
 
-ALWAYS = tuple(name for name in TABLES if name != "truth/tracks")
+ALWAYS = tuple(name for name in TABLES if name != TRACK_TABLE)
 """The tables that every dataset has."""
 
 COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")

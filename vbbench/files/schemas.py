@@ -102,7 +102,7 @@ def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:
 
 
 TRACK_TABLE = "truth/tracks"
-"""The table of who is behind each track, of the tier `tracked` alone: elsewhere a track is a person."""
+"""The table of who is behind each track, where a tier tracks people: elsewhere a track is a person."""
 
 
 SCENE_TABLES = ("truth/scenes", "truth/people")

@@ -63,7 +63,6 @@ def parse_people(text: str) -> tuple[int, ...]:
     return tuple(range(first, last + 1, step))
 
 
-Tier = Literal["ideal", "noisy", "occluded", "tracked"]
 Look = Literal["motion", "wander"]
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
@@ -76,7 +75,7 @@ class Options:
     Parameters
     ----------
     camera : what everybody is seen with; ``None`` for the split's own.
-    tier : how observations are corrupted.
+    tier : how observations are corrupted: the name of a registered tier (`vbbench.generation.tier`).
     height_std : σ_h in m of the people's heights.
     seed : the one seed; 0 is a seed like any other.
     limit : only the first so many sequences; ``None`` for all.
@@ -93,7 +92,7 @@ class Options:
     """
 
     camera: Camera | None = None
-    tier: Tier = "ideal"
+    tier: str = "ideal"
     height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
     seed: Annotated[int, Within(0, 2**256)] = 0
     limit: Annotated[int, Within(1, 2**31)] | None = None

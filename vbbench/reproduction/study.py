@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
-from vbbench.generation.generator import Generator, Options, Simulation, Tier
+from vbbench.generation.generator import Generator, Options, Simulation
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver, registered
 
@@ -49,7 +49,7 @@ class SigmaStudy:
     solvers: Sequence[str] = tuple(SOLVERS)
     protocol: str = "one-step"
     camera: Camera | None = None
-    tier: Tier = "ideal"
+    tier: str = "ideal"
     sequences: int = 500
     seed: int = 0
     sigmas: Sequence[float] = SIGMAS

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from vbbench.errors import UnknownNameError
-from vbbench.generation.generator import FRAME_TIME, Tier
+from vbbench.generation.generator import FRAME_TIME
 from vbbench.generation.sources import Source
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench_generators.lifting.settings import LiftingSettings
@@ -20,7 +20,7 @@ class Caution:
     """What must stand beside every figure of the split, under the tiers concerned."""
 
     text: str
-    tiers: tuple[Tier, ...]
+    tiers: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ class Recipe:
         """Whether the user brings the trajectories."""
         return not self.source
 
-    def caution_for(self, tier: Tier) -> str | None:
+    def caution_for(self, tier: str) -> str | None:
         """The caution that holds under ``tier``."""
         return self.caution.text if self.caution is not None and tier in self.caution.tiers else None
 
