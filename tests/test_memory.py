@@ -36,7 +36,7 @@ def crowd() -> Reprojection:
 
 @pytest.fixture(autouse=True)
 def _small_budgets(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.parallel.parts.ROWS_A_PART", BUDGET)
+    monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", BUDGET)
     monkeypatch.setattr("vbbench.scoring.scored_rows.CELLS_AT_ONCE", BUDGET)
 
 

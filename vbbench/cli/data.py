@@ -131,7 +131,7 @@ def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool 
         out: Folder to make; default: the partitions are replaced by the whole.
         overwrite: Replace the dataset or submission that is in OUT, and the truth that is kept beside it.
     """
-    from vbbench.parallel.merging import merge as make_whole
+    from vbbench.parallel.partitions import merge as make_whole
 
     print(make_whole(folder, out, overwrite=overwrite))
 

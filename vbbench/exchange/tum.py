@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, quoted
+from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
-from vbbench.parsing.numbers import parse_number
+from vbbench.parsing.numbers import finite_number
 from vbbench.sequence import Sequence
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
@@ -98,11 +98,7 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
         raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
     numbers = []
     for name, cell in zip(_COLUMNS, cells, strict=True):
-        value = parse_number(cell)
-        if value is None:
-            raise FileError(path, f"{name} is {quoted(cell)}; write a number", line)
-        if not np.isfinite(value):
-            raise FileError(path, f"{name} is {value}; leave out frames without a pose", line)
+        value = finite_number(path, line, name, cell)
         if abs(value) > _FARTHEST and name != "timestamp":
             raise FileError(path, f"{name} is {value:g}; no place is beyond {_FARTHEST:g} m", line)
         numbers.append(value)

@@ -1,4 +1,4 @@
-"""A dataset folder: its sequences, and their truth where it is at hand."""
+"""A dataset folder: its sequences, and their truth where it is available."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.files.consistency import check_scene, check_sequence, check_tracks, check_truth_rows
+from vbbench.files.dataset_checks import check_scene, check_sequence, check_tracks, check_truth_rows
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
 from vbbench.files.withholding import check_truth
@@ -30,7 +30,7 @@ SCENES_AT_HAND = 64
 
 
 class Dataset:
-    """A dataset folder, opened for reading; sequences come as they are asked for.
+    """A dataset folder, opened for reading; sequences are read when they are asked for.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Dataset:
 
     @property
     def has_truth(self) -> bool:
-        """Whether the truth tables are at hand."""
+        """Whether the truth tables are available."""
         return self.table_path("truth/poses").is_file()
 
     @cached_property
@@ -118,7 +118,7 @@ class Dataset:
                 yield self._sequence(index, _of(boxes, index), _of(given, index))
 
     def truth(self, sequence: Sequence) -> Truth:
-        """Truth of one sequence; tracks that belong to nobody are NaN.
+        """Truth of one sequence; tracks of false alarms are NaN.
 
         Raises
         ------
@@ -184,7 +184,7 @@ class Dataset:
 
     def _require_truth(self) -> None:
         if not self.has_truth:
-            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with --truth")
+            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it (truth)")
 
     def _sequence(self, index: int, boxes: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> Sequence:
         row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}

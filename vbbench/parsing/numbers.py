@@ -34,7 +34,7 @@ class Within:
         return f"{_shown(self.least)} to {_shown(self.most)} {self.unit}".strip()
 
     def check(self, name: str, value: float) -> None:
-        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside or is no number."""
+        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside or is not a number."""
         called = f"{name}, {self.what}," if self.what else name
         if isinstance(value, bool) or not isinstance(value, Real):
             raise ValueError(f"{called} must be a number, {self}, not {quoted(value)}")

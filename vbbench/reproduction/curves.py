@@ -10,8 +10,8 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scoring.scorecard import Score
 from vbbench.scoring.statistics import bootstrap_means, known
 
-METRICS = {"dr": ("Δr", "rad"), "dt": ("Δt", "m"), "dx_rel": ("Δx̃", "m"), "dx": ("Δx", "m")}
-"""Metrics by key, with sign and unit, in the order of the paper's figure."""
+PANELS = ("dr", "dt", "dx_rel", "dx")
+"""The metrics of the paper's figure, in its order."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Statistic:
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """All metrics over the sequences with the same number of people.
+    """The figure's metrics over the sequences with the same number of people.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ def scene_people(dataset: Dataset) -> IntArray:
 
 def _point(score: Score, people: int, chosen: BoolArray) -> Point:
     own = score.per_sequence
-    figures = np.stack([own.figures[name][chosen] for name in METRICS], axis=1)
+    figures = np.stack([own.figures[name][chosen] for name in PANELS], axis=1)
     low, high = np.quantile(bootstrap_means(figures), [0.025, 0.975], axis=0)
-    columns = zip(METRICS, figures.T, low.tolist(), high.tolist(), strict=True)
+    columns = zip(PANELS, figures.T, low.tolist(), high.tolist(), strict=True)
     return Point(
         people=people,
         sequences=len(figures),

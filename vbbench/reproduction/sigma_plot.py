@@ -9,9 +9,10 @@ from matplotlib.ticker import MaxNLocator
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.figure import Rectangles, lay_out, save_png
-from vbbench.reproduction.curves import METRICS
+from vbbench.reproduction.curves import PANELS
 from vbbench.reproduction.sigma import Curve, SigmaFigure
 from vbbench.reproduction.study import title_of
+from vbbench.scoring.metrics import METRICS
 
 _WIDTH, _HEAD, _FOOT, _ROW = 13.0, 1.05, 0.3, 2.75  # inches; a row is its panels with their title and labels
 _LEFT, _STEP = 0.88, 3.06
@@ -25,7 +26,7 @@ def plot_sigma(figure: SigmaFigure) -> Figure:
     drawn = lay_out(*_layout(list(figure.solvers)))
     axes = iter(drawn.axes)
     for row, (solver, curves) in enumerate(figure.solvers.items()):
-        for metric in METRICS:
+        for metric in PANELS:
             _draw_panel(next(axes), metric, curves)
         _write(
             drawn, _top(len(figure.solvers), row) + 0.14, f"({chr(ord('a') + row)}) {title_of(solver)}", weight="bold"
@@ -45,7 +46,7 @@ def _layout(solvers: list[str]) -> tuple[tuple[float, float], Rectangles]:
     panels = {
         f"{solver} {metric}": (_LEFT + column * _STEP, _top(rows, row) - _PANEL[1], *_PANEL)
         for row, solver in enumerate(solvers)
-        for column, metric in enumerate(METRICS)
+        for column, metric in enumerate(PANELS)
     }
     return (_WIDTH, _HEAD + rows * _ROW + _FOOT), panels
 
@@ -56,7 +57,6 @@ def _top(rows: int, row: int) -> float:
 
 
 def _draw_panel(axes: Axes, metric: str, curves: list[Curve]) -> None:
-    sign, unit = METRICS[metric]
     widths, colours = np.linspace(_WIDEST, _THINNEST, len(curves)), _colours(len(curves))
     for curve, width, colour in zip(curves, widths, colours, strict=True):
         people = [point.people for point in curve.points]
@@ -70,7 +70,7 @@ def _draw_panel(axes: Axes, metric: str, curves: list[Curve]) -> None:
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xticks([point.people for point in curves[0].points])
     axes.set_xlabel("people K in the scene", fontsize=style.TEXT_SIZE)
-    axes.set_ylabel(f"{sign} ({unit})", fontsize=style.TEXT_SIZE)
+    axes.set_ylabel(METRICS[metric].label, fontsize=style.TEXT_SIZE)
     axes.grid(color=style.FAINT, linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.reproduction.curves import METRICS, Statistic
+from vbbench.reproduction.curves import PANELS, Statistic
 from vbbench.reproduction.sigma import Curve, SigmaFigure, measure_sigma
 from vbbench.reproduction.study import SigmaStudy, title_of
+from vbbench.scoring.metrics import METRICS
 
 NAME = "figure-sigma"
 COLUMNS = ("solver", "sigma_h", "people", "sequences", "seen", "coverage", "metric", "mean", "low", "high", "median")
@@ -61,7 +62,7 @@ def _solver_table(solver: str, curves: list[Curve]) -> str:
     lines = [
         f"| | σ_h (m) | {' | '.join(f'K = {point.people}' for point in points)} | change |",
         f"|---|---|{'---|' * (len(points) + 1)}",
-        *(_row(metric, curve) for metric in METRICS for curve in curves),
+        *(_row(metric, curve) for metric in PANELS for curve in curves),
     ]
     return "\n\n".join([f"## {title_of(solver)}", "\n".join(_facts(solver, curves)), "\n".join(lines)])
 
@@ -83,10 +84,9 @@ def _each(texts: Iterator[str]) -> str:
 
 
 def _row(metric: str, curve: Curve) -> str:
-    sign, unit = METRICS[metric]
     own = [point.statistics[metric] for point in curve.points]
     cells = [_cell(statistic) for statistic in own]
-    return f"| {sign} ({unit}) | {curve.sigma_h:g} | {' | '.join(cells)} | {_change(own[0], own[-1])} |"
+    return f"| {METRICS[metric].label} | {curve.sigma_h:g} | {' | '.join(cells)} | {_change(own[0], own[-1])} |"
 
 
 def _cell(statistic: Statistic) -> str:

@@ -11,13 +11,13 @@ from vbbench_leaderboards.markup import NONE, code, decimals, link, text
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import (
     COLUMNS,
-    DRIFTS,
     HEADLINE_METRIC,
     HEADLINE_TIER,
-    METRICS,
     PROTOCOLS,
     SUMMARIES,
     Term,
+    drift_terms,
+    error_terms,
     term_of,
     tiers,
 )
@@ -42,7 +42,7 @@ def front_page(site: Site) -> str:
         drawing=task_drawing(),
         headline=_headlines(site),
         picker=_picker(site),
-        metrics=_terms(METRICS | DRIFTS | SUMMARIES),
+        metrics=_terms(error_terms() | drift_terms() | SUMMARIES),
         protocols=_terms(PROTOCOLS),
         tiers=_terms(tiers()),
         columns=_terms(COLUMNS),

@@ -9,10 +9,10 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv
 
-from vbbench.errors import FileError, quoted
+from vbbench.errors import FileError
 from vbbench.files.schemas import column_values
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.parsing.numbers import parse_number
+from vbbench.parsing.numbers import finite_number
 
 UNLINKED = -1
 """Track of a detection that nobody linked; class and visibility where they are not told."""
@@ -156,17 +156,10 @@ def _row(path: Path, line: int, text: str, least: int, most: int) -> list[float]
         wanted = f"{least}" if least == most else f"{least} to {most}"
         problem = f"{len(cells)} columns with commas between, wanted {wanted}: {','.join(COLUMNS)}"
         raise FileError(path, problem, line)
-    row = [_number(path, line, name, cell) for name, cell in zip(COLUMNS[: _told(len(cells))], cells, strict=False)]
+    row = [
+        finite_number(path, line, name, cell) for name, cell in zip(COLUMNS[: _told(len(cells))], cells, strict=False)
+    ]
     return row + list(_UNTOLD[len(row) - 6 :])
-
-
-def _number(path: Path, line: int, name: str, cell: str) -> float:
-    value = parse_number(cell)
-    if value is None:
-        raise FileError(path, f"{name} is {quoted(cell.strip())}; write a number", line)
-    if not np.isfinite(value):
-        raise FileError(path, f"{name} is {value}; write a finite number", line)
-    return value
 
 
 def _problem(row: list[float], frames: int) -> str:

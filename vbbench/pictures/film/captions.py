@@ -11,6 +11,7 @@ from vbbench.pictures.film import hues, paint
 from vbbench.pictures.film.paint import Canvas, Colour
 from vbbench.pictures.film.reel import Reel
 from vbbench.pictures.plotting.moment import Moment
+from vbbench.scoring.metrics import METRICS
 
 TITLE_HEIGHT = 58
 _ROW, _TEXT, _EDGE, _GAP, _MARK = 26, 14, 14, 22, 26  # px
@@ -43,7 +44,7 @@ def result_line(moment: Moment) -> str:
     if moment.estimate is None:
         return f"truth,  {people}"
     errors = moment.errors if moment.frame > 1 else {}
-    figures = [f"{name} = {value:.3f} {'rad' if name == 'Δr' else 'm'}" for name, value in errors.items()]
+    figures = [f"{METRICS[name].symbol} = {value:.3f} {METRICS[name].unit}" for name, value in errors.items()]
     return ",  ".join([f"{moment.solver or 'estimate'} ({moment.protocol.name})", *(figures or ["given"]), people])
 
 

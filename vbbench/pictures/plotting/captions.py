@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from vbbench.camera import PerspectiveCamera
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.moment import Moment
+from vbbench.scoring.metrics import METRICS
 
 _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
@@ -67,8 +68,7 @@ def _result_line(moment: Moment) -> str:
     if moment.estimate is None:
         return "truth" if moment.truth else "no truth at hand: what is given"
     parts = [f"{moment.solver or 'estimate'} ({moment.protocol.name})"]
-    units = {"Δr": "rad"}
-    parts += [f"{name} = {value:.3f} {units.get(name, 'm')}" for name, value in moment.errors.items()]
+    parts += [f"{METRICS[name].symbol} = {value:.3f} {METRICS[name].unit}" for name, value in moment.errors.items()]
     if moment.truth is None:
         parts.append("no truth at hand")
     return ",  ".join(parts)

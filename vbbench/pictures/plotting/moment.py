@@ -9,7 +9,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import START_FRAMES, Protocol, get_protocol
-from vbbench.scoring.metrics import LABELS, frame_errors
+from vbbench.scoring.metrics import frame_errors
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
 
@@ -72,7 +72,7 @@ class Moment:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Δx, Δx̃ and Δt in m and Δr in rad of this frame, over the people observed and not given; {} without truth."""
+        """Errors of this frame by metric, over the people observed and not given; {} without truth."""
         if self.truth is None or self.estimate is None or not np.isfinite(self.estimate.poses[self.frame]).all():
             return {}
         errors = frame_errors(
@@ -82,7 +82,7 @@ class Moment:
             self.truth.positions[self.frame],
             ~self.given_now,
         )
-        return {LABELS[name]: float(error) for name, error in errors.items() if np.isfinite(error)}
+        return {name: float(error) for name, error in errors.items() if np.isfinite(error)}
 
 
 def gather(

@@ -9,7 +9,7 @@ from vbbench.pictures.viewer.estimates import ERRORS
 from vbbench.pictures.viewer.ground import MAP, WORLD
 from vbbench.pictures.viewer.take import Take
 from vbbench.pictures.viewer.words import FACTS, NOW
-from vbbench.scoring.metrics import LABELS, UNITS
+from vbbench.scoring.metrics import METRICS
 
 _MARGIN = 1.5  # m around everything
 _PICTURES = {"picture": "What the observer sees", "depth": "Depth", "ids": "Ids"}
@@ -49,16 +49,14 @@ def _ego_view(rrb: Any, take: Take, shown: str) -> Any:
 
 
 def _plots(rrb: Any, take: Take) -> list[Any]:
-    """Errors over time, where there are any: all four side by side, all submissions in each."""
-    if not any(answer.errors for answer in take.estimates):
-        return []
-    views = []
-    for number, (key, unit) in enumerate(UNITS.items()):
+    """Errors over time, where there are any: all metrics side by side, all submissions in each."""
+    views: list[Any] = []
+    for number, key in enumerate(next((answer.errors for answer in take.estimates if answer.errors), {})):
         top = max(float(np.nanmax(answer.errors[key], initial=0.0)) for answer in take.estimates)
         axis, legend = rrb.ScalarAxis(range=(0.0, 1.05 * top or 1.0)), rrb.PlotLegend(visible=number == 0)
-        options = {"origin": f"/{ERRORS}/{key}", "name": f"{LABELS[key]} ({unit})"}
+        options = {"origin": f"/{ERRORS}/{key}", "name": METRICS[key].label}
         views.append(rrb.TimeSeriesView(**options, axis_y=axis, plot_legend=legend))
-    return [rrb.Grid(*views, grid_columns=2)]
+    return [rrb.Grid(*views, grid_columns=2)] if views else []
 
 
 def _map_view(rrb: Any, take: Take) -> Any:

@@ -6,7 +6,7 @@ from vbbench.files.dataset_info import describe
 from vbbench.pictures.viewer.take import Answer, Take
 from vbbench.pictures.viewer.tape import Tape
 from vbbench.protocol import get_protocol
-from vbbench.scoring.metrics import LABELS, UNITS
+from vbbench.scoring.metrics import METRICS
 
 FACTS, NOW = "facts", "now"
 
@@ -45,7 +45,7 @@ def _facts(take: Take) -> str:
 
 def _answer_text(answer: Answer) -> str:
     protocol = get_protocol(answer.info.protocol)
-    means = [f"{LABELS[key]} {np.nanmean(values):.3f} {UNITS[key]}" for key, values in _known(answer).items()]
+    means = [_figure(key, np.nanmean(values)) for key, values in _known(answer).items()]
     figures = f" Means over the frames scored: {', '.join(means)}." if means else ""
     return f"**{answer.name}** ({protocol.id}).{figures} {' '.join(protocol.text.split())}"
 
@@ -69,8 +69,12 @@ def _frame_line(answer: Answer, frame: int) -> str:
     parts = [f"given {_given_words(bool(np.isfinite(answer.given.poses[frame, 0])), given)}"]
     for key, values in answer.errors.items():
         if np.isfinite(values[frame]):
-            parts.append(f"{LABELS[key]} {values[frame]:.3f} {UNITS[key]}")
+            parts.append(_figure(key, values[frame]))
     return f"* **{answer.name}**: {', '.join(parts)}"
+
+
+def _figure(metric: str, value: float) -> str:
+    return f"{METRICS[metric].symbol} {value:.3f} {METRICS[metric].unit}"
 
 
 def _given_words(pose: bool, people: int) -> str:
