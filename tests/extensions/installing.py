@@ -8,14 +8,15 @@ from vbbench import registry
 
 
 class Installed:
-    """A package with one entry point for as long as a test runs, or until it is removed."""
+    """A package that adds an entry point for as long as a test runs, or until it is removed."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, folder: Path, group: str, name: str, value: str) -> None:
         self._monkeypatch, self._folder = monkeypatch, folder
         facts = folder / "an_extension-1.0.dist-info"
-        facts.mkdir(parents=True)
+        facts.mkdir(parents=True, exist_ok=True)
         (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: an-extension\nVersion: 1.0\n")
-        (facts / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n")
+        with (facts / "entry_points.txt").open("a", encoding="utf-8") as points:
+            points.write(f"[{group}]\n{name} = {value}\n")
         monkeypatch.syspath_prepend(str(folder))
         registry.registered.cache_clear()
 

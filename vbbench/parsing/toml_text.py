@@ -73,6 +73,7 @@ def _build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T
 
 def _value(value: Any, hint: Any, path: Path, key: str) -> Any:
     """The value of a key, tables made the dataclasses that ``hint`` asks for."""
+    hint = _options(hint)[0]
     nested: Any = next((kind for kind in (hint, *get_args(hint)) if is_dataclass(kind)), None)
     if nested is None:
         return _frozen(value)
@@ -125,7 +126,7 @@ def _frozen(value: Any) -> Any:
 
 def _fits(value: Any, hint: Any) -> bool:
     if get_origin(hint) in (Union, UnionType):
-        return any(_fits(value, option) for option in get_args(hint))
+        return any(_fits(value, option) for option in _options(hint))
     if get_origin(hint) is Literal:
         return value in get_args(hint)
     if get_origin(hint) is tuple:
@@ -149,11 +150,17 @@ _SPOKEN = {str: "a text in quotation marks", float: "a number", int: "a whole nu
 
 def _wanted(hint: Any, value: Any) -> str:
     """What to write instead of ``value``; of words the nearest is suggested."""
-    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    options = _options(hint)
     words = [word for option in options if get_origin(option) is Literal for word in get_args(option)]
     if words:
         return suggestion(str(value), words)
-    return f"write {' or '.join(_kind(option) for option in options if option is not type(None))}"
+    return f"write {' or '.join(map(_kind, options))}"
+
+
+def _options(hint: Any) -> list[Any]:
+    """The kinds that a value may be of; a key that may be left out is of another kind where it stands."""
+    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    return [option for option in options if option is not type(None)]
 
 
 def _kind(hint: Any) -> str:

@@ -151,7 +151,7 @@ def detect_format(path: Path) -> str:
     readers = load_all("reader")
     found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
     if found is None:
-        known = ", ".join(reader.signature for reader in readers.values() if reader.signature)
+        known = ", ".join(sorted(reader.signature for reader in readers.values() if reader.signature))
         raise FileError(path, f"has {count_columns(line)} columns; known are {known}", number)
     return found
 
