@@ -11,7 +11,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import Sequence, SequenceData, Truth
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
-from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME
+from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped
 
 
 def truth_of_tracks(truth: Truth, people: IntArray, persons: IntArray) -> Truth:
@@ -54,8 +54,7 @@ def view(
     frames = slice(span.first, span.first + len(span.counted))
     if look == "wander":
         heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
-    wrapped = np.arctan2(np.sin(heading), np.cos(heading))
-    poses = np.concatenate([scene.positions[frames, span.column], wrapped[:, None]], axis=1)
+    poses = np.concatenate([scene.positions[frames, span.column], wrapped(heading)[:, None]], axis=1)
     seen = crowd & span.counted[:, None]
     seen[:, span.column] = False
     columns = np.flatnonzero((scene.present[frames] if tier.hides else seen).any(axis=0))
