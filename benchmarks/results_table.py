@@ -37,15 +37,16 @@ INTRODUCTION = """\
 are in [splits.md](splits.md), the solvers in [solvers.md](solvers.md), the protocols and metrics in
 [protocols-and-metrics.md](protocols-and-metrics.md).
 
-Lengths in metres, angles in radians. Each figure is the mean, or the median, over sequences of the sequence's own
-mean. Sequential and rollout means are heavy-tailed (a few sequences with two or three people go far astray): read the
-median beside them. µs a frame is the time inside the solver, with two processes at work and compiled code warm.
-Coverage is the share of scored rows that were submitted. No alignment is applied anywhere.
+Lengths are in metres, angles in radians. Each figure is the mean, or the median, over sequences of the mean of each
+sequence. Sequential and rollout errors are heavy-tailed (a few sequences with two or three people have very large
+errors), so read the median too. µs a frame is the time inside the solver per frame, with two processes and with warm
+compiled code. Coverage is the share of scored rows that were submitted. Estimates are never aligned to truth.
 
 Rows marked *paper* are quoted from Table 2 of arXiv 2111.05060, not measured here. The paper does not name the
-protocol; one-step is the reading that its figures agree with. Its CV and SF rows fit no single reading: left out.
+protocol; one-step is the interpretation that fits its figures. Its CV and SF rows fit no single interpretation and are
+left out.
 
-`map-causal` and `map-batch`, which are not the paper's, have [tables of their own](map-solver.md#figures).
+`map-causal` and `map-batch`, which are not the paper's solvers, have [separate tables](map-solver.md#figures).
 """
 
 
@@ -72,7 +73,7 @@ def _arguments() -> argparse.Namespace:
 def _table_1(rows: tuple[str, ...]) -> str:
     head = [
         "## Datasets: the paper's Table 1\n",
-        "Sequences, mean frames, people least / mean / most (Hotel and ETH besides the observer, Students with it).\n",
+        "Sequences, mean frames, people min / mean / max (Hotel and ETH without the observer, Students with it).\n",
         "| split | vbbench | the paper |",
         "|---|---|---|",
     ]

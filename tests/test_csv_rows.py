@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from vbbench.errors import FileError
-from vbbench.exchange.mot.table import parse_mot
+from vbbench.exchange.mot.text import parse_mot
 from vbbench.exchange.tum import import_tum
 from vbbench.files.sequence_tables import RowBound
 from vbbench.files.submission import Faults

@@ -9,14 +9,21 @@ import pytest
 
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
-from vbbench.reproduction.curves import PANELS
-from vbbench.reproduction.sigma import SigmaFigure, dataset_folder, measure_sigma
-from vbbench.reproduction.sigma_plot import plot_sigma
-from vbbench.reproduction.sigma_report import COLUMNS, reproduce_sigma, sigma_table
-from vbbench.reproduction.study import PEOPLE, SIGMAS, SOLVERS, SigmaStudy
+from vbbench.reproduction.sigma import (
+    PANELS,
+    PEOPLE,
+    SIGMAS,
+    SigmaFigure,
+    SigmaStudy,
+    compared_solvers,
+    dataset_folder,
+    measure_sigma,
+)
+from vbbench.reproduction.sigma_report import COLUMNS, plot_sigma, reproduce_sigma, sigma_table
 from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS
 
+SOLVERS = tuple(compared_solvers())
 AS_IT_IS, PRIOR, FREE = SOLVERS
 STUDY = SigmaStudy(sequences=10, sigmas=(0.0, 0.07), people=(8, 12))
 SMALL = SigmaStudy(sequences=2, sigmas=(0.07,), people=(8, 12), solvers=("vb-cv",))

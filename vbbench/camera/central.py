@@ -11,6 +11,9 @@ from vbbench.parsing.numbers import Within, check_ranges
 NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
 
+CORRECTIONS, EXACT = 12, 1e-9
+"""Times that a box is corrected for verticals that are curved in the picture, and px that are no longer corrected."""
+
 Size = Annotated[int, Within(1, 1e6, "px")]
 Focal = Annotated[float, Within(0.01, 1e7, "px")]
 PrincipalPoint = Annotated[float, Within(-1e7, 1e7, "px")]
@@ -46,12 +49,17 @@ class CentralCamera:
 
     @property
     def view(self) -> tuple[float, float] | None:
-        """See `Camera.view`; borders are taken where the horizon of a level camera meets them."""
+        """See `Camera.view`; borders are taken where the horizon meets them."""
         if self.period is not None:
             return None
         columns = np.array([0.0, self.picture_size[0]])
-        left, right = self.directions(np.stack([columns, self.horizon(columns)], axis=-1))
+        left, right = self.to_level(self.directions(np.stack([columns, self.horizon(columns)], axis=-1)))
         return float(np.arctan2(left[0], left[2])), float(np.arctan2(right[0], right[2]))
+
+    @property
+    def intrinsics(self) -> FloatArray | None:
+        """See `Camera.intrinsics`; none unless a model says otherwise."""
+        return None
 
     @property
     def level(self) -> bool:
@@ -77,28 +85,27 @@ class CentralCamera:
 
     def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project_unbounded`: from the pixels of feet and top of the head."""
-        below = np.where(np.isnan(self.depth(relative)), np.nan, self.mount_height)
-        foot, head = (self._pixels_of(relative, down) for down in (below, below - heights))
-        u = foot[..., 0] + 0.5 * self._apart(head[..., 0], foot[..., 0])
-        length = foot[..., 1] - head[..., 1]
-        return np.stack([self.wrap_column(u), head[..., 1] + 0.5 * length, length], axis=-1)
+        depth = self.depth(relative)
+        reach = np.where(np.isnan(depth), np.nan, np.hypot(relative[..., 0], relative[..., 1]))
+        azimuth = np.arctan2(relative[..., 0], relative[..., 1])
+        return self._box(azimuth, self.mount_height / reach, (self.mount_height - heights) / reach)
 
     def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.unproject`: the distance at which feet and head are as far apart as the box says.
 
-        They lie on the picture of the vertical through the box's centre, which is taken to be straight over the box:
-        exact for a pinhole, tilted or not.
+        They lie on the picture of the vertical at one azimuth. It is taken to be straight over the box, which is exact
+        for a pinhole; for other models the box is corrected until the vertical's own, curved picture has the one given.
         """
-        centre, half = observations[..., :2], 0.5 * observations[..., 2:]
-        middle = self.to_level(self.directions(centre))
-        middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
-        step = np.array([0.0, 1e-4, 0.0])
-        lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
-        lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
-        along = np.concatenate([lean[..., None] * half, half], axis=-1)
-        slopes = [self._slope(self.directions(centre + sign * along)) for sign in (1, -1)]
-        reach = heights / (slopes[0] - slopes[1])
-        return middle[..., ::2] * reach[..., None]
+        corrected = observations
+        for _ in range(CORRECTIONS):
+            azimuth, lower, upper = self._vertical(corrected)
+            off = observations - self._box(azimuth, lower, upper)
+            off[..., 0] = self._apart(observations[..., 0], observations[..., 0] - off[..., 0])
+            if not (np.abs(off) > EXACT).any():
+                break
+            corrected = corrected + off
+        reach = heights / (lower - upper)
+        return np.stack([reach * np.sin(azimuth), reach * np.cos(azimuth)], axis=-1)
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Horizontal range, NaN on top of the camera."""
@@ -113,11 +120,18 @@ class CentralCamera:
         return cast(FloatArray, np.where(wrapped >= self.period, 0.0, wrapped))
 
     def horizon(self, u: FloatArray) -> FloatArray:
-        """See `Camera.horizon`; interpolated between directions a tenth of a degree apart."""
+        """See `Camera.horizon`; interpolated between directions a tenth of a degree apart.
+
+        Where a picture with borders shows the horizon twice in a column, the part around straight ahead counts.
+        """
         azimuth = np.linspace(-np.pi, np.pi, 3601)
         level = np.stack([np.sin(azimuth), np.zeros_like(azimuth), np.cos(azimuth)], axis=-1)
         shown = self.pixels(self.to_camera(level))
-        column, row = shown[np.isfinite(shown).all(axis=-1)].T
+        if self.period is None:
+            turns = np.flatnonzero(~(np.diff(shown[:, 0]) > 0.0))  # where columns no longer rise, or are NaN
+            ahead = len(azimuth) // 2
+            shown = shown[turns[turns < ahead].max(initial=-1) + 1 : turns[turns >= ahead].min(initial=3600) + 1]
+        column, row = shown.T
         order = np.argsort(column)
         rows: FloatArray = np.interp(self.wrap_column(np.asarray(u)), column[order], row[order])
         return rows
@@ -137,10 +151,27 @@ class CentralCamera:
         right, down = np.array([1.0, 0.0, 0.0]), np.array([0.0, c, s])
         return np.stack([cr * right + sr * down, cr * down - sr * right, np.array([0.0, -s, c])])
 
-    def _pixels_of(self, relative: FloatArray, down: FloatArray) -> FloatArray:
-        """Pixels [..., 2] of points ``down`` m [...] below the camera at ``relative`` [..., 2]."""
-        points = np.stack(np.broadcast_arrays(relative[..., 0], down, relative[..., 1]), axis=-1)
-        return self.pixels(self.to_camera(points))
+    def _vertical(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Azimuth of boxes [..., 3], and slopes down to their bottom and top, verticals straight over each box."""
+        centre, half = boxes[..., :2], 0.5 * boxes[..., 2:]
+        middle = self.to_level(self.directions(centre))
+        middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
+        step = np.array([0.0, 1e-4, 0.0])
+        lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
+        lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
+        along = np.concatenate([lean[..., None] * half, half], axis=-1)
+        bottom, top = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
+        return np.arctan2(middle[..., 0], middle[..., 2]), bottom, top
+
+    def _box(self, azimuth: FloatArray, bottom: FloatArray, top: FloatArray) -> FloatArray:
+        """Boxes [..., 3] of verticals at an azimuth between two slopes down."""
+        foot, head = (
+            self.pixels(self.to_camera(np.stack([np.sin(azimuth), slope, np.cos(azimuth)], axis=-1)))
+            for slope in (bottom, top)
+        )
+        u = foot[..., 0] + 0.5 * self._apart(head[..., 0], foot[..., 0])
+        length = foot[..., 1] - head[..., 1]
+        return np.stack([self.wrap_column(u), head[..., 1] + 0.5 * length, length], axis=-1)
 
     def _slope(self, directions: FloatArray) -> FloatArray:
         """How many metres directions of the camera go down for each metre along the ground."""

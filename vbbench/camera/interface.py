@@ -33,6 +33,10 @@ class Camera(Protocol):
     def view(self) -> tuple[float, float] | None:
         """Azimuths in rad, clockwise from forward, of the view's left and right border; ``None`` for all around."""
 
+    @property
+    def intrinsics(self) -> FloatArray | None:
+        """[3, 3] matrix K in px of a pinhole camera; ``None`` for other models, whose pictures bend straight lines."""
+
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """Boxes of people: relative [..., 2] (right, forward) m, heights [...] m → [..., 3] (u, v, l) px.
 

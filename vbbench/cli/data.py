@@ -7,7 +7,6 @@ from tyro.conf import Positional
 
 from vbbench.cli.terminal import say_warning
 
-CameraName = Literal["panorama", "perspective"]
 EngineName = Literal["numba", "pysocialforce"]
 
 
@@ -43,7 +42,7 @@ def generate(
     /,
     out: Path,
     source: Path | None = None,
-    camera: CameraName | None = None,
+    camera: str | None = None,
     tier: str = "ideal",
     sigma_h: float = 0.07,
     look: Literal["motion", "wander"] = "motion",
@@ -67,8 +66,8 @@ def generate(
         split: Its name; see 'vbbench splits'.
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
-        camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720; default: the split's own
-            (perspective for sim and street, panorama elsewhere).
+        camera: panorama (360 degrees), perspective (90 degrees, 1280x720), or one that an installed package registers;
+            default: the split's own (perspective for sim and street, panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
         sigma_h: Standard deviation of people's heights in m, about 1.70 m.
         look: Where the camera looks: along its bearer's past motion, or wandering about that.
@@ -119,7 +118,7 @@ def generate(
         facts = generate_partitioned(split, out, options, scheduler=scheduler, tls=tls, **kept)
     doubt = who_knows(split, options.seed) if withhold_truth else None
     if doubt is not None:
-        say_warning(doubt)
+        say_warning(doubt.replace("a secret seed", "--seed secret"))
     print(describe(facts))
 
 

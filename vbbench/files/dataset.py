@@ -4,12 +4,12 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
 from vbbench.files.dataset_checks import check_scene, check_sequence, check_tracks, check_truth_rows
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
@@ -18,6 +18,9 @@ from vbbench.folders.swapping import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
+
+if TYPE_CHECKING:
+    import pandas
 
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
@@ -74,6 +77,26 @@ class Dataset:
     def has_truth(self) -> bool:
         """Whether the truth tables are available."""
         return self.table_path("truth/poses").is_file()
+
+    def to_pandas(self, table: str) -> "pandas.DataFrame":
+        """A table as a data frame; needs the extra ``pandas``.
+
+        Parameters
+        ----------
+        table : ``sequences``, ``observations``, ``given``, ``truth/poses``, ``truth/people`` or ``truth/scenes``.
+
+        Raises
+        ------
+        VbbenchError
+            If there is no such table, the truth is withheld, or pandas is not installed.
+        """
+        with needs_extra("pandas", "Dataset.to_pandas"):
+            import pandas
+        if table not in self.info.tables:
+            raise UnknownNameError("table", table, self.info.tables)
+        if table.startswith("truth/"):
+            self._require_truth()
+        return pandas.read_parquet(self.table_path(table))
 
     @cached_property
     def rows(self) -> dict[str, NDArray[Any]]:

@@ -200,7 +200,7 @@ def who_knows(split: str, seed: int) -> str | None:
     generator: Generator = load("generator", split)
     if generator.card.sources:
         known = f"{split} is a public recording, and who has it knows its truth"
-        return f"{known}; withhold sim, street or a recording of your own (custom), with --seed secret"
+        return f"{known}; withhold sim, street or a recording of your own (custom), with a secret seed"
     if seed.bit_length() <= GUESSABLE_BITS:
-        return f"seed {seed} can be guessed, and who does makes this truth again; use --seed secret"
+        return f"seed {seed} can be guessed, and who does makes this truth again; use a secret seed"
     return None

@@ -5,10 +5,11 @@ import io
 import json
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vbbench.errors import needs_extra
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
@@ -16,6 +17,9 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import Protocol
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.statistics import Summary
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,6 +159,18 @@ class Score:
         ):
             writer.writerow([*head, *("" if np.isnan(value) else repr(float(value)) for value in values)])
         return text.getvalue()
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Figures of each sequence, as `to_csv` has them, the sequence's number as index; needs the extra ``pandas``.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        with needs_extra("pandas", "Score.to_pandas"):
+            import pandas
+        return pandas.read_csv(io.StringIO(self.to_csv()), index_col="sequence")
 
     def write_per_sequence(self, path: Path | str) -> None:
         """Write `to_csv` to a file, whole or not at all."""

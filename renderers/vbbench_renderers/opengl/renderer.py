@@ -8,7 +8,7 @@ import numpy as np
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.opengl import light
 from vbbench_renderers.opengl.context import device_name, open_context
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class OpenGLRenderer:
-    """Draws a scene through EGL; see `vbbench.pictures.renderer.Renderer`.
+    """Draws a scene through EGL; see `vbbench.pictures.rendering.Renderer`.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class OpenGLRenderer:
         return self._device
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer.render`."""
+        """See `vbbench.pictures.rendering.Renderer.render`."""
         if self._context is None:
             raise VbbenchError("this renderer was closed")
         size, pose = camera.picture_size, np.asarray(pose, dtype=np.float64)

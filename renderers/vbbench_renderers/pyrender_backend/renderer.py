@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.mesh import Float32
 from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
@@ -22,7 +22,7 @@ Layers = tuple[NDArray[np.uint8], Float32, NDArray[Any]]
 
 
 class PyrenderRenderer:
-    """Draws a scene with pyrender; a `vbbench.pictures.renderer.Renderer`.
+    """Draws a scene with pyrender; a `vbbench.pictures.rendering.Renderer`.
 
     Parameters
     ----------
@@ -40,11 +40,11 @@ class PyrenderRenderer:
 
     @property
     def device(self) -> str:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         return self._device
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         if self._screen is None:
             raise VbbenchError("this renderer was closed")
         width, height = camera.picture_size

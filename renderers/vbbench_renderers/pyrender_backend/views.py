@@ -1,4 +1,4 @@
-"""A panorama put together from perspective views: pyrender knows no cylinders."""
+"""A panorama assembled from perspective views, because pyrender has no cylindrical camera."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from vbbench_renderers.raster.rays import camera_rays
 
 VIEWS = 6
 FINER = 2.0
-"""Focal length of the views over that of the panorama."""
+"""Ratio of the focal lengths of the views and the panorama."""
 SPARE = 2
 """px around a view, so that colours can be mixed up to its border."""
 

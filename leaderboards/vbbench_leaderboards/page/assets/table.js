@@ -9,7 +9,7 @@
   function metricOf(column) {
     const name = column.replace(/_(median|p95)$/, "");
     const row = document.querySelector("#board-rows > tr");
-    return row && name in JSON.parse(row.cells[0].dataset.ranks) ? name : FALLBACK;
+    return row && Object.hasOwn(JSON.parse(row.cells[0].dataset.ranks), name) ? name : FALLBACK;
   }
 
   /** @param {HTMLTableRowElement} row @param {number} index @param {string} column @param {string} metric */
