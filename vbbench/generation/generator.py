@@ -19,6 +19,13 @@ MOST_PEOPLE = 10_000
 """People of the largest crowd."""
 
 
+def _check_ranges(values: object) -> None:
+    try:
+        check_ranges(values)
+    except ValueError as error:
+        raise VbbenchError(str(error)) from error
+
+
 @dataclass(frozen=True, kw_only=True)
 class Simulation:
     """What is asked of a simulated crowd; ``None`` leaves it to the scenario.
@@ -29,12 +36,20 @@ class Simulation:
     sequences : number of sequences.
     people : numbers of people K; the sequences take them in turn.
     engine : which implementation of the social force walks the crowd.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such engine; the nearest is suggested.
     """
 
     scenario: str | None = None
     sequences: int | None = None
     people: tuple[int, ...] | None = None
     engine: Engine = "numba"
+
+    def __post_init__(self) -> None:
+        _check_ranges(self)
 
 
 def as_simulation(
@@ -88,7 +103,7 @@ class Options:
     Raises
     ------
     VbbenchError
-        If a number lies outside its range.
+        If a number lies outside its range, or a choice is unknown.
     """
 
     camera: Camera | None = None
@@ -103,10 +118,7 @@ class Options:
     simulation: Simulation | None = None
 
     def __post_init__(self) -> None:
-        try:
-            check_ranges(self)
-        except ValueError as error:
-            raise VbbenchError(str(error)) from error
+        _check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)
