@@ -13,7 +13,7 @@ from joblib import Parallel, delayed
 from vbbench.camera import PerspectiveCamera
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generation.generator import Look, Options, Tier
+from vbbench.generation.generator import Look, Options
 from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
@@ -32,7 +32,7 @@ class Case:
     """A dataset to make."""
 
     split: str
-    tier: Tier = "ideal"
+    tier: str = "ideal"
     look: Look = "motion"
     perspective: bool = False
 

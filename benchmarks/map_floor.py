@@ -22,7 +22,7 @@ from scipy.special import ellipe
 
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generation.generator import Options, Tier
+from vbbench.generation.generator import Options
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_frames, scored_positions
 from vbbench.sequence import Sequence, Truth
@@ -253,7 +253,7 @@ def _cell(rows: FloatArray) -> str:
     return f"{dx:.3f} / {dt:.3f} / {dr:.4f} ({np.nanmedian(rows[:, 1]):.3f})"
 
 
-def cases() -> Iterator[tuple[str, Tier]]:
+def cases() -> Iterator[tuple[str, str]]:
     """Split and tier of each table."""
     for tier in ("ideal", "noisy"):
         for split in OWN_PRIOR:

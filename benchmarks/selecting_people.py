@@ -11,7 +11,7 @@ from pathlib import Path
 
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
-from vbbench.generation.generator import Options, Tier
+from vbbench.generation.generator import Options
 from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import Score
@@ -57,7 +57,7 @@ class SfPaper(SocialForceBirdifier):
     most_people: int = 100
 
 
-CASES: list[tuple[str, Tier]] = [
+CASES: list[tuple[str, str]] = [
     ("benchmarks.bench_shibuya:CROSSING", "ideal"),
     ("benchmarks.bench_shibuya:CROSSING", "noisy"),
     ("benchmarks.bench_shibuya:JITTERED", "ideal"),

@@ -21,7 +21,7 @@ from vbbench.exchange.mot.text import read_mot
 from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.archives import open_archive
-from vbbench.generation.generator import Options, parse_people
+from vbbench.generation.generator import Options, Simulation, parse_people
 from vbbench.parsing.numbers import Within
 from vbbench_generators.crowds.scenario import read_scenario
 from vbbench_generators.recordings.readers.crohd import parse_seqinfo
@@ -158,11 +158,18 @@ def test_absurd_settings(tmp_path: Path, content: bytes, said: str) -> None:
         ({"seed": -1}, "seed must be 0 to"),
         ({"seed": 10**100}, "seed must be 0 to"),
         ({"seed": "secret"}, "seed must be a number"),
+        ({"look": "wandr"}, r"look cannot be 'wandr'; did you mean 'wander'\?"),
+        ({"look": 3}, "look cannot be 3; known: motion, wander"),
     ],
 )
 def test_options_have_ranges(options: dict[str, float], said: str) -> None:
     with pytest.raises(VbbenchError, match=said):
         Options(**options)
+
+
+def test_an_unknown_engine_suggests_the_nearest() -> None:
+    with pytest.raises(VbbenchError, match=r"engine cannot be 'pysocialforces'; did you mean 'pysocialforce'\?"):
+        Simulation(engine="pysocialforces")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("text", ["2:2000000000", "2:" + "9" * 5000, "٢", "nan", "1e3", "10:50:0", ""])

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.scene import Scene
-from vbbench_generators.recordings.readers.tables import detect_format, read_obsmat, read_trajnet
+from vbbench_generators.recordings.loading import detect_format
+from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
 from vbbench_generators.recordings.readers.text import read_homography, to_ground
 from vbbench_generators.recordings.readers.vsp import polyline, read_vsp, smooth_curve
 
@@ -99,12 +100,12 @@ def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tupl
         pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns, not 4", id="column missing everywhere"),
         pytest.param("0,1,,0\n", 1, "3 columns", id="empty cell"),
         pytest.param("0 1 0 0 9\n", 1, "5 columns", id="superfluous column"),
-        pytest.param("frame id x y\n" + WALK, 1, "frame is 'frame', not a number", id="header"),
-        pytest.param(WALK + "30 1 1.5m 0\n", 4, "x is '1.5m', not a number", id="text in a number"),
-        pytest.param(WALK + "30 1 1_5 0\n", 4, "not a number", id="underscore"),
+        pytest.param("frame id x y\n" + WALK, 1, "frame is 'frame'; write a number", id="header"),
+        pytest.param(WALK + "30 1 1.5m 0\n", 4, "x is '1.5m'; write a number", id="text in a number"),
+        pytest.param(WALK + "30 1 1_5 0\n", 4, "'1_5'; write a number", id="underscore"),
         pytest.param("0 1 0 0\n\n# note\n10 1 0 oops\n", 4, "y is 'oops'", id="blank lines are counted"),
-        pytest.param(WALK + "30 1 nan 0\n", 4, "not a finite number", id="nan"),
-        pytest.param(WALK + "30 1 0 -inf\n", 4, "not a finite number", id="infinite"),
+        pytest.param(WALK + "30 1 nan 0\n", 4, "nan; write a finite number", id="nan"),
+        pytest.param(WALK + "30 1 0 -inf\n", 4, "-inf; write a finite number", id="infinite"),
         pytest.param("0 1 0 0\n10.5 1 .5 0\n", 2, "frame is 10.5, not an integer", id="fraction of a frame"),
         pytest.param("0 1 0 0\n10 1.25 .5 0\n", 2, "id is 1.25, not an integer", id="fraction of a person"),
         pytest.param("0 1 0 0\n10 -1 .5 0\n", 2, "id is -1", id="negative id"),
@@ -175,7 +176,7 @@ def test_homography_is_projective() -> None:
         ("1 0 0\n0 1 0\n", 2, "3 rows of 3 numbers, not 2"),
         ("1 0 0\n0 1 0\n0 0 1\n0 0 1\n", 4, "not 4"),
         ("1 0\n0 1\n", 1, "2 columns, not 3"),
-        ("1 0 0\n0 one 0\n0 0 1\n", 2, "'one', not a number"),
+        ("1 0 0\n0 one 0\n0 0 1\n", 2, "'one'; write a number"),
         ("1 0 0\n0 nan 0\n0 0 1\n", 2, "finite"),
         ("1 0 0\n2 0 0\n0 0 1\n", None, "singular"),
         ("", None, "empty"),

@@ -286,7 +286,7 @@ def test_a_scenario_file_that_is_not_there() -> None:
         (["sim", "--dt", "0.4"], "sim has no source"),
         (["sim", "--people", "1"], "numbers of people are a number from 2 to 10,000"),
         (["sim", "--sequences", "0"], "sequences must be 1 to 10,000,000, not 0"),
-        (["sim", "--tier", "blurred"], "--tier"),
+        (["sim", "--tier", "blurred"], "no tier is called 'blurred'"),
     ],
 )
 def test_mistakes_on_the_command_line(

@@ -55,14 +55,18 @@ class FileError(VbbenchError):
         super().__init__(f"{path}{'' if line is None else f', line {line}'}: {self.problem}")
 
 
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """The nearest of the ``known`` names as a question; all of them, in their order, where none is near."""
+    names = list(known)
+    near = get_close_matches(name, names, n=1)
+    return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
+
+
 class UnknownNameError(VbbenchError):
     """A name that nobody registered; the nearest known one is suggested."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
-        names = sorted(known)
-        near = get_close_matches(name, names, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
-        super().__init__(f"no {kind} is called {quoted(name)}; {hint}")
+        super().__init__(f"no {kind} is called {quoted(name)}; {suggestion(name, sorted(known))}")
 
 
 class SubmissionError(VbbenchError):

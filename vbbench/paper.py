@@ -1,11 +1,10 @@
 """The figures that the paper prints, from ``paper.toml``: quoted, never measured here."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
-from typing import Any
+
+from vbbench.parsing.toml_text import read_bundled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,10 +52,4 @@ class Paper:
 @cache
 def the_paper() -> Paper:
     """Read ``paper.toml``."""
-    values: dict[str, Any] = tomllib.loads((files("vbbench") / "paper.toml").read_text("utf-8"))
-    return Paper(
-        source=values["source"],
-        link=values["link"],
-        table1={split: Counts(**row) for split, row in values["table1"].items()},
-        rows=tuple(Quoted(**row) for row in values["row"]),
-    )
+    return read_bundled("vbbench", "paper.toml", Paper, "top level")

@@ -1,15 +1,14 @@
 """Evaluation protocols: what is given when, and which rows are scored. Each is a named, frozen file."""
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from vbbench.errors import UnknownNameError
 from vbbench.geometry import BoolArray, IntArray
+from vbbench.parsing.toml_text import read_bundled
 from vbbench.sequence import Given, Truth
 
 START_FRAMES = 2
@@ -66,8 +65,7 @@ def get_protocol(name: str) -> Protocol:
     """
     if name not in PROTOCOLS:
         raise UnknownNameError("protocol", name, PROTOCOLS)
-    values: dict[str, Any] = tomllib.loads((files("vbbench") / "protocols" / f"{name}.toml").read_text("utf-8"))
-    return Protocol(**values)
+    return read_bundled("vbbench", f"protocols/{name}.toml", Protocol, "protocol")
 
 
 def arrivals_given(truth: Truth, observed: BoolArray) -> Given:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
 
-Kind = Literal["camera", "generator", "renderer", "detector", "tracker", "solver", "command"]
+Kind = Literal["camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "command"]
 _SPOKEN = {"generator": "split"}
 
 

@@ -109,7 +109,7 @@ class SequenceData:
     ----------
     sequence, truth : what is seen, and what is so.
     scene : its scene, where no other sequence shares it.
-    persons : [T, K] the person behind each track in each frame, −1 for a false alarm; tier `tracked` only.
+    persons : [T, K] the person behind each track in each frame, −1 for a false alarm; of tiers that track only.
     """
 
     sequence: Sequence

@@ -2,26 +2,34 @@
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.crowds.demo import DemoSplit
 from vbbench_generators.crowds.sim import SimSplit, StreetSplit
 from vbbench_generators.recordings.loading import load_scenes
-from vbbench_generators.recordings.recipe import Recipe, get_recipe
+from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 
 @dataclass(frozen=True)
 class RecipeSplit:
-    """A split made by the recipe of its name; the file is read when it is first needed."""
+    """A split made by a recipe; its file is read when it is first needed.
+
+    Parameters
+    ----------
+    name : what the split is called.
+    file : the recipe; ``None`` for the one of this name that comes with vbbench.
+    """
 
     name: str
+    file: Path | None = None
 
     @cached_property
     def recipe(self) -> Recipe:
         """The recipe."""
-        return get_recipe(self.name)
+        return get_recipe(self.name) if self.file is None else read_recipe(self.file)
 
     @property
     def card(self) -> Card:

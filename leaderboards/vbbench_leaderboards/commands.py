@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from tyro.conf import Positional
 
@@ -74,7 +74,7 @@ def check(
 def rerun(
     split: tuple[str, ...] = (),
     solver: tuple[str, ...] = (),
-    tier: tuple[Literal["ideal", "noisy", "occluded", "tracked"], ...] = ("ideal", "noisy"),
+    tier: tuple[str, ...] = ("ideal", "noisy"),
     results: Path = RESULTS,
     work: Path = WORK,
     update: bool = False,
@@ -88,7 +88,7 @@ def rerun(
     Args:
         split: Splits; default: all that results are published of and whose source files are here.
         solver: Solvers; default: all that come with vbbench.
-        tier: Tiers.
+        tier: Tiers; 'vbbench tiers' lists them.
         results: Folder of the result files.
         work: Folder for datasets and submissions; what is whole there and made by the same code is used again.
         update: Write what drifted and what is new.

@@ -21,6 +21,7 @@ from vbbench.errors import UnknownNameError, VbbenchError, one_line
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,
+    "tiers": data.tiers,
     "fetch": data.fetch,
     "generate": data.generate,
     "merge": data.merge,

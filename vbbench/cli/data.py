@@ -1,4 +1,4 @@
-"""Commands that make and describe datasets: splits, fetch, generate, info, verify."""
+"""Commands that make and describe datasets: splits, tiers, fetch, generate, info, verify."""
 
 from pathlib import Path
 from typing import Literal
@@ -8,7 +8,6 @@ from tyro.conf import Positional
 from vbbench.cli.terminal import say_warning
 
 EngineName = Literal["numba", "pysocialforce"]
-TierName = Literal["ideal", "noisy", "occluded", "tracked"]
 
 
 def splits() -> None:
@@ -16,6 +15,13 @@ def splits() -> None:
     from vbbench.generation.catalogue import describe_splits
 
     print(describe_splits())
+
+
+def tiers() -> None:
+    """List every tier: what becomes of exact boxes before solvers see them."""
+    from vbbench.generation.tier import describe_tiers
+
+    print(describe_tiers())
 
 
 def fetch(names: Positional[tuple[str, ...]], /) -> None:
@@ -37,7 +43,7 @@ def generate(
     out: Path,
     source: Path | None = None,
     camera: str | None = None,
-    tier: TierName = "ideal",
+    tier: str = "ideal",
     sigma_h: float = 0.07,
     look: Literal["motion", "wander"] = "motion",
     seed: int | Literal["secret"] = 0,
@@ -62,8 +68,7 @@ def generate(
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
         camera: panorama (360 degrees), perspective (90 degrees, 1280x720), or one that an installed package registers;
             default: the split's own (perspective for sim and street, panorama elsewhere).
-        tier: How boxes are corrupted: ideal (exact), noisy (1 px on column, top and bottom), occluded (cut to what
-            shows) or tracked (of a detector and a tracker).
+        tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
         sigma_h: Standard deviation of people's heights in m, about 1.70 m.
         look: Where the camera looks: along its bearer's past motion, or wandering about that.
         seed: Seed of everything random; 0 is one like any other. With --withhold-truth: secret, which nobody can guess.

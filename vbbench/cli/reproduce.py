@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from vbbench.cli.data import TierName
 from vbbench.cli.evaluation import ProtocolName
 
 
@@ -11,7 +10,7 @@ def figure_sigma(
     solver: tuple[str, ...] = (),
     protocol: ProtocolName = "one-step",
     camera: str | None = None,
-    tier: TierName = "ideal",
+    tier: str = "ideal",
     sequences: int = 500,
     seed: int = 0,
     jobs: int = 1,
@@ -25,7 +24,7 @@ def figure_sigma(
             and besides expecting nothing of the observer.
         protocol: What is given when.
         camera: What the observer carries, as of 'vbbench generate'; default: that of split sim.
-        tier: How boxes are corrupted.
+        tier: How boxes are corrupted; 'vbbench tiers' lists them.
         sequences: Number of sequences at each spread of heights.
         seed: Seed of everything random.
         jobs: Processes; the numbers do not depend on it.

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
-from vbbench.files.schemas import SCHEMAS
+from vbbench.files.schemas import SCHEMAS, TRACK_TABLE
 from vbbench.geometry import IntArray
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
 """Names that a table of a dataset can have; any other name is never made a path."""
 
-ALWAYS = tuple(name for name in TABLES if name != "truth/tracks")
+ALWAYS = tuple(name for name in TABLES if name != TRACK_TABLE)
 """The tables that every dataset has."""
 
 COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")

@@ -31,7 +31,7 @@ SCHEMAS: dict[str, pa.Schema] = {
 """Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
 
 TRACK_TABLE = "truth/tracks"
-"""The table of who is behind each track, of the tier `tracked` alone: elsewhere a track is a person."""
+"""The table of who is behind each track, where a tier tracks people: elsewhere a track is a person."""
 
 SCENE_TABLES = ("truth/scenes", "truth/people")
 """The tables of scenes: written by sequence where every sequence has a scene of its own."""

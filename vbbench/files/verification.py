@@ -10,6 +10,7 @@ from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.schemas import TRACK_TABLE
 from vbbench.files.tables import file_sha256
 from vbbench.geometry import IntArray
 from vbbench.parsing.json_text import read_json
@@ -98,7 +99,7 @@ def _check_truth(dataset: Dataset, sequence: Sequence, where: str) -> None:
     truth, given = dataset.truth(sequence), sequence.given
     if truth.poses.shape != (sequence.frames, 3) or not np.isfinite(truth.poses).all():
         raise FileError(dataset.table_path("truth/poses"), f"{where}: wanted {sequence.frames} finite poses")
-    if dataset.info.tier != "tracked" and np.isnan(truth.positions[sequence.observed]).any():
+    if TRACK_TABLE not in dataset.info.tables and np.isnan(truth.positions[sequence.observed]).any():
         raise FileError(dataset.table_path("truth/scenes"), f"{where}: somebody observed is not there")
     known = ~np.isnan(given.positions)
     if not np.array_equal(given.positions[known], truth.positions[known]):

@@ -76,7 +76,7 @@ def pose_rows(data: SequenceData) -> Columns:
 
 
 def track_rows(data: SequenceData) -> Columns:
-    """One row a box of a track that is somebody, by frame and track; tier `tracked` only."""
+    """One row a box of a track that is somebody, by frame and track; of tiers that track only."""
     persons = np.full(data.sequence.observed.shape, -1) if data.persons is None else data.persons
     frame, column = np.nonzero(data.sequence.observed & (persons >= 0))
     return {

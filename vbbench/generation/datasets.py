@@ -22,6 +22,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import ROWS, scene_rows, sequence_row, sequence_rows
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan
+from vbbench.generation.tier import has_tracks
 from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
@@ -30,7 +31,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
 TABLES = ["sequences", *ROWS, *SCENE_TABLES]
-"""The tables of a dataset; the tier `tracked` has one more."""
+"""The tables of a dataset; where boxes are those of tracks, there is one more."""
 
 
 def generate(
@@ -139,7 +140,7 @@ def _plan(generator: Generator, split: str, options: Options) -> Plan:
 
 
 def _tables(plan: Plan) -> list[str]:
-    return [*ALWAYS, TRACK_TABLE] if plan.info.tier == "tracked" else [*ALWAYS]
+    return [*ALWAYS, TRACK_TABLE] if has_tracks(plan.info.tier) else [*ALWAYS]
 
 
 def _ranges(plan: Plan) -> Ranges:

@@ -19,6 +19,13 @@ MOST_PEOPLE = 10_000
 """People of the largest crowd."""
 
 
+def _check_ranges(values: object) -> None:
+    try:
+        check_ranges(values)
+    except ValueError as error:
+        raise VbbenchError(str(error)) from error
+
+
 @dataclass(frozen=True, kw_only=True)
 class Simulation:
     """What is asked of a simulated crowd; ``None`` leaves it to the scenario.
@@ -29,12 +36,20 @@ class Simulation:
     sequences : number of sequences.
     people : numbers of people K; the sequences take them in turn.
     engine : which implementation of the social force walks the crowd.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such engine; the nearest is suggested.
     """
 
     scenario: str | None = None
     sequences: int | None = None
     people: tuple[int, ...] | None = None
     engine: Engine = "numba"
+
+    def __post_init__(self) -> None:
+        _check_ranges(self)
 
 
 def as_simulation(
@@ -63,7 +78,6 @@ def parse_people(text: str) -> tuple[int, ...]:
     return tuple(range(first, last + 1, step))
 
 
-Tier = Literal["ideal", "noisy", "occluded", "tracked"]
 Look = Literal["motion", "wander"]
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
@@ -76,7 +90,7 @@ class Options:
     Parameters
     ----------
     camera : what everybody is seen with; ``None`` for the split's own.
-    tier : how observations are corrupted.
+    tier : how observations are corrupted: the name of a registered tier (`vbbench.generation.tier`).
     height_std : σ_h in m of the people's heights.
     seed : the one seed; 0 is a seed like any other.
     limit : only the first so many sequences; ``None`` for all.
@@ -89,11 +103,11 @@ class Options:
     Raises
     ------
     VbbenchError
-        If a number lies outside its range.
+        If a number lies outside its range, or a choice is unknown.
     """
 
     camera: Camera | None = None
-    tier: Tier = "ideal"
+    tier: str = "ideal"
     height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
     seed: Annotated[int, Within(0, 2**256)] = 0
     limit: Annotated[int, Within(1, 2**31)] | None = None
@@ -104,10 +118,7 @@ class Options:
     simulation: Simulation | None = None
 
     def __post_init__(self) -> None:
-        try:
-            check_ranges(self)
-        except ValueError as error:
-            raise VbbenchError(str(error)) from error
+        _check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)

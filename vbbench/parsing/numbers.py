@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import cache
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from vbbench.errors import FileError, quoted
+from vbbench.errors import FileError, quoted, suggestion
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class Within:
 
 
 def check_ranges(values: object) -> None:
-    """Check every number of a dataclass against the `Within` in its annotation; numbers in tuples as well.
+    """Check every number of a dataclass against the `Within` in its annotation, in tuples as well, and every choice.
 
     Raises
     ------
     ValueError
-        At the first number that lies outside.
+        At the first number that lies outside, or word that is not one of a ``Literal``; the nearest is suggested.
     """
     kind: Any = type(values)
     for name, hint in _hints(kind).items():
@@ -67,6 +67,9 @@ def _check(name: str, value: Any, hint: Any) -> None:
     if get_origin(hint) is Annotated:
         for limit in hint.__metadata__:
             limit.check(name, value)
+    elif get_origin(hint) is Literal:
+        if value not in get_args(hint):
+            raise ValueError(f"{name} cannot be {quoted(value)}; {suggestion(str(value), map(str, get_args(hint)))}")
     elif get_origin(hint) is tuple:
         for item in value:
             _check(name, item, get_args(hint)[0])

@@ -12,7 +12,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.folders.locks import loose_files
-from vbbench.generation.generator import Generator, Options, Simulation, Tier
+from vbbench.generation.generator import Generator, Options, Simulation
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
@@ -61,7 +61,7 @@ class SigmaStudy:
     solvers: Sequence[str] = field(default_factory=lambda: tuple(compared_solvers()))
     protocol: str = "one-step"
     camera: Camera | None = None
-    tier: Tier = "ideal"
+    tier: str = "ideal"
     sequences: int = 500
     seed: int = 0
     sigmas: Sequence[float] = SIGMAS

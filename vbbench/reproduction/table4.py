@@ -5,14 +5,14 @@ from pathlib import Path
 
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation.generator import Options, Simulation, Tier
+from vbbench.generation.generator import Options, Simulation
 from vbbench.paper import the_paper
 from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
 from vbbench.scoring.metrics import METRICS
 
 SPLIT, PROTOCOL, NAME = "street", "one-step", "table4"
 SOLVERS = ("vb-sf", "vb-cv")
-INPUTS: dict[str, Tier] = {"cline": "ideal", "tracked": "tracked"}
+INPUTS = {"cline": "ideal", "tracked": "tracked"}
 """The paper's inputs, and the tiers that they are."""
 COLUMNS = ("dx_rel", "dx", "dr", "dt")
 """The metrics of the paper's table."""
@@ -58,7 +58,7 @@ def reproduce_table4(
     return f"{text}\n{path}"
 
 
-def _printed(tier: Tier) -> tuple[float, ...]:
+def _printed(tier: str) -> tuple[float, ...]:
     """The paper's row on that input; its centre lines were drawn by hand."""
     (row,) = the_paper().select(SPLIT, tier)
     return tuple(row.figures[metric] for metric in COLUMNS)

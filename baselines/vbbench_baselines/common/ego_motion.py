@@ -174,6 +174,12 @@ def invert(rr: float, rf: float, ff: float) -> tuple[float, float, float]:
 
 
 @kernel
+def wrapped(angle: float) -> float:
+    """The angle in rad wrapped to [−π, π), as by `vbbench.geometry.wrap_angle`."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+@kernel
 def least_angle(a: Symmetric, g: Vector) -> float:
     """The angle in [−π, π) at which mᵀAm − 2gᵀm, m = (cos, sin), is least over the whole circle; A as (cc, cs, ss).
 
@@ -190,7 +196,7 @@ def least_angle(a: Symmetric, g: Vector) -> float:
             value = _energy(a, g, angle)
             if value < least:
                 best, least = angle, value
-    return float((best + np.pi) % (2.0 * np.pi) - np.pi)
+    return wrapped(best)
 
 
 @kernel

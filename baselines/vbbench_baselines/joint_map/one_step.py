@@ -13,7 +13,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise
+from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, wrapped
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.sightings import Sightings, measure
 from vbbench_baselines.common.uncertainty import linearise_people
@@ -103,7 +103,7 @@ def locate(
             pose[i] -= step[i] * min(1.0, LONGEST / max(length, LONGEST))
         if length < TOLERANCE:
             break
-    pose[2] = (pose[2] + np.pi) % (2.0 * np.pi) - np.pi
+    pose[2] = wrapped(pose[2])
     return Located(pose, localise(pose, factors), factors, own)
 
 

@@ -8,14 +8,13 @@ and persons differ: σ_k² ~ scaled inverse χ² with a_0 degrees of freedom abo
 are fitted by ``python -m vbbench_baselines.joint_map.fit`` and kept as TOML in ``priors/``.
 """
 
-import tomllib
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vbbench.errors import UnknownNameError
 from vbbench.kernels import kernel
+from vbbench.parsing.toml_text import read_bundled
 
 
 class Start(NamedTuple):
@@ -82,6 +81,27 @@ class Prior:
         return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=yaw_scale, follow_scale=follow_scale)
 
 
+@dataclass(frozen=True, kw_only=True)
+class FittedOn:
+    """A split that a prior was fitted on: its files with their SHA-256, and how much they say."""
+
+    split: str
+    files: tuple[tuple[str, ...], ...]
+    seed: int
+    people: int
+    second_differences: int
+    yaw_increments: int
+    nats_per_second_difference: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PriorFile:
+    """A file in ``priors/``."""
+
+    prior: Prior
+    fitted_on: tuple[FittedOn, ...]
+
+
 PRIORS = ("default", "without-hotel", "without-eth")
 """Names of the fitted priors."""
 
@@ -97,10 +117,7 @@ def get_prior(name: str) -> Prior:
     """
     if name not in PRIORS:
         raise UnknownNameError("prior", name, PRIORS)
-    text = (files("vbbench_baselines") / "joint_map" / "priors" / f"{name}.toml").read_text("utf-8")
-    values: dict[str, Any] = tomllib.loads(text)["prior"]
-    values["b"] = tuple(values["b"])
-    return Prior(**{field.name: values[field.name] for field in fields(Prior)})
+    return read_bundled("vbbench_baselines", f"joint_map/priors/{name}.toml", PriorFile, "top level").prior
 
 
 def variants_held_out(kind: str) -> dict[str, str]:

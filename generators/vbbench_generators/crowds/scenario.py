@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from vbbench.errors import UnknownNameError
 from vbbench.generation.generator import FRAME_TIME, MOST_PEOPLE
 from vbbench.parsing.numbers import Within, check_ranges
-from vbbench_generators.strict_toml import bundled_file, bundled_names, read_toml
+from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]
 Rectangle = tuple[Place, ...]
@@ -137,7 +137,7 @@ class Scenario:
 
 def scenario_names() -> list[str]:
     """The scenarios of this package, in alphabetical order."""
-    return bundled_names("scenarios")
+    return bundled_names("vbbench_generators", "scenarios")
 
 
 def get_scenario(name: str) -> Scenario:
@@ -149,8 +149,7 @@ def get_scenario(name: str) -> Scenario:
         If there is neither; the nearest name is suggested.
     """
     if name in scenario_names():
-        with bundled_file("scenarios", name) as path:
-            return read_scenario(path)
+        return read_bundled("vbbench_generators", f"scenarios/{name}.toml", Scenario, "scenario")
     if name.endswith(".toml"):
         return read_scenario(Path(name))
     raise UnknownNameError("scenario", name, scenario_names())

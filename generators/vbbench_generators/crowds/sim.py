@@ -3,9 +3,7 @@
 `street` is the paper's photorealistic split, in which people are hidden by people.
 """
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,12 +12,13 @@ from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Card, Engine, Look, Options, Simulation
+from vbbench.generation.tier import Tier, get_tier
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import draw_scene
 from vbbench_generators.recordings.eligibility import Span
-from vbbench_generators.tiers.corruption import Corruption, check_options, corruption_of
+from vbbench_generators.tiers.corruption import BehindOthers
 from vbbench_generators.views.reprojection import HEIGHT_MEAN
 from vbbench_generators.views.viewing import view
 
@@ -37,7 +36,7 @@ class SimulationPlan:
     scenario: Scenario
     engine: Engine
     look: Look
-    corruption: Corruption
+    tier: Tier
     limit: int | None = None
 
     @property
@@ -70,7 +69,7 @@ class SimulationPlan:
             drawn.heading,
             info=self.info,
             look=self.look,
-            corruption=self.corruption,
+            tier=self.tier,
             index=index,
             rng=rng,
         )
@@ -92,14 +91,14 @@ class SimSplit:
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""
-        return plan_simulation(self.card, options, SIM_SCENARIO, corruption_of)
+        return plan_simulation(self.card, options, SIM_SCENARIO, get_tier(options.tier))
 
 
 def plan_simulation(
     card: Card,
     options: Options,
     default_scenario: str,
-    corrupting: Callable[[str], Corruption],
+    tier: Tier,
     **definition: str | float,
 ) -> SimulationPlan:
     """The plan of a split whose crowds are simulated.
@@ -108,7 +107,7 @@ def plan_simulation(
     ----------
     card : of the split.
     default_scenario : unless the options name one.
-    corrupting : what a tier does to boxes.
+    tier : what is done to exact boxes.
     definition : what else the dataset's definition is to say.
 
     Raises
@@ -116,7 +115,6 @@ def plan_simulation(
     VbbenchError
         If an option cannot be.
     """
-    check_options(card.name, options)
     if options.source is not None or options.dt is not None or options.homography is not None:
         raise VbbenchError(f"{card.name} has no source: leave --source, --dt and --homography out")
     asked = options.simulation or Simulation()
@@ -128,17 +126,17 @@ def plan_simulation(
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
-    corruption, camera = corrupting(options.tier), options.camera or make_camera(scenario.camera)
+    camera = options.camera or make_camera(scenario.camera)
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",
         camera=camera,
-        tier=options.tier,
+        tier=tier.name,
         seed=options.seed,
         dt=scenario.dt,
         height_mean=HEIGHT_MEAN,
         height_std=options.height_std,
-        pixel_std=corruption.told_std(camera),
+        pixel_std=tier.pixel_std(camera),
         scenes=(),
         definition={
             "generator": f"simulation/{REVISION}",
@@ -146,7 +144,7 @@ def plan_simulation(
             "limit": options.limit,
             "engine": asked.engine,
             "scenario": asdict(scenario),
-            **corruption.definition,
+            **tier.definition,
             **definition,
         },
     )
@@ -155,7 +153,7 @@ def plan_simulation(
         scenario=scenario,
         engine=asked.engine,
         look=options.look,
-        corruption=corruption,
+        tier=tier,
         limit=options.limit,
     )
 
@@ -164,7 +162,8 @@ class StreetSplit:
     """The scenario `street`; needs no source.
 
     Its tier `ideal` is the paper's input from centre lines: whoever shows enough has a whole and exact box, and whoever
-    does not has none. `noisy` adds noise to that; `occluded` and `tracked` are as everywhere.
+    does not has none. Any tier in which nobody hides anybody, such as `noisy`, comes on top of that; others, such as
+    `occluded` and `tracked`, are as everywhere.
     """
 
     card = replace(SimSplit.card, name="street", title="Street: a simulated crowd in which people hide one another")
@@ -174,6 +173,7 @@ class StreetSplit:
         asked = options.simulation
         if asked is not None and asked.scenario is not None:
             raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; --scenario is for the split 'sim'")
-        source = {"ideal": "cline", "noisy": "cline"}.get(options.tier, options.tier)
-        corrupting = partial(corruption_of, whole=True)
-        return plan_simulation(self.card, options, STREET_SCENARIO, corrupting, input=source)
+        tier = get_tier(options.tier)
+        if tier.hides:
+            return plan_simulation(self.card, options, STREET_SCENARIO, tier, input=tier.name)
+        return plan_simulation(self.card, options, STREET_SCENARIO, BehindOthers(tier=tier), input="cline")

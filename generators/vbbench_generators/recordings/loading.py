@@ -1,4 +1,4 @@
-"""From a recipe to scenes: finds the source files, checks them, reads them."""
+"""From a recipe to scenes: what a reader of a format offers, and how one is found and asked."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -6,19 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
+from vbbench.registry import load, load_all, registered
 from vbbench.scene import Scene
-from vbbench_generators.lifting.calibration import describe_calibration
-from vbbench_generators.lifting.lift import lift
-from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
-from vbbench_generators.recordings.readers.tables import detect_format, read_obsmat, read_trajnet
-from vbbench_generators.recordings.readers.text import read_homography
-from vbbench_generators.recordings.readers.tracks import check_speed
-from vbbench_generators.recordings.readers.vsp import FRAME_RATE, polyline, read_vsp, smooth_curve
-from vbbench_generators.recordings.recipe import Recipe
+from vbbench_generators.recordings.readers.text import count_columns, read_homography, read_lines
+from vbbench_generators.recordings.recipe import DETECTED, Recipe
 
 FileSum = tuple[str, str]
 """A source file's path, the same on every machine, and its SHA-256."""
@@ -45,87 +40,139 @@ class Loaded:
         return self.calibration is not None and not self.calibration["pseudo_metric"]
 
 
-def load_scenes(
-    recipe: Recipe, source: Path | None, *, seed: int, dt: float | None = None, homography: Path | None = None
-) -> Loaded:
-    """The scenes of a split.
+@dataclass(frozen=True, kw_only=True)
+class SceneFile:
+    """A file that holds one scene, and what is known of it besides.
 
     Parameters
     ----------
-    recipe : the split's recipe.
+    path : the file.
+    dt : seconds a frame.
+    frame_step : frame numbers of the file a frame; ``None`` leaves it to the file.
+    homography : [3, 3] from the file's coordinates to metres; ``None`` if they are metres, or nobody says.
+    smooth : whether places between key points lie on a smooth curve, in formats that have key points.
+    """
+
+    path: Path
+    dt: float
+    frame_step: int | None = None
+    homography: FloatArray | None = None
+    smooth: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wishes:
+    """What the user says of the source files.
+
+    Parameters
+    ----------
     source : file or folder to look in first; for ``custom`` the user's own file.
     seed : decides the jitter of resampled scenes, and nothing else.
-    dt, homography : seconds a frame, and 3x3 file from pixels to metres, of a user's own file; a homography is also
-        taken for a surveillance camera, in place of its calibration.
+    dt, homography : seconds a frame, and 3x3 file from pixels to metres.
+    """
+
+    source: Path | None
+    seed: int
+    dt: float | None = None
+    homography: Path | None = None
+
+
+class Reader:
+    """A format of recordings, registered under ``vbbench.readers`` by the name that recipes call it.
+
+    A format with one file a scene says how to `read` it. Any other says how to `load` a recipe's scenes.
+    """
+
+    signature = ""
+    """How a user's own file of this format is told, in a few words; none for what `recognises` never says."""
+
+    def recognises(self, line: str) -> bool:  # noqa: ARG002
+        """Whether a file whose first line is this, blanks and comments left out, is of this format."""
+        return False
+
+    def read(self, file: SceneFile) -> Scene:
+        """Read one scene."""
+        raise NotImplementedError
+
+    def load(self, recipe: Recipe, wishes: Wishes) -> Loaded:
+        """Find the recipe's files, check and read them."""
+        if wishes.dt is not None or wishes.homography is not None:
+            raise VbbenchError(
+                f"{recipe.name}: --dt and --homography are for the split 'custom'; this recipe has its own"
+            )
+        paths = locate(recipe.sources, wishes.source, split=recipe.name)
+        matrix = read_homography(paths.pop()) if recipe.homography is not None else None
+        scenes = [self.read(_scene_file(recipe, path, recipe.dt, matrix)) for path in paths]
+        if recipe.resampling is not None:
+            jitter = recipe.resampling.jitter
+            scenes = [_jittered(scene, jitter, wishes.seed, index) for index, scene in enumerate(scenes)]
+        return Loaded(scenes=scenes, files=[(file.path, file.sha256) for file in recipe.sources])
+
+
+def load_scenes(
+    recipe: Recipe, source: Path | None, *, seed: int, dt: float | None = None, homography: Path | None = None
+) -> Loaded:
+    """The scenes of a split, read by the reader of its recipe's format; the other parameters are as in `Wishes`.
 
     Raises
     ------
     VbbenchError
         If a file is missing or bad, or an option does not fit the split.
     """
-    if recipe.reads_own_file:
-        return _load_own(recipe, source, dt, homography)
-    if recipe.format == "crohd":
-        return _load_heads(recipe, source, dt, homography)
-    if dt is not None or homography is not None:
-        raise VbbenchError(f"{recipe.name}: --dt and --homography are for the split 'custom'; this recipe has its own")
-    paths = locate(recipe.sources, source, split=recipe.name)
-    matrix = read_homography(paths.pop()) if recipe.homography is not None else None
-    scenes = [_read(recipe, path, recipe.format, recipe.dt, matrix) for path in paths]
-    if recipe.resampling is not None:
-        scenes = [_jittered(scene, recipe.resampling.jitter, seed, index) for index, scene in enumerate(scenes)]
-    return Loaded(scenes=scenes, files=[(file.path, file.sha256) for file in recipe.sources])
+    wishes = Wishes(source=source, seed=seed, dt=dt, homography=homography)
+    return _load_own(recipe, wishes) if recipe.reads_own_file else get_reader(recipe.format).load(recipe, wishes)
 
 
-def _load_own(recipe: Recipe, source: Path | None, dt: float | None, homography: Path | None) -> Loaded:
+def get_reader(name: str) -> Reader:
+    """The reader of a format.
+
+    Raises
+    ------
+    UnknownNameError
+        If none is called so; the nearest name is suggested.
+    VbbenchError
+        If it is broken.
+    """
+    if name not in registered("reader"):
+        raise UnknownNameError("recording format", name, registered("reader"))
+    found: Reader = load("reader", name)
+    return found
+
+
+def detect_format(path: Path) -> str:
+    """The format of a user's own file, told by the first line that is neither blank nor a comment.
+
+    Raises
+    ------
+    FileError
+        If it is none that can be read.
+    """
+    number, line = read_lines(path)[0]
+    readers = load_all("reader")
+    found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
+    if found is None:
+        known = ", ".join(sorted(reader.signature for reader in readers.values() if reader.signature))
+        raise FileError(path, f"has {count_columns(line)} columns; known are {known}", number)
+    return found
+
+
+def _load_own(recipe: Recipe, wishes: Wishes) -> Loaded:
+    source, homography = wishes.source, wishes.homography
     if source is None or not source.is_file():
         found = "" if source is None else f"; {source} is no file"
         raise VbbenchError(f"{recipe.name} is made from a file of yours: name it with --source FILE{found}")
     matrix = None if homography is None else read_homography(homography)
-    scene = _read(recipe, source, detect_format(source), recipe.dt if dt is None else dt, matrix)
+    reader = get_reader(detect_format(source) if recipe.format == DETECTED else recipe.format)
+    scene = reader.read(_scene_file(recipe, source, recipe.dt if wishes.dt is None else wishes.dt, matrix))
     read = [source] if homography is None else [source, homography]
     return Loaded(scenes=[scene], files=[(path.name, file_sha256(path)) for path in read])
 
 
-def _load_heads(recipe: Recipe, source: Path | None, dt: float | None, homography: Path | None) -> Loaded:
-    if dt is not None:
-        raise VbbenchError(f"{recipe.name}: --dt is for the split 'custom'; here seqinfo.ini tells the frame rate")
-    if recipe.recording is None or recipe.lifting is None:
-        raise VbbenchError(f"{recipe.name}: a recipe of format crohd needs the key 'recording' and a table [lifting]")
-    files = find_recording(recipe.recording, recipe.source[0], source, split=recipe.name)
-    heads = read_heads(files)
-    matrix = None if homography is None else read_homography(homography)
-    lifted = lift(heads, recipe.lifting, matrix)
-    scene = every_frame(lifted.tracks, recipe.frame_step or 1)
-    check_speed(files.boxes.path, scene)
-    sums = [(f"{recipe.recording}/{name}", digest) for name, digest in files.sums]
-    if homography is not None:
-        sums.append(("homography", file_sha256(homography)))
-    return Loaded(scenes=[scene], files=sums, calibration=describe_calibration(lifted.calibration))
-
-
-def _read(recipe: Recipe, path: Path, kind: str, dt: float | None, homography: FloatArray | None) -> Scene:
+def _scene_file(recipe: Recipe, path: Path, dt: float | None, homography: FloatArray | None) -> SceneFile:
     if dt is None or not (np.isfinite(dt) and dt > 0):
         raise VbbenchError(f"{recipe.name}: say how many seconds a frame lasts with --dt, a positive number")
-    if kind == "trajnet":
-        return read_trajnet(path, dt=dt, frame_step=recipe.frame_step, homography=homography)
-    if kind == "obsmat":
-        if homography is not None:
-            raise FileError(path, "is an obsmat table, which is in metres already: leave --homography out")
-        return read_obsmat(path, dt=dt, frame_step=recipe.frame_step)
-    if homography is None:
-        raise FileError(path, "is a spline annotation in pixels: name the file of its homography with --homography")
-    curve = polyline if recipe.resampling is None else smooth_curve
-    step = recipe.frame_step or _spline_step(path, dt)
-    return read_vsp(path, dt=dt, frame_step=step, homography=homography, curve=curve)
-
-
-def _spline_step(path: Path, dt: float) -> int:
-    """Video frames in ``dt``."""
-    frames = dt * FRAME_RATE
-    if frames < 0.5 or abs(frames - round(frames)) > 1e-6:
-        raise FileError(path, f"counts frames at {FRAME_RATE:g} Hz: --dt must be a multiple of {1.0 / FRAME_RATE:g} s")
-    return round(frames)
+    smooth = recipe.resampling is not None
+    return SceneFile(path=path, dt=dt, frame_step=recipe.frame_step, homography=homography, smooth=smooth)
 
 
 def _jittered(scene: Scene, std: float, seed: int, index: int) -> Scene:

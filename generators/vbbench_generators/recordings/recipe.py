@@ -3,16 +3,21 @@
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from vbbench.errors import UnknownNameError
-from vbbench.generation.generator import FRAME_TIME, Tier
+from vbbench.errors import UnknownNameError, suggestion
+from vbbench.generation.generator import FRAME_TIME
 from vbbench.generation.sources import Source
 from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
+from vbbench.registry import registered
 from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.recordings.eligibility import Rules
-from vbbench_generators.strict_toml import bundled_file, bundled_names, read_toml
 from vbbench_generators.tiers.noise import Precision
+
+PACKAGE = "vbbench_generators"
+DETECTED = "auto"
+"""The format of a recipe whose file is the user's own: its first line tells."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +25,12 @@ class Caution:
     """What must stand beside every figure of the split, under the tiers concerned."""
 
     text: str
-    tiers: tuple[Tier, ...]
+    tiers: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for tier in self.tiers:
+            if tier not in registered("tier"):
+                raise ValueError(f"[caution]: tiers has '{tier}'; {suggestion(tier, registered('tier'))}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +55,7 @@ class Recipe:
     Parameters
     ----------
     name, title, licence, citation : what it is, and whose.
-    format : how to read the sources; ``auto`` detects it.
+    format : how to read the sources: the name of a registered reader, or `DETECTED`.
     source : the trajectory files, one a scene.
     sequences : which frames of which people become sequences.
     dt : seconds a frame; ``None``: the user says it.
@@ -62,7 +72,7 @@ class Recipe:
     title: str
     licence: str
     citation: str
-    format: Literal["trajnet", "obsmat", "vsp", "auto", "crohd"]
+    format: str
     source: tuple[Source, ...] = ()
     sequences: Rules
     dt: Annotated[float, FRAME_TIME] | None = None
@@ -76,6 +86,10 @@ class Recipe:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        formats = [*registered("reader"), DETECTED]
+        if self.format not in formats:
+            hint = suggestion(self.format, formats)
+            raise ValueError(f"recipe: no reader is registered for format = '{self.format}'; {hint}")
 
     @property
     def sources(self) -> tuple[Source, ...]:
@@ -87,14 +101,14 @@ class Recipe:
         """Whether the user brings the trajectories."""
         return not self.source
 
-    def caution_for(self, tier: Tier) -> str | None:
+    def caution_for(self, tier: str) -> str | None:
         """The caution that holds under ``tier``."""
         return self.caution.text if self.caution is not None and tier in self.caution.tiers else None
 
 
 def recipe_names() -> list[str]:
     """The recipes of this package, in alphabetical order."""
-    return bundled_names("recipes")
+    return bundled_names(PACKAGE, "recipes")
 
 
 @cache
@@ -108,8 +122,7 @@ def get_recipe(name: str) -> Recipe:
     """
     if name not in recipe_names():
         raise UnknownNameError("recipe", name, recipe_names())
-    with bundled_file("recipes", name) as path:
-        return read_recipe(path)
+    return read_bundled(PACKAGE, f"recipes/{name}.toml", Recipe, "recipe")
 
 
 def read_recipe(path: Path) -> Recipe:

@@ -1,19 +1,16 @@
-"""Tiers: how exact boxes are corrupted."""
+"""The bundled tiers, registered under ``vbbench.tiers``, and a tier on a split where people hide one another."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from vbbench.camera import Camera
-from vbbench.errors import VbbenchError
-from vbbench.generation.generator import Options
-from vbbench.geometry import FloatArray
-from vbbench_generators.tiers.noise import Precision
-from vbbench_generators.tiers.occlusion import Outline
-from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
+import numpy as np
 
-PIXEL_STD = {"ideal": 0.0, "noisy": 1.0, "occluded": 0.0}
-"""Standard deviation in px of a box's column, top and bottom, by tier; that of `tracked` stands in its settings."""
-TIERS = (*PIXEL_STD, "tracked")
+from vbbench.camera import Camera
+from vbbench.generation.tier import Observations, Sight, Tier
+from vbbench_generators.tiers.noise import add_pixel_noise
+from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
+from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,50 +29,152 @@ class Hiding:
     outline: Outline = field(default_factory=Outline)
 
 
+def _showing(sight: Sight, outline: Outline) -> Showing:
+    return see(sight.truth.positions, sight.truth.heights, sight.truth.poses, sight.camera, outline)
+
+
 @dataclass(frozen=True, kw_only=True)
-class Corruption:
-    """What is done to exact boxes.
+class Noise:
+    """Boxes of whole people, with Gaussian noise of ``std`` px on column, top and bottom; nobody hides anybody."""
 
-    Parameters
-    ----------
-    pixel_std : noise in px on column, top and bottom.
-    hiding : ``None`` where everybody is seen through everybody.
-    tracking : detector and tracker whose boxes are seen instead of people's own; ``None`` for these.
-    precision : what boxes are rounded to in the end; ``None`` = not at all.
-    """
-
-    pixel_std: float = 0.0
-    hiding: Hiding | None = None
-    tracking: TrackingSettings | None = None
-    precision: Precision | None = None
-
-    def told_std(self, camera: Camera) -> float:
-        """What solvers are told of the noise on column, top and bottom, in px."""
-        return self.pixel_std if self.tracking is None else self.tracking.pixel_std(camera)
+    name: str
+    summary: str
+    std: float
+    hides: bool = False
+    tracks: bool = False
 
     @property
     def definition(self) -> dict[str, Any]:
-        """What a dataset's definition says of it beside the tier and the noise."""
-        precision = {} if self.precision is None else {"precision": asdict(self.precision)}
-        if self.tracking is not None:
-            outline = asdict((self.hiding or Hiding()).outline)
-            return {"outline": outline, "tracking": asdict(self.tracking), **precision}
-        return precision if self.hiding is None else {"hiding": asdict(self.hiding), **precision}
+        """Nothing: all of it stands in the dataset's ``pixel_std``."""
+        return {}
 
-    def written(self, boxes: FloatArray, camera: Camera) -> FloatArray:
-        """Boxes [..., 3] in px as they are written."""
-        return boxes if self.precision is None else self.precision.rounded(boxes, camera)
+    def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
+        """The noise that there is."""
+        return self.std
 
-
-def corruption_of(tier: str, *, whole: bool = False) -> Corruption:
-    """What the ``tier`` does to boxes; with ``whole`` hidden people have none in any tier, and others a whole one."""
-    if tier == "tracked":
-        return Corruption(hiding=Hiding(), tracking=get_tracking())
-    cut = tier == "occluded"
-    return Corruption(pixel_std=PIXEL_STD[tier], hiding=Hiding(cut=cut) if cut or whole else None)
+    def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
+        """Noise on everybody who is to be seen."""
+        boxes = sight.boxes.copy()
+        if self.std > 0:
+            boxes[sight.seen] = add_pixel_noise(boxes[sight.seen], sight.camera, self.std, rng)
+        return Observations(boxes=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
 
 
-def check_options(split: str, options: Options) -> None:
-    """Raise VbbenchError unless the tier that is asked of a ``split`` is one of `TIERS`."""
-    if options.tier not in TIERS:
-        raise VbbenchError(f"split '{split}' offers the tiers {', '.join(TIERS)}, not '{options.tier}'")
+@dataclass(frozen=True, kw_only=True)
+class Occlusion:
+    """Nearer people hide those behind; who shows too little has no box."""
+
+    name: str
+    summary: str
+    hiding: Hiding = field(default_factory=Hiding)
+    hides: bool = True
+    tracks: bool = False
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """How people hide one another."""
+        return {"hiding": asdict(self.hiding)}
+
+    def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
+        """None: what shows of people is exact."""
+        return 0.0
+
+    def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:  # noqa: ARG002
+        """Boxes about what shows of everybody who shows enough."""
+        showing = _showing(sight, self.hiding.outline)
+        whole = replace(sight, seen=sight.seen & enough(showing, self.hiding.least_visible)).boxes
+        observed = ~np.isnan(whole[..., 2])
+        boxes = np.where(observed[..., None], showing.boxes, np.nan) if self.hiding.cut else whole
+        return Observations(boxes=boxes, visible=np.where(observed, showing.visible, np.nan))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehindOthers:
+    """A tier on a split whose people hide one another: who shows too little has no box, and others a whole one."""
+
+    tier: Tier
+    hiding: Hiding = field(default_factory=lambda: Hiding(cut=False))
+    hides: bool = True
+
+    @property
+    def name(self) -> str:
+        """That of the tier."""
+        return self.tier.name
+
+    @property
+    def summary(self) -> str:
+        """That of the tier."""
+        return self.tier.summary
+
+    @property
+    def tracks(self) -> bool:
+        """Whether the tier does."""
+        return self.tier.tracks
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """How people hide one another, and what the tier says."""
+        return {"hiding": asdict(self.hiding), **self.tier.definition}
+
+    def pixel_std(self, camera: Camera) -> float:
+        """As the tier says."""
+        return self.tier.pixel_std(camera)
+
+    def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
+        """What the tier makes of everybody who shows enough."""
+        showing = _showing(sight, self.hiding.outline)
+        seen = sight.seen & enough(showing, self.hiding.least_visible)
+        made = self.tier.observe(replace(sight, seen=seen), rng)
+        if made.persons is not None:
+            return made
+        return replace(made, visible=np.where(np.isnan(made.boxes[..., 2]), np.nan, showing.visible))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tracking:
+    """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file."""
+
+    name: str
+    summary: str
+    outline: Outline = field(default_factory=Outline)
+    hides: bool = True
+    tracks: bool = True
+
+    @property
+    def settings(self) -> TrackingSettings:
+        """The detector and the tracker that come with this package."""
+        return get_tracking()
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """What people look like, and all settings."""
+        return {"outline": asdict(self.outline), "tracking": asdict(self.settings)}
+
+    def pixel_std(self, camera: Camera) -> float:
+        """As measured of this detector and tracker."""
+        return self.settings.pixel_std(camera)
+
+    def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
+        """The boxes of tracks, and who is behind them."""
+        showing = _showing(sight, self.outline)
+        tracked = track_people(
+            sight.boxes,
+            showing,
+            sight.people,
+            sight.camera,
+            sight.dt,
+            sight.watched,
+            self.settings,
+            self.outline,
+            rng,
+        )
+        return Observations(boxes=tracked.boxes, visible=tracked.scores, persons=tracked.persons)
+
+
+ideal = Noise(name="ideal", summary="Boxes are exact: only people's heights are unknown.", std=0.0)
+noisy = Noise(name="noisy", summary="Boxes carry Gaussian noise of one pixel.", std=1.0)
+occluded = Occlusion(name="occluded", summary="Nearer people hide those behind; boxes are cut to what shows.")
+tracked = Tracking(
+    name="tracked",
+    summary="Simulated detections, linked by a real tracker: people are missed, tracks break and change hands.",
+)

@@ -35,6 +35,14 @@ def causal_headings(positions: FloatArray, dt: float) -> FloatArray:
     return headings
 
 
+def wrapped(angle: FloatArray) -> FloatArray:
+    """The angle in rad wrapped to [−π, π].
+
+    Not `vbbench.geometry.wrap_angle`, which rounds differently in the last bit: the bytes of datasets rest on this.
+    """
+    return np.arctan2(np.sin(angle), np.cos(angle))
+
+
 def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:
     """Heading [T] in rad of somebody who follows ``heading`` [T] turning by at most ``rate`` rad/s.
 
@@ -42,6 +50,6 @@ def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:
     """
     followed = heading.copy()
     for t in range(1, len(heading)):
-        wanted = np.arctan2(np.sin(heading[t] - followed[t - 1]), np.cos(heading[t] - followed[t - 1]))
+        wanted = wrapped(heading[t] - followed[t - 1])
         followed[t] = followed[t - 1] + np.clip(wanted, -rate * dt, rate * dt)
     return followed

@@ -1,6 +1,6 @@
 """Turns scenes into what each of their people sees: positions reprojected into a camera carried along."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,11 +11,11 @@ from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Card, Look, Options
+from vbbench.generation.tier import Tier, get_tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
-from vbbench_generators.tiers.corruption import Corruption, check_options, corruption_of
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
 from vbbench_generators.views.viewing import view
@@ -42,7 +42,8 @@ class Reprojection:
     scenes: tuple[Scene, ...]
     rules: Rules
     look: Look
-    corruption: Corruption
+    tier: Tier
+    precision: Precision | None = None
     limit: int | None = None
 
     def __len__(self) -> int:
@@ -71,9 +72,10 @@ class Reprojection:
             _frames_of(self._headings[span.scene], span)[:, span.column],
             info=self.info,
             look=self.look,
-            corruption=self.corruption,
+            tier=self.tier,
             index=index,
             rng=rng,
+            precision=self.precision,
         )
 
     @cached_property
@@ -109,24 +111,22 @@ def plan_reprojection(
     VbbenchError
         If an option cannot be.
     """
-    check_options(card.name, options)
     if options.simulation is not None:
         raise VbbenchError(
             "--scenario, --sequences, --people and --engine are for the splits sim and street; "
             f"{card.name} has its own people"
         )
-    corruption = replace(corruption_of(options.tier), precision=precision)
-    camera = options.camera or PanoramaCamera()
+    tier, camera = get_tier(options.tier), options.camera or PanoramaCamera()
     info = DatasetInfo(
         split=card.name,
         title=card.title,
         camera=camera,
-        tier=options.tier,
+        tier=tier.name,
         seed=options.seed,
         dt=scenes[0].dt,
         height_mean=HEIGHT_MEAN,
         height_std=options.height_std,
-        pixel_std=corruption.told_std(camera),
+        pixel_std=tier.pixel_std(camera),
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",
@@ -134,7 +134,8 @@ def plan_reprojection(
             "limit": options.limit,
             "count_observer": rules.count_observer,
             "rules": asdict(rules),
-            **corruption.definition,
+            **tier.definition,
+            **({} if precision is None else {"precision": asdict(precision)}),
             **definition,
         },
         caution=card.caution,
@@ -142,5 +143,11 @@ def plan_reprojection(
     )
     people = tuple(draw_heights(scene, number, info) for number, scene in enumerate(scenes))
     return Reprojection(
-        info=info, scenes=people, rules=rules, look=options.look, corruption=corruption, limit=options.limit
+        info=info,
+        scenes=people,
+        rules=rules,
+        look=options.look,
+        tier=tier,
+        precision=precision,
+        limit=options.limit,
     )

@@ -15,7 +15,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
-from vbbench.generation.generator import Options, Tier
+from vbbench.generation.generator import Options
+from vbbench.generation.tier import get_tier
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import Kind, load, registered
 from vbbench.scoring import score
@@ -79,7 +80,7 @@ class Rerun:
     jobs: int = 1
 
     def boards(
-        self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[Tier] = ("ideal", "noisy")
+        self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ("ideal", "noisy")
     ) -> Iterator[Outcome]:
         """Outcome of every dataset record and every result; without names those of all that is published.
 
@@ -91,6 +92,8 @@ class Rerun:
         chosen = solvers or bundled_solvers()
         for name in chosen:
             load("solver", name)
+        for tier in tiers:
+            get_tier(tier)
         for split, tier in itertools.product(splits or SPLITS, tiers):
             try:
                 dataset = self.dataset(split, tier)
@@ -103,7 +106,7 @@ class Rerun:
             for protocol, solver in itertools.product(PROTOCOLS, chosen):
                 yield self._result(dataset, protocol, solver)
 
-    def dataset(self, split: str, tier: Tier) -> Dataset:
+    def dataset(self, split: str, tier: str) -> Dataset:
         """The dataset of a split's boards: its own camera, seed 0."""
         folder = dataset_folder(self.work, split, tier)
         make = partial(generate, split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)

@@ -12,7 +12,7 @@ from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.table import board_table, pair_tables
-from vbbench_leaderboards.page.words import PROTOCOLS, TIERS, error_terms, term_of
+from vbbench_leaderboards.page.words import PROTOCOLS, error_terms, term_of, tiers
 from vbbench_leaderboards.results.result import Board, Result
 
 
@@ -40,7 +40,7 @@ _NO_FILMS = (
 
 
 def _heading(site: Site, board: Board) -> str:
-    protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(TIERS, board.tier)
+    protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(tiers(), board.tier)
     link = f'<a class="watch" id="watch" href="#/{text(board.key)}/play">Watch the sequences</a>'
     watch = link if board in site.playable else ""
     return (

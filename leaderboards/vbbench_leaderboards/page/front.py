@@ -15,11 +15,11 @@ from vbbench_leaderboards.page.words import (
     HEADLINE_TIER,
     PROTOCOLS,
     SUMMARIES,
-    TIERS,
     Term,
     drift_terms,
     error_terms,
     term_of,
+    tiers,
 )
 from vbbench_leaderboards.results.ranking import LEVEL
 from vbbench_leaderboards.results.result import Board
@@ -44,7 +44,7 @@ def front_page(site: Site) -> str:
         picker=_picker(site),
         metrics=_terms(error_terms() | drift_terms() | SUMMARIES),
         protocols=_terms(PROTOCOLS),
-        tiers=_terms(TIERS),
+        tiers=_terms(tiers()),
         columns=_terms(COLUMNS),
         level=f"{LEVEL:g}",
         paper=link(the_paper().link, the_paper().source),
@@ -114,13 +114,15 @@ def _best(site: Site, board: Board) -> str:
 
 def _picker(site: Site) -> str:
     """Links to boards; the scripts keep their addresses in step with the board that is shown."""
-    boards, tiers = " ".join(board.key for board in site.boards), {board.tier for board in site.boards}
+    boards, known = " ".join(board.key for board in site.boards), list(tiers())
+    shown = {board.tier for board in site.boards}
+    names = [*(name for name in known if name in shown), *sorted(shown.difference(known))]
     return (
         f'<nav class="picker" id="picker" aria-label="Boards" data-boards="{text(boards)}" '
         f'data-first="{text(site.first.key)}">'
         f'<ul class="splits">{"".join(_split(site, split) for split in site.splits)}</ul>'
         f"{_choices('protocol', PROTOCOLS, PROTOCOLS)}"
-        f"{_choices('tier', [name for name in TIERS if name in tiers], TIERS)}</nav>"
+        f"{_choices('tier', names, tiers())}</nav>"
     )
 
 

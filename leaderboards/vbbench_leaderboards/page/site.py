@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vbbench.protocol import PROTOCOLS
-from vbbench_leaderboards.page.words import HEADLINE_TIER, TIERS
+from vbbench_leaderboards.page.words import HEADLINE_TIER, tiers
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import SPLITS, Boards, Records
 from vbbench_leaderboards.results.ranking import Ranking
@@ -70,5 +70,5 @@ class Site:
 
 def _place(board: Board) -> list[tuple[int, str]]:
     """Known splits, protocols and tiers in their order, others after them by name."""
-    parts = ((board.split, SPLITS), (board.protocol, PROTOCOLS), (board.tier, list(TIERS)))
+    parts = ((board.split, SPLITS), (board.protocol, PROTOCOLS), (board.tier, list(tiers())))
     return [(order.index(name) if name in order else len(order), name) for name, order in parts]

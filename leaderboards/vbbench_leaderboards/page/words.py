@@ -1,7 +1,9 @@
 """What the metrics, protocols and tiers are, in the words of the page."""
 
 from dataclasses import dataclass
+from functools import cache
 
+from vbbench.generation.tier import all_tiers
 from vbbench.scoring.metrics import Metric, section
 
 
@@ -73,18 +75,13 @@ PROTOCOLS = {
     ),
 }
 
-TIERS = {
-    "ideal": Term(name="ideal", full="Ideal", meaning="Boxes are exact: only people's heights are unknown."),
-    "noisy": Term(name="noisy", full="Noisy", meaning="Boxes carry Gaussian noise of one pixel."),
-    "occluded": Term(
-        name="occluded", full="Occluded", meaning="Nearer people hide those behind; boxes are cut to what shows."
-    ),
-    "tracked": Term(
-        name="tracked",
-        full="Tracked",
-        meaning="Simulated detections, linked by a real tracker: people are missed, tracks break and change hands.",
-    ),
-}
+
+@cache
+def tiers() -> dict[str, Term]:
+    """Every tier that is installed here, in the registry's order, by name."""
+    found = ((tier.name, tier.summary) for tier in all_tiers())
+    return {name: Term(name=name, full=name.capitalize(), meaning=summary) for name, summary in found}
+
 
 HEADLINE_TIER = "noisy"
 HEADLINE_METRIC = "dx"

@@ -18,6 +18,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.prior import Prior
 
 SLOW = 0.3
@@ -70,7 +71,7 @@ def turn(before: FloatArray, now: FloatArray, head: Head) -> tuple[float, float,
     fx = cos * by_forward - sin * by_left + vx * by_step
     fy = sin * by_forward + cos * by_left + vy * by_step
     fyaw = left * by_forward - forward * by_left
-    moved = (now[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
+    moved = wrapped(now[2] - before[2])
     slopes = np.empty(6)
     slopes[0], slopes[1], slopes[2] = fx, fy, -1.0 - fyaw
     slopes[3], slopes[4], slopes[5] = -fx, -fy, 1.0

@@ -16,11 +16,17 @@ import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, parse_mot
+from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
 from vbbench.generation.sources import Source, find_source, locate
 from vbbench.parsing.numbers import parse_number
+from vbbench_generators.lifting.calibration import describe_calibration
 from vbbench_generators.lifting.heads import HeadBoxes
-from vbbench_generators.recordings.readers.tracks import check_size
+from vbbench_generators.lifting.lift import lift
+from vbbench_generators.recordings.loading import Loaded, Reader, Wishes, every_frame
+from vbbench_generators.recordings.readers.text import read_homography
+from vbbench_generators.recordings.readers.tracks import check_size, check_speed
+from vbbench_generators.recordings.recipe import Recipe
 
 SEQINFO, BOXES = "seqinfo.ini", "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")
@@ -262,3 +268,27 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
         boxes=table.boxes[order],
         visible=table.values[order, 8],
     )
+
+
+class HeadTracking(Reader):
+    """A recording of heads, which are put on the ground as the recipe's table ``[lifting]`` says."""
+
+    def load(self, recipe: Recipe, wishes: Wishes) -> Loaded:
+        """Find the recording, read its heads, lift them; the user's homography is taken in place of a calibration."""
+        if wishes.dt is not None:
+            raise VbbenchError(f"{recipe.name}: --dt is for the split 'custom'; here seqinfo.ini tells the frame rate")
+        if recipe.recording is None or recipe.lifting is None:
+            problem = "a recipe of format crohd needs the key 'recording' and a table [lifting]"
+            raise VbbenchError(f"{recipe.name}: {problem}")
+        files = find_recording(recipe.recording, recipe.source[0], wishes.source, split=recipe.name)
+        matrix = None if wishes.homography is None else read_homography(wishes.homography)
+        lifted = lift(read_heads(files), recipe.lifting, matrix)
+        scene = every_frame(lifted.tracks, recipe.frame_step or 1)
+        check_speed(files.boxes.path, scene)
+        sums = [(f"{recipe.recording}/{name}", digest) for name, digest in files.sums]
+        if wishes.homography is not None:
+            sums.append(("homography", file_sha256(wishes.homography)))
+        return Loaded(scenes=[scene], files=sums, calibration=describe_calibration(lifted.calibration))
+
+
+crohd = HeadTracking()

@@ -1,17 +1,17 @@
 """Tables of positions, a row for each person in each frame: Trajnet's ``frame id x y``, and ETH's ``obsmat.txt``.
 
-The latter is ``frame id x z y vx vz vy`` in metres, where z is up. Which one a user's own file is, its columns tell.
+The latter is ``frame id x z y vx vz vy`` in metres, where z is up.
+Which one a user's own file is, its columns tell.
 """
 
 from pathlib import Path
-from typing import Literal
 
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench_generators.recordings.readers.text import read_lines, read_numbers, to_ground
+from vbbench_generators.recordings.loading import Reader, SceneFile
+from vbbench_generators.recordings.readers.text import count_columns, read_numbers, to_ground
 from vbbench_generators.recordings.readers.tracks import scene_of_rows
-from vbbench_generators.recordings.readers.vsp import is_spline_header
 
 TRAJNET = ("frame", "id", "x", "y")
 OBSMAT = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")
@@ -60,24 +60,35 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
     return scene_of_rows(path, values[:, 0], values[:, 1], values[:, [2, 4]], lines, dt=dt, frame_step=frame_step)
 
 
-Format = Literal["trajnet", "obsmat", "vsp"]
+class Trajnet(Reader):
+    """Rows ``frame id x y`` in metres, or in pixels with a homography."""
+
+    signature = f"{len(TRAJNET)} columns ({' '.join(TRAJNET)})"
+
+    def recognises(self, line: str) -> bool:
+        """By the number of columns."""
+        return count_columns(line) == len(TRAJNET)
+
+    def read(self, file: SceneFile) -> Scene:
+        """As `read_trajnet`."""
+        return read_trajnet(file.path, dt=file.dt, frame_step=file.frame_step, homography=file.homography)
 
 
-def detect_format(path: Path) -> Format:
-    """The format, told by the first line that is neither blank nor a comment.
+class Obsmat(Reader):
+    """ETH's ``obsmat.txt``, in metres."""
 
-    Raises
-    ------
-    FileError
-        If it is none that can be read.
-    """
-    number, line = read_lines(path)[0]
-    if is_spline_header(line):
-        return "vsp"
-    columns = len(line.replace(",", " ").split())
-    if columns == len(TRAJNET):
-        return "trajnet"
-    if columns == len(OBSMAT):
-        return "obsmat"
-    known = f"4 columns ({' '.join(TRAJNET)}), 8 ({' '.join(OBSMAT)}), or a UCY .vsp spline file"
-    raise FileError(path, f"has {columns} columns; known are {known}", number)
+    signature = f"{len(OBSMAT)} columns ({' '.join(OBSMAT)})"
+
+    def recognises(self, line: str) -> bool:
+        """By the number of columns."""
+        return count_columns(line) == len(OBSMAT)
+
+    def read(self, file: SceneFile) -> Scene:
+        """As `read_obsmat`."""
+        if file.homography is not None:
+            raise FileError(file.path, "is an obsmat table, which is in metres already: leave --homography out")
+        return read_obsmat(file.path, dt=file.dt, frame_step=file.frame_step)
+
+
+trajnet = Trajnet()
+obsmat = Obsmat()

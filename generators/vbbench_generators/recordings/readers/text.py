@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.errors import FileError, quoted
+from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.numbers import parse_number
+from vbbench.parsing.numbers import finite_number
 
 LONGEST_ROW = 10_000
 """Characters of a line; a row of numbers has some hundred at most."""
@@ -77,15 +77,12 @@ def parse_row(path: Path, number: int, line: str, columns: Sequence[str]) -> lis
     words = line.replace(",", " ").split()
     if len(words) != len(columns):
         raise FileError(path, f"has {len(words)} columns, not {len(columns)} ({' '.join(columns)})", number)
-    row = []
-    for name, word in zip(columns, words, strict=True):
-        value = parse_number(word)
-        if value is None:
-            raise FileError(path, f"{name} is {quoted(word)}, not a number", number)
-        if not np.isfinite(value):
-            raise FileError(path, f"{name} is {value}, not a finite number", number)
-        row.append(value)
-    return row
+    return [finite_number(path, number, name, word) for name, word in zip(columns, words, strict=True)]
+
+
+def count_columns(line: str) -> int:
+    """How many columns a line has, parted by white space, tabs or commas."""
+    return len(line.replace(",", " ").split())
 
 
 def read_homography(path: Path) -> FloatArray:

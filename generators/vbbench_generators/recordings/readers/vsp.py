@@ -19,6 +19,7 @@ import numpy as np
 from vbbench.errors import FileError, quoted
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
+from vbbench_generators.recordings.loading import Reader, SceneFile
 from vbbench_generators.recordings.readers.text import Lines, parse_row, read_lines, to_ground
 from vbbench_generators.recordings.readers.tracks import check_integers, check_on_ground, scene_of_rows
 
@@ -114,11 +115,6 @@ def read_key_points(path: Path) -> list[KeyPoints]:
     return found
 
 
-def is_spline_header(line: str) -> bool:
-    """Whether a file that begins with ``line`` is a spline annotation."""
-    return "number of splines" in line
-
-
 def _header(path: Path, lines: Lines, row: int, what: str) -> int:
     """The count on a line such as ``9 - Num of control points``."""
     if row >= len(lines):
@@ -167,3 +163,33 @@ def smooth_curve(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> 
         return keys.repeat(len(times), axis=0)
     curve: FloatArray = PchipInterpolator(key_times, keys)(times)
     return curve
+
+
+class Splines(Reader):
+    """A spline annotation in pixels, with the homography to metres."""
+
+    signature = "a UCY .vsp spline file"
+
+    def recognises(self, line: str) -> bool:
+        """By its header."""
+        return "number of splines" in line
+
+    def read(self, file: SceneFile) -> Scene:
+        """As `read_vsp`; the file counts frames at `FRAME_RATE`, so that ``dt`` tells how many make one."""
+        if file.homography is None:
+            problem = "is a spline annotation in pixels: name the file of its homography with --homography"
+            raise FileError(file.path, problem)
+        curve = smooth_curve if file.smooth else polyline
+        step = file.frame_step or _frames_in(file.path, file.dt)
+        return read_vsp(file.path, dt=file.dt, frame_step=step, homography=file.homography, curve=curve)
+
+
+def _frames_in(path: Path, dt: float) -> int:
+    """Video frames in ``dt``."""
+    frames = dt * FRAME_RATE
+    if frames < 0.5 or abs(frames - round(frames)) > 1e-6:
+        raise FileError(path, f"counts frames at {FRAME_RATE:g} Hz: --dt must be a multiple of {1.0 / FRAME_RATE:g} s")
+    return round(frames)
+
+
+vsp = Splines()

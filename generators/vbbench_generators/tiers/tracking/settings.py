@@ -6,7 +6,7 @@ from typing import Annotated
 
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.parsing.numbers import Within, check_ranges
-from vbbench_generators.strict_toml import bundled_file, read_toml
+from vbbench.parsing.toml_text import read_bundled, read_toml
 
 Positive = Annotated[float, Within(1e-9, 1e9)]
 Share = Annotated[float, Within(0.0, 1.0)]
@@ -114,8 +114,7 @@ class TrackingSettings:
 
 def get_tracking() -> TrackingSettings:
     """The settings that come with this package."""
-    with bundled_file("detectors", "model") as path:
-        return read_tracking(path)
+    return read_bundled("vbbench_generators", "detectors/model.toml", TrackingSettings, "top level")
 
 
 def read_tracking(path: Path) -> TrackingSettings:

@@ -1,20 +1,19 @@
-"""The one reader of TOML files here: frozen dataclasses from their tables, and files that come with this package.
+"""The one reader of TOML files, strangers' and bundled ones: frozen dataclasses from their tables.
 
-A key that is unknown, missing or of the wrong type is an error, as is a file that is too large to be one of settings.
+A key that is unknown, missing or of the wrong type is an error that names file and key and says what to write. So is a
+file that is too large to be one of settings.
 """
 
 import reprlib
 import tomllib
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import MISSING, fields, is_dataclass
-from difflib import get_close_matches
 from importlib.resources import as_file, files
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from vbbench.errors import FileError
+from vbbench.errors import FileError, suggestion
 
 T = TypeVar("T")
 
@@ -24,27 +23,28 @@ DEEPEST = 8
 """Arrays and tables in one another."""
 
 
-def bundled_names(folder: str) -> list[str]:
-    """The files in a folder of this package, in alphabetical order."""
-    entries = (files("vbbench_generators") / folder).iterdir()
-    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
+def bundled_names(package: str, folder: str) -> list[str]:
+    """The TOML files in a folder of an installed package, without their ending, in alphabetical order."""
+    names = (entry.name for entry in (files(package) / folder).iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
-def bundled_file(folder: str, name: str) -> AbstractContextManager[Path]:
-    """The path, while it is open, of the file ``name`` in a folder of this package."""
-    return as_file(files("vbbench_generators") / folder / f"{name}.toml")
+def read_bundled(package: str, place: str, kind: type[T], where: str) -> T:
+    """Read the file ``place``, such as ``recipes/hotel.toml``, of an installed package; otherwise as `read_toml`."""
+    with as_file(files(package).joinpath(place)) as path:
+        return read_toml(path, kind, where)
 
 
 def read_toml(path: Path, kind: type[T], where: str) -> T:
     """Make a ``kind``, a frozen dataclass, of the file ``path``; messages call its top level ``where``.
 
-    A field that is a dataclass is a table, one that is a tuple of dataclasses an array of tables; other lists become
-    tuples.
+    A field that is a dataclass is a table, one that is a tuple of dataclasses an array of tables, and one that is a
+    ``Mapping`` a table with any keys; other lists become tuples.
 
     Raises
     ------
     FileError
-        If the file is missing or no TOML, a key is unknown (the nearest is suggested), missing, of another type, or
+        If the file is missing or not TOML, a key is unknown (the nearest is suggested), missing, of another type, or
         its value cannot be.
     """
     table = _parse(path)
@@ -58,25 +58,29 @@ def _build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T
     known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]
     for key in table:
         if key not in known:
-            near = get_close_matches(key, known, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
-            raise FileError(path, f"{where}: unknown key '{key}'; {hint}")
+            raise FileError(path, f"{where}: unknown key '{key}'; {suggestion(key, known)}")
     for name, field in known.items():
         if name not in table and field.default is MISSING and field.default_factory is MISSING:
-            raise FileError(path, f"{where}: key '{name}' is missing")
+            raise FileError(path, f"{where}: key '{name}' is missing; add it")
     hints = get_type_hints(kind)
     values = {key: _value(value, hints[key], path, key) for key, value in table.items()}
     for key, value in values.items():
         if not _fits(value, hints[key]):
-            raise FileError(path, f"{where}: {key} = {reprlib.repr(value)} is not of the kind wanted ({hints[key]})")
+            shown = reprlib.repr(value)
+            raise FileError(path, f"{where}: {key} = {shown} is not of the kind wanted; {_wanted(hints[key], value)}")
     return kind(**values)
 
 
 def _value(value: Any, hint: Any, path: Path, key: str) -> Any:
     """The value of a key, tables made the dataclasses that ``hint`` asks for."""
+    hint = _options(hint)[0]
     nested: Any = next((kind for kind in (hint, *get_args(hint)) if is_dataclass(kind)), None)
     if nested is None:
         return _frozen(value)
+    if get_origin(hint) is Mapping:
+        if not isinstance(value, dict) or not all(isinstance(table, Mapping) for table in value.values()):
+            raise FileError(path, f"[{key}] holds tables: write each as [{key}.NAME] or NAME = {{ ... }}")
+        return {name: _build(nested, table, path, f"[{key}.{name}]") for name, table in value.items()}
     if get_origin(hint) is not tuple:
         return _build(nested, value, path, f"[{key}]") if isinstance(value, Mapping) else value
     if not isinstance(value, list) or not all(isinstance(table, Mapping) for table in value):
@@ -99,7 +103,7 @@ def _parse(path: Path) -> dict[str, Any]:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
     except RecursionError as error:
         raise FileError(path, "is nested too deeply; arrays and tables here are a few levels deep") from error
-    except ValueError as error:  # also of text that is no UTF-8, and of numbers of thousands of digits
+    except ValueError as error:  # also of text that is not UTF-8, and of numbers of thousands of digits
         raise FileError(path, f"is no TOML: {error}") from error
     return table
 
@@ -122,11 +126,47 @@ def _frozen(value: Any) -> Any:
 
 def _fits(value: Any, hint: Any) -> bool:
     if get_origin(hint) in (Union, UnionType):
-        return any(_fits(value, option) for option in get_args(hint))
+        return any(_fits(value, option) for option in _options(hint))
     if get_origin(hint) is Literal:
         return value in get_args(hint)
     if get_origin(hint) is tuple:
-        return isinstance(value, tuple) and all(_fits(item, get_args(hint)[0]) for item in value)
+        return isinstance(value, tuple) and _all_fit(value, get_args(hint))
+    if get_origin(hint) is Mapping:
+        return isinstance(value, dict) and all(_fits(item, get_args(hint)[1]) for item in value.values())
     if isinstance(value, bool) or hint is bool:
         return isinstance(value, bool) and hint is bool
-    return isinstance(value, (int, float) if hint is float else hint)
+    return hint is Any or isinstance(value, (int, float) if hint is float else hint)
+
+
+def _all_fit(values: tuple[Any, ...], hints: tuple[Any, ...]) -> bool:
+    """Whether the items of a list are of the kinds of a tuple: of any length, or of just so many."""
+    if hints[-1] is Ellipsis:
+        return all(_fits(item, hints[0]) for item in values)
+    return len(values) == len(hints) and all(map(_fits, values, hints))
+
+
+_SPOKEN = {str: "a text in quotation marks", float: "a number", int: "a whole number", bool: "true or false"}
+
+
+def _wanted(hint: Any, value: Any) -> str:
+    """What to write instead of ``value``; of words the nearest is suggested."""
+    options = _options(hint)
+    words = [word for option in options if get_origin(option) is Literal for word in get_args(option)]
+    if words:
+        return suggestion(str(value), words)
+    return f"write {' or '.join(map(_kind, options))}"
+
+
+def _options(hint: Any) -> list[Any]:
+    """The kinds that a value may be of; a key that may be left out is of another kind where it stands."""
+    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    return [option for option in options if option is not type(None)]
+
+
+def _kind(hint: Any) -> str:
+    """A kind of value in words."""
+    if get_origin(hint) is tuple:
+        kinds = get_args(hint)
+        count = "" if kinds[-1] is Ellipsis else f"{len(kinds)} "
+        return f"a list in [ ], of {count}values that are each {_kind(kinds[0])}"
+    return "a table" if is_dataclass(hint) or get_origin(hint) is Mapping else _SPOKEN.get(hint, str(hint))

@@ -1,0 +1,132 @@
+"""What becomes of exact boxes before a solver sees them: a tier is one object, registered under ``vbbench.tiers``.
+
+Whoever makes datasets, lists tiers or explains them asks this registry. Whoever reads a dataset does not: all that
+reading needs stands in its files, so that a dataset of a tier that is not installed here is read like any other.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from textwrap import fill
+from typing import Any, Protocol
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
+from vbbench.registry import load, load_all, registered
+from vbbench.sequence import Truth
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """What is around an observer throughout a sequence, for a tier to make boxes of.
+
+    Parameters
+    ----------
+    truth : the camera's poses; positions and heights of everybody who is to be seen and, for a tier that `hides`, of
+        whoever else is there and may stand in the way.
+    people : [K] their ids.
+    seen : [T, K] who is to be seen.
+    watched : [T] frames in which anything may be seen.
+    camera : what it is seen with.
+    dt : seconds a frame.
+    """
+
+    truth: Truth
+    people: IntArray
+    seen: BoolArray
+    watched: BoolArray
+    camera: Camera
+    dt: float
+
+    @cached_property
+    def boxes(self) -> FloatArray:
+        """Exact boxes [T, K, 3] in px of whoever is to be seen; NaN elsewhere and outside the picture."""
+        truth, who = self.truth, np.flatnonzero(self.seen)
+        relative = world_to_relative(truth.positions, truth.poses).reshape(-1, 2).take(who, axis=0)
+        boxes = np.full((self.seen.size, 3), np.nan)
+        boxes[who] = self.camera.project(relative, truth.heights.take(who % max(len(truth.heights), 1)))
+        return boxes.reshape(*self.seen.shape, 3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observations:
+    """What a tier makes of a sight.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] (u, v, l) in px; NaN = not seen.
+    visible : [T, K] how much shows of whoever is seen, 0 to 1, or a detector's score; NaN = not seen.
+    persons : of a tier that `tracks`, [T, K] the id of the person behind each box, −1 = nobody; its columns are tracks.
+        ``None`` where the columns are the people of the sight, in their order.
+    """
+
+    boxes: FloatArray
+    visible: FloatArray
+    persons: IntArray | None = None
+
+
+class Tier(Protocol):
+    """What is done to exact boxes."""
+
+    @property
+    def name(self) -> str:
+        """What it is called: in ``--tier``, in ``dataset.json`` and where it is registered."""
+
+    @property
+    def summary(self) -> str:
+        """What it does to boxes, in one sentence."""
+
+    @property
+    def hides(self) -> bool:
+        """Whether people may stand in the way of others; a sight then holds everybody who is there."""
+
+    @property
+    def tracks(self) -> bool:
+        """Whether boxes are those of tracks, not of people; the dataset then has the table ``truth/tracks``."""
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """What boxes follow from beside the name and `pixel_std`, as JSON: part of a dataset's definition and id."""
+
+    def pixel_std(self, camera: Camera) -> float:
+        """What solvers are told: the standard deviation in px of a box's column, top and bottom."""
+
+    def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
+        """Make the boxes; ``rng`` holds the sequence's random numbers."""
+
+
+def get_tier(name: str) -> Tier:
+    """The tier that is registered as ``name``.
+
+    Names are read from strangers' files, too: a module that is named instead is never imported.
+
+    Raises
+    ------
+    UnknownNameError
+        If no tier is called so; the nearest name is suggested.
+    VbbenchError
+        If it is broken, or registered under a name that is not its own.
+    """
+    if name not in registered("tier"):
+        raise UnknownNameError("tier", name, registered("tier"))
+    found: Tier = load("tier", name)
+    if found.name != name:
+        raise VbbenchError(f"tier '{name}' calls itself '{found.name}': register it under that name")
+    return found
+
+
+def has_tracks(name: str) -> bool:
+    """Whether a dataset of the tier ``name`` has the table ``truth/tracks``; a generator's own tier has none."""
+    return name in registered("tier") and get_tier(name).tracks
+
+
+def all_tiers() -> list[Tier]:
+    """Every tier, those of vbbench first; a broken one is left out with a warning."""
+    return list(load_all("tier").values())
+
+
+def describe_tiers() -> str:
+    """All tiers as text."""
+    return "\n".join(fill(f"{tier.name}: {tier.summary}", 110, subsequent_indent="    ") for tier in all_tiers())
