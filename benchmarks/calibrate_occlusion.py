@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from vbbench_generators.occlusion import Outline, see
 
 from benchmarks.visibility import Onlooker
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench_generators.splits import street
+from vbbench_generators.tiers.occlusion import Outline, see
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 

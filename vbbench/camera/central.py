@@ -46,12 +46,22 @@ class CentralCamera:
 
     @property
     def view(self) -> tuple[float, float] | None:
-        """See `Camera.view`; borders are taken where the horizon of a level camera meets them."""
+        """See `Camera.view`; borders are taken where the horizon meets them."""
         if self.period is not None:
             return None
         columns = np.array([0.0, self.picture_size[0]])
-        left, right = self.directions(np.stack([columns, self.horizon(columns)], axis=-1))
+        left, right = self.to_level(self.directions(np.stack([columns, self.horizon(columns)], axis=-1)))
         return float(np.arctan2(left[0], left[2])), float(np.arctan2(right[0], right[2]))
+
+    @property
+    def intrinsics(self) -> FloatArray | None:
+        """See `Camera.intrinsics`; none unless a model says otherwise."""
+        return None
+
+    @property
+    def cylinder(self) -> FloatArray | None:
+        """See `Camera.cylinder`; none unless a model says otherwise."""
+        return None
 
     @property
     def level(self) -> bool:
@@ -78,27 +88,33 @@ class CentralCamera:
     def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project_unbounded`: from the pixels of feet and top of the head."""
         below = np.where(np.isnan(self.depth(relative)), np.nan, self.mount_height)
-        foot, head = (self._pixels_of(relative, down) for down in (below, below - heights))
-        u = foot[..., 0] + 0.5 * self._apart(head[..., 0], foot[..., 0])
-        length = foot[..., 1] - head[..., 1]
-        return np.stack([self.wrap_column(u), head[..., 1] + 0.5 * length, length], axis=-1)
+        return self._box(*(self._pixels_of(relative, down) for down in (below, below - heights)))
 
     def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.unproject`: the distance at which feet and head are as far apart as the box says.
 
-        They lie on the picture of the vertical through the box's centre, which is taken to be straight over the box:
-        exact for a pinhole, tilted or not.
+        Exact for a pinhole, tilted or not; to a millionth or so where pictures of verticals bend.
         """
-        centre, half = observations[..., :2], 0.5 * observations[..., 2:]
-        middle = self.to_level(self.directions(centre))
-        middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
-        step = np.array([0.0, 1e-4, 0.0])
-        lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
-        lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
-        along = np.concatenate([lean[..., None] * half, half], axis=-1)
-        slopes = [self._slope(self.directions(centre + sign * along)) for sign in (1, -1)]
-        reach = heights / (slopes[0] - slopes[1])
-        return middle[..., ::2] * reach[..., None]
+        ahead, foot, head = self._sightlines(observations)
+        return ahead * (heights / (foot - head))[..., None]
+
+    def to_horizon(self, observations: FloatArray) -> FloatArray:
+        """See `Camera.to_horizon`."""
+        if self._plumb:
+            horizon = self.horizon(observations[..., 0])
+            length = observations[..., 1] + 0.5 * observations[..., 2] - horizon
+            return np.stack([observations[..., 0], horizon + 0.5 * length, length], axis=-1)
+        ahead, foot, _ = self._sightlines(observations)
+        reach = self.mount_height / np.maximum(foot, 1.0 / self.focal)
+        return self.project_unbounded(ahead * reach[..., None], np.full(reach.shape, self.mount_height))
+
+    def statures(self, observations: FloatArray) -> FloatArray:
+        """See `Camera.statures`."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # of boxes that end on the horizon
+            if self._plumb:
+                return self.mount_height * observations[..., 2] / self.to_horizon(observations)[..., 2]
+            _, foot, head = self._sightlines(observations)
+            return self.mount_height * (foot - head) / foot
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Horizontal range, NaN on top of the camera."""
@@ -113,11 +129,18 @@ class CentralCamera:
         return cast(FloatArray, np.where(wrapped >= self.period, 0.0, wrapped))
 
     def horizon(self, u: FloatArray) -> FloatArray:
-        """See `Camera.horizon`; interpolated between directions a tenth of a degree apart."""
+        """See `Camera.horizon`; interpolated between directions a tenth of a degree apart.
+
+        Where a picture with borders shows the horizon twice in a column, the part around straight ahead counts.
+        """
         azimuth = np.linspace(-np.pi, np.pi, 3601)
         level = np.stack([np.sin(azimuth), np.zeros_like(azimuth), np.cos(azimuth)], axis=-1)
         shown = self.pixels(self.to_camera(level))
-        column, row = shown[np.isfinite(shown).all(axis=-1)].T
+        if self.period is None:
+            turns = np.flatnonzero(~(np.diff(shown[:, 0]) > 0.0))  # where columns no longer rise, or are NaN
+            ahead = len(azimuth) // 2
+            shown = shown[turns[turns < ahead].max(initial=-1) + 1 : turns[turns >= ahead].min(initial=3600) + 1]
+        column, row = shown.T
         order = np.argsort(column)
         rows: FloatArray = np.interp(self.wrap_column(np.asarray(u)), column[order], row[order])
         return rows
@@ -141,6 +164,39 @@ class CentralCamera:
         """Pixels [..., 2] of points ``down`` m [...] below the camera at ``relative`` [..., 2]."""
         points = np.stack(np.broadcast_arrays(relative[..., 0], down, relative[..., 1]), axis=-1)
         return self.pixels(self.to_camera(points))
+
+    @property
+    def _plumb(self) -> bool:
+        """Whether whatever is upright stands in one column, in which rows count metres down per metre of depth."""
+        return self.cylinder is not None or (self.level and self.intrinsics is not None)
+
+    def _sightlines(self, observations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Way along the ground [..., 2], a unit vector, to people, and the slopes [...] down to their feet and heads.
+
+        Where verticals bend, the box that has these is compared with the one that was asked for, and put right twice.
+        """
+        asked, rounds = observations, 1 if self.intrinsics is not None else 3
+        for last in range(1, rounds + 1):
+            centre, half = asked[..., :2], 0.5 * asked[..., 2:]
+            middle = self.to_level(self.directions(centre))
+            middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
+            step = np.array([0.0, 1e-4, 0.0])
+            lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
+            lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
+            along = np.concatenate([lean[..., None] * half, half], axis=-1)
+            foot, head = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
+            if last < rounds:
+                found = self._box(*(self._pixels_of(middle[..., ::2], slope) for slope in (foot, head)))
+                missed = observations - found
+                missed[..., 0] = self._apart(observations[..., 0], found[..., 0])
+                asked = asked + missed
+        return middle[..., ::2], foot, head
+
+    def _box(self, foot: FloatArray, head: FloatArray) -> FloatArray:
+        """Boxes [..., 3] from the pixels of feet and head."""
+        u = foot[..., 0] + 0.5 * self._apart(head[..., 0], foot[..., 0])
+        length = foot[..., 1] - head[..., 1]
+        return np.stack([self.wrap_column(u), head[..., 1] + 0.5 * length, length], axis=-1)
 
     def _slope(self, directions: FloatArray) -> FloatArray:
         """How many metres directions of the camera go down for each metre along the ground."""

@@ -45,6 +45,11 @@ class PerspectiveCamera(CentralCamera):
         return float(-np.arctan(self.cx / self.focal)), float(np.arctan((self.width - self.cx) / self.focal))
 
     @property
+    def intrinsics(self) -> FloatArray:
+        """See `Camera.intrinsics`."""
+        return np.array([[self.focal, 0.0, self.cx], [0.0, self.rows_focal, self.cy], [0.0, 0.0, 1.0]])
+
+    @property
     def rows_focal(self) -> float:
         """The vertical focal length f_v in px."""
         return self.focal if self.vertical_focal is None else self.vertical_focal

@@ -27,7 +27,8 @@ from vbbench.sequence import Sequence, SequenceData, Truth
 REVISION = 1
 """Raised whenever the same files give another dataset, so that ids differ too."""
 PIXEL_STD = {"perspective": 9.0, "panorama": 2.4}
-"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px, by camera: as in docs/tiers.md."""
+"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px, as in docs/tiers.md: in pictures
+with borders as in perspective ones, in those that close on themselves as in panoramas."""
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -64,7 +65,7 @@ def import_mot(
     """
     out = Path(out)
     if pixel_std is None:
-        pixel_std = PIXEL_STD[dataset.info.camera.kind]
+        pixel_std = PIXEL_STD["perspective" if dataset.info.camera.period is None else "panorama"]
     if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
         raise VbbenchError(f"--pixel-std is a number of pixels, 0 or more, not {pixel_std:g}")
     plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
