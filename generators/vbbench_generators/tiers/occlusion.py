@@ -72,13 +72,23 @@ def see(
     columns, rows = camera.picture_size
     wraps = camera.period is not None
     relative = world_to_relative(positions, poses)
-    figures = camera.project_unbounded(relative, np.broadcast_to(heights, relative.shape[:-1]))
-    figures[..., 1] += 0.5 * figures[..., 2]  # the row of the feet
+    figures = _figures(relative, np.broadcast_to(heights, relative.shape[:-1]), camera)
     distances = np.ascontiguousarray(camera.depth(relative))
     halves, tops = np.array(outline.half), np.array(outline.top)
     visible, boxes = _sweep(figures, distances, halves, tops, columns, np.inf if wraps else float(rows), wraps)
     boxes[..., 0] = camera.wrap_column(boxes[..., 0])
     return Showing(visible, boxes[..., :3], boxes[..., 3])
+
+
+def _figures(relative: FloatArray, heights: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, K, 3] (u, row of the feet, l) in px as if the picture had no borders; NaN behind the camera."""
+    figures = camera.project_unbounded(relative, heights)
+    if camera.cylinder is None:
+        figures[..., 1] = camera.project_unbounded(relative, np.zeros(heights.shape))[..., 1]
+    else:  # the same but for the last bit, which stays as it was in datasets that were made before
+        scale = camera.cylinder[0] / camera.depth(relative)
+        figures[..., 1] = figures[..., 1] - scale * (camera.mount_height - 0.5 * heights) + scale * camera.mount_height
+    return figures
 
 
 @kernel
@@ -91,10 +101,7 @@ def _sweep(
     bottom: float,
     wraps: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """Visible fractions [T, K] and boxes [T, K, 4] (u, v, l, width) of what shows.
-
-    ``figures`` [T, K, 3] are (u, row of the feet, l) in px as if the picture had no borders; NaN behind the camera.
-    """
+    """Visible fractions [T, K] and boxes [T, K, 4] (u, v, l, width) of what shows; ``figures`` from `_figures`."""
     frames, people = distances.shape
     visible, boxes = np.full((frames, people), np.nan), np.full((frames, people, 4), np.nan)
     skyline = np.empty(width * SAMPLES)

@@ -33,7 +33,7 @@ _SMOOTH = 2
 _ORDERS = (0, 1, 2)
 
 ABOVE, BELOW = 60.0, 190.0
-"""Rows of a picture that closes on itself that are shown above and below the horizon, in px: people are nowhere else."""
+"""Rows above and below the horizon that are shown of a picture that closes on itself, in px."""
 
 HORIZON_POINTS = 33
 """At so many columns the row of the horizon is told where it is not level, from the left border to the right one."""
