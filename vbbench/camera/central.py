@@ -5,11 +5,17 @@ from typing import Annotated, ClassVar, cast
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.numbers import Within, check_ranges
 
 NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
+
+_STEP = 1e-6
+"""In rad and as a slope, over which differences stand for derivatives."""
+_ROUNDS = 4
+_FARTHEST_TURN = 0.3
+"""Rad of azimuth that one of these rounds goes at most."""
 
 Size = Annotated[int, Within(1, 1e6, "px")]
 Focal = Annotated[float, Within(0.01, 1e7, "px")]
@@ -80,9 +86,10 @@ class CentralCamera:
         """See `Camera.project`."""
         boxes = self.project_unbounded(relative, heights)
         if self.period is None:
-            width, height = self.picture_size
-            u, v = boxes[..., 0], boxes[..., 1]
-            boxes[~((u >= 0) & (u < width) & (v >= 0) & (v < height))] = np.nan
+            shown = self._in_picture(boxes)
+            if self.intrinsics is None:  # a box may be about a bend that leads around the picture
+                shown &= self._in_picture(self._pixels_of(relative, self.mount_height - 0.5 * heights))
+            boxes[~shown] = np.nan
         return boxes
 
     def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
@@ -93,7 +100,7 @@ class CentralCamera:
     def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.unproject`: the distance at which feet and head are as far apart as the box says.
 
-        Exact for a pinhole, tilted or not; to a millionth or so where pictures of verticals bend.
+        Exact for a pinhole, tilted or not, and to rounding where pictures of verticals bend.
         """
         ahead, foot, head = self._sightlines(observations)
         return ahead * (heights / (foot - head))[..., None]
@@ -160,6 +167,12 @@ class CentralCamera:
         right, down = np.array([1.0, 0.0, 0.0]), np.array([0.0, c, s])
         return np.stack([cr * right + sr * down, cr * down - sr * right, np.array([0.0, -s, c])])
 
+    def _in_picture(self, pixels: FloatArray) -> BoolArray:
+        """Whether (u, v), the first two of ``pixels`` [..., ≥ 2], are within the borders."""
+        (u, v), (width, height) = np.moveaxis(pixels[..., :2], -1, 0), self.picture_size
+        inside: BoolArray = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        return inside
+
     def _pixels_of(self, relative: FloatArray, down: FloatArray) -> FloatArray:
         """Pixels [..., 2] of points ``down`` m [...] below the camera at ``relative`` [..., 2]."""
         points = np.stack(np.broadcast_arrays(relative[..., 0], down, relative[..., 1]), axis=-1)
@@ -173,24 +186,50 @@ class CentralCamera:
     def _sightlines(self, observations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Way along the ground [..., 2], a unit vector, to people, and the slopes [...] down to their feet and heads.
 
-        Where verticals bend, the box that has these is compared with the one that was asked for, and put right twice.
+        The vertical through the box's centre is taken to be straight in the picture, as a pinhole's is; where verticals
+        bend, Newton's method goes on from there.
         """
-        asked, rounds = observations, 1 if self.intrinsics is not None else 3
-        for last in range(1, rounds + 1):
-            centre, half = asked[..., :2], 0.5 * asked[..., 2:]
-            middle = self.to_level(self.directions(centre))
-            middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
-            step = np.array([0.0, 1e-4, 0.0])
-            lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
-            lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
-            along = np.concatenate([lean[..., None] * half, half], axis=-1)
-            foot, head = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
-            if last < rounds:
-                found = self._box(*(self._pixels_of(middle[..., ::2], slope) for slope in (foot, head)))
-                missed = observations - found
-                missed[..., 0] = self._apart(observations[..., 0], found[..., 0])
-                asked = asked + missed
-        return middle[..., ::2], foot, head
+        centre, half = observations[..., :2], 0.5 * observations[..., 2:]
+        middle = self.to_level(self.directions(centre))
+        middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
+        step = np.array([0.0, 1e-4, 0.0])
+        lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
+        lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
+        along = np.concatenate([lean[..., None] * half, half], axis=-1)
+        foot, head = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
+        if self.intrinsics is not None:
+            return middle[..., ::2], foot, head
+        azimuth = np.arctan2(middle[..., 0], middle[..., 2])
+        for _ in range(_ROUNDS):
+            azimuth, foot, head = self._nearer(observations, azimuth, foot, head)
+        return np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1), foot, head
+
+    def _nearer(
+        self, boxes: FloatArray, azimuth: FloatArray, foot: FloatArray, head: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Azimuth and slopes of feet and heads after a step of Newton's method to where ``boxes`` show them."""
+        ends = []
+        for slope, sign in ((foot, 0.5), (head, -0.5)):
+            here, turned, lowered = (
+                self._pixels_of(np.stack([np.sin(angle), np.cos(angle)], axis=-1), down)
+                for angle, down in ((azimuth, slope), (azimuth + _STEP, slope), (azimuth, slope + _STEP))
+            )
+            missed = boxes[..., 1] + sign * boxes[..., 2] - here[..., 1]
+            column = self._apart(boxes[..., 0], here[..., 0])
+            by_turn, by_slope = (
+                (self._apart(moved[..., 0], here[..., 0]) / _STEP, (moved[..., 1] - here[..., 1]) / _STEP)
+                for moved in (turned, lowered)
+            )
+            ends.append((missed, column, by_turn, by_slope))
+        # The rows of both ends must be right, and so must the mean of their columns.
+        off = sum(column - across * missed / down for missed, column, _, (across, down) in ends)
+        rate = sum(turn[0] - across * turn[1] / down for _, _, turn, (across, down) in ends)
+        turn = np.clip(off / rate, -_FARTHEST_TURN, _FARTHEST_TURN)
+        slopes = (
+            slope + (missed - by_turn[1] * turn) / by_slope[1]
+            for slope, (missed, _, by_turn, by_slope) in zip((foot, head), ends, strict=True)
+        )
+        return azimuth + turn, *slopes
 
     def _box(self, foot: FloatArray, head: FloatArray) -> FloatArray:
         """Boxes [..., 3] from the pixels of feet and head."""

@@ -9,6 +9,9 @@ from vbbench.geometry import FloatArray
 class Camera(Protocol):
     """Intrinsics, mount height and tilt. All methods take any leading shape and map NaN to NaN."""
 
+    def __hash__(self) -> int:
+        """Cameras are values: what follows from one is kept by it."""
+
     @property
     def kind(self) -> str:
         """Name used on the command line and in files."""
@@ -47,7 +50,8 @@ class Camera(Protocol):
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """Boxes of people: relative [..., 2] (right, forward) m, heights [...] m → [..., 3] (u, v, l) px.
 
-        NaN where the person is behind the camera or absent, or the box's centre lies outside the picture.
+        NaN where the person is behind the camera or absent, or the box's centre lies outside the picture; where
+        pictures of verticals bend, also where the middle of the body does.
         """
 
     def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
