@@ -1,4 +1,4 @@
-# make demo   first result      make check   lint, types, import contracts, results
+# make demo   first result      make check   lint, types, import contracts, dependencies, results
 # make test   all but slow tests and pages; what is missing skips      make test-slow   the slow ones
 # make test-extras   installs the extras and runs their tests          make test-all    every test
 # make test-under-load   make test ten times on a busy machine, every second time in reverse order
@@ -14,7 +14,7 @@ DEMO ?= out/demo
 PARALLEL := --numprocesses logical --maxprocesses 4 --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts results-check bench bench-summary results golden leaderboard wheel-test browser chromium clean
+.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -35,7 +35,7 @@ test-under-load: $(VENV)/.dev
 test-all: $(VENV)/.extras chromium
 	$(BIN)/python -m pytest
 
-check: lint types contracts results-check
+check: lint types contracts dependencies house results-check
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -46,6 +46,12 @@ types: $(VENV)/.dev
 
 contracts: $(VENV)/.dev
 	$(BIN)/lint-imports
+
+dependencies: $(VENV)/.dev
+	$(BIN)/deptry .
+
+house: $(VENV)/.dev
+	$(BIN)/python docs/draw_house.py --check
 
 results-check: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard check --work /dev/null
@@ -89,7 +95,7 @@ $(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
 	touch $@ $(VENV)/.runtime
 
 $(VENV)/.extras: $(VENV)/.dev
-	$(PIP) install --quiet --editable '.[dask,torch,viewer]'
+	$(PIP) install --quiet --editable '.[dask,pyrender,pysocialforce,torch,viewer]'
 	touch $@
 
 clean:

@@ -1,4 +1,4 @@
-"""How far the outlines of `vbbench_generators.occlusion` are from rendered people: visible fractions on split `street`.
+"""How far the outlines of tier `occluded` are from rendered people: visible fractions on split `street`.
 
     python -m benchmarks.calibrate_occlusion            # the outline as it is
     python -m benchmarks.calibrate_occlusion --search   # and the best one of a grid

@@ -16,8 +16,9 @@ from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import save_png
 from vbbench.pictures.plotting.bird import draw_bird
-from vbbench.pictures.plotting.figure import Rectangles, lay_out, person_colours
-from vbbench.pictures.plotting.moment import gather
+from vbbench.pictures.plotting.figure import person_colours
+from vbbench.pictures.plotting.style import Rectangles, lay_out
+from vbbench.pictures.replay import load_replay
 from vbbench.sequence import Sequence, Truth
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.prior import Prior, get_prior
@@ -41,8 +42,8 @@ def draw(dataset: Dataset, prior: Prior, chosen: FloatArray, errors: FloatArray,
     for index, axes, (dx, dt, _) in zip(chosen, figure.axes, errors, strict=True):
         estimate, _ = answer(dataset, MapBatch(prior=prior), PROTOCOL, int(index))
         last = int(np.flatnonzero(dataset.sequence(int(index)).observed.any(axis=1))[-1])
-        moment = gather(dataset, int(index), estimate, frame=last, solver="map-batch", protocol=PROTOCOL)
-        draw_bird(axes, moment, person_colours(moment))
+        replay = load_replay(dataset, int(index)).with_answer("map-batch", PROTOCOL, estimate)
+        draw_bird(axes, replay, last, person_colours(replay, last))
         axes.set_title(f"{index}: Δx {dx:.2f}, Δt {dt:.2f} m", fontsize=8)
         axes.set(xlabel="", ylabel="")
         axes.tick_params(labelsize=6)

@@ -21,14 +21,14 @@ from vbbench.generation.generator import Options
 from vbbench.paper import Quoted, the_paper
 from vbbench.protocol import PROTOCOLS
 from vbbench.scoring import score
+from vbbench.scoring.metrics import section
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import hardware, solve
 
 SPLITS = ("hotel", "eth", "students")
 TIERS = ("ideal", "noisy")
 SOLVERS = ("cv", "sf", "vb-cv", "vb-sf")
-METRICS = {"dx_rel": "Δx̃", "dx": "Δx", "dr": "Δr", "dt": "Δt"}
-
+METRICS = {name: metric.symbol for name, metric in section("metrics").items()}
 
 INTRODUCTION = """\
 # Results
@@ -37,15 +37,16 @@ INTRODUCTION = """\
 are in [splits.md](splits.md), the solvers in [solvers.md](solvers.md), the protocols and metrics in
 [protocols-and-metrics.md](protocols-and-metrics.md).
 
-Lengths in metres, angles in radians. Each figure is the mean, or the median, over sequences of the sequence's own
-mean. Sequential and rollout means are heavy-tailed (a few sequences with two or three people go far astray): read the
-median beside them. µs a frame is the time inside the solver, with two processes at work and compiled code warm.
-Coverage is the share of scored rows that were submitted. No alignment is applied anywhere.
+Lengths are in metres, angles in radians. Each figure is the mean, or the median, over sequences of the mean of each
+sequence. Sequential and rollout errors are heavy-tailed (a few sequences with two or three people have very large
+errors), so read the median too. µs a frame is the time inside the solver per frame, with two processes and with warm
+compiled code. Coverage is the share of scored rows that were submitted. Estimates are never aligned to truth.
 
 Rows marked *paper* are quoted from Table 2 of arXiv 2111.05060, not measured here. The paper does not name the
-protocol; one-step is the reading that its figures agree with. Its CV and SF rows fit no single reading: left out.
+protocol; one-step is the interpretation that fits its figures. Its CV and SF rows fit no single interpretation and are
+left out.
 
-`map-causal` and `map-batch`, which are not the paper's, have [tables of their own](map-solver.md#figures).
+`map-causal` and `map-batch`, which are not the paper's solvers, have [separate tables](map-solver.md#figures).
 """
 
 
@@ -72,7 +73,7 @@ def _arguments() -> argparse.Namespace:
 def _table_1(rows: tuple[str, ...]) -> str:
     head = [
         "## Datasets: the paper's Table 1\n",
-        "Sequences, mean frames, people least / mean / most (Hotel and ETH besides the observer, Students with it).\n",
+        "Sequences, mean frames, people min / mean / max (Hotel and ETH without the observer, Students with it).\n",
         "| split | vbbench | the paper |",
         "|---|---|---|",
     ]
@@ -116,10 +117,10 @@ _HEAD = (
 
 
 def _paper_rows(rows: tuple[Quoted, ...]) -> Iterator[str]:
-    """Rows that have every metric."""
+    """Rows that have more than Δx."""
     for row in rows:
-        if row.figures.keys() == METRICS.keys():
-            figures = [f"{row.figures[name]:.3f}".removeprefix("0") for name in METRICS]
+        if len(row.figures) > 1:
+            figures = [f"{row.figures[name]:.3f}".removeprefix("0") if name in row.figures else "" for name in METRICS]
             yield f"| one-step | *paper* {row.solver} | {' | '.join(figures)} |{' |' * (len(METRICS) + 3)}"
 
 

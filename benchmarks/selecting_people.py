@@ -13,12 +13,13 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Tier
 from vbbench.scoring import score
+from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import EVERYBODY, ConstantVelocityBirdifier
 
-METRICS = {"dt": ("Δt", 1e3, "mm"), "dx": ("Δx", 1e3, "mm"), "dx_rel": ("Δx̃", 1e3, "mm"), "dr": ("Δr", 1e3, "mrad")}
+COLUMNS = ("dt", "dx", "dx_rel", "dr")
 
 
 @dataclass(kw_only=True)
@@ -83,16 +84,15 @@ def compare(dataset: Dataset, name: str, protocol: str, room: Path, jobs: int) -
         answer = solve(dataset, solver, protocol, room / f"{name} {people}", jobs=jobs)
         figures = score(answer, dataset.folder)
         everybody = everybody or figures
-        cells = [_cell(figures, everybody, metric) for metric in METRICS]
+        cells = [_cell(figures, everybody, metric) for metric in COLUMNS]
         speed = 1.0 / (figures.info.seconds_per_frame or 1.0)
         case = f"{dataset.info.tier}, jitter {1e3 * dataset.info.definition.get('jitter', 0.0):g} mm"
         print(f"| {case} | {name} | {people} | {' | '.join(cells)} | {speed:.0f} |", flush=True)
 
 
 def _cell(figures: Score, everybody: Score, metric: str) -> str:
-    _, scale, _ = METRICS[metric]
     mean, before = figures.summaries[metric].mean, everybody.summaries[metric].mean
-    return f"{mean * scale:.3g}" + ("" if figures is everybody else f" ({mean / before - 1:+.0%})")
+    return f"{1e3 * mean:.3g}" + ("" if figures is everybody else f" ({mean / before - 1:+.0%})")
 
 
 def main() -> None:
@@ -102,10 +102,9 @@ def main() -> None:
     parser.add_argument("--protocol", default="one-step")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
-    print(
-        f"| tier | solver | people | {' | '.join(f'{name} {unit}' for name, _, unit in METRICS.values())} | frames/s |"
-    )
-    print("|" + "---|" * (len(METRICS) + 4))
+    heads = " | ".join(f"{METRICS[metric].symbol} m{METRICS[metric].unit}" for metric in COLUMNS)
+    print(f"| tier | solver | people | {heads} | frames/s |")
+    print("|" + "---|" * (len(COLUMNS) + 4))
     for split, tier in [("shibuya01", "ideal"), ("shibuya01", "noisy")] if options.source else CASES:
         with tempfile.TemporaryDirectory() as folder:
             asked = Options(tier=tier, limit=options.sequences, source=options.source)

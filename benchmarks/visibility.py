@@ -12,7 +12,7 @@ from numba import prange
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.kernels import kernel, parallel_kernel
-from vbbench.pictures.renderer import Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Float32, Int32

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vbbench.files.submission import SubmissionInfo, write_submission
+from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 
 
 def read(dataset: Path, name: str) -> pd.DataFrame:
@@ -36,8 +36,11 @@ def submit(folder: Path, dataset: Path, tables: tuple[pd.DataFrame, pd.DataFrame
     """Write a submission as the library does."""
     identity = json.loads((dataset / "dataset.json").read_text())["id"]
     info = SubmissionInfo(**{"solver": "test", "dataset": identity, "protocol": "sequential", **facts})
-    poses, positions = ({name: table[name].to_numpy() for name in table} for table in tables)
-    write_submission(folder, info, poses, positions)
+    with SubmissionWriter(folder, info, fallback="fallback" in tables[0]) as writer:
+        for sequence in np.union1d(tables[0]["sequence"], tables[1]["sequence"]):
+            own = [table[table["sequence"] == sequence] for table in tables]
+            poses, positions = ({name: table[name].to_numpy() for name in table} for table in own)
+            writer.add(int(sequence), poses, positions)
     return folder
 
 

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import PerSequence
 from vbbench.scoring.statistics import summarise
-from vbbench_leaderboards.results.result import FIGURES, Board, Result
+from vbbench_leaderboards.results.result import Board, Result
 
 BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 
@@ -15,7 +16,7 @@ BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -> Result:
     """A solver whose every metric has the figures ``dx`` [N] of the sequences 0 … N − 1."""
     count = len(dx)
-    figures = {name: np.asarray(dx, float) for name in FIGURES}
+    figures = {name: np.asarray(dx, float) for name in METRICS}
     sequence, ones = np.arange(count), np.ones(count, np.int64)
     own = PerSequence(sequence=sequence, frames=ones, positions=ones, posed=ones, placed=ones, figures=figures)
     values = {
@@ -51,7 +52,7 @@ def score(solver: str, board: Board, figures: dict[str, FloatArray], more: dict[
         "positions": len(figures["dx"]),
         "coverage": 1.0,
         "seconds_per_frame": 1e-4,
-        "metrics": {name: summaries[name] for name in ("dx_rel", "dx", "dr", "dt")},
-        "drift": {name: summaries[name] for name in ("drift_m", "drift_rad")},
+        "metrics": {name: summaries[name] for name in section("metrics")},
+        "drift": {name: summaries[name] for name in section("drift")},
         **more,
     }

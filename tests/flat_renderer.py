@@ -8,7 +8,7 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 
 

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vbbench.tum import import_tum
 
 from tests.make_dataset import Crowd
 from tests.tiny_board import tiny_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.mot.file import read_mot
+from vbbench.exchange.mot.text import read_mot
+from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.archives import open_archive
 from vbbench.generation.generator import Options, parse_people

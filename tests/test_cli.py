@@ -1,13 +1,19 @@
 """The command line as a stranger uses it: exit status, one line for a mistake, results on stdout alone."""
 
 import json
+import re
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
+from vbbench import registry
+from vbbench.camera import PerspectiveCamera
 from vbbench.cli import all_commands, main
+from vbbench.cli.mistakes import in_options
 
 VBBENCH = [sys.executable, "-m", "vbbench"]
 
@@ -80,6 +86,35 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["generate", "demo"], "--out"),
         (["generate", "demo", "--out", "x", "--limit", "many"], "limit"),
         (["generate", "demo", "--out", "x", "--tier", "blurred"], "--tier"),
+        (
+            ["generate", "demo", "--out", "x", "--tier", "niosy"],
+            "no value of --tier is called 'niosy'; did you mean",
+        ),
+        (
+            ["generate", "demo", "--out", "x", "--camera", "panorma"],
+            "no camera is called 'panorma'; did you",
+        ),
+        (["generate", "demo", "--out", "x", "--camera", "json:loads"], "no camera is called 'json:loads'"),
+        (["reproduce", "figure-sigma", "--camera", "perspctive"], "did you mean 'perspective'"),
+        (["generate", "demo", "--out", "x", "--sigma_h", "tall"], "--sigma-h must be a number, not 'tall'"),
+        (["generate", "demo", "--out", "x", "--limit", "None"], "--limit must be a whole number, not 'None'"),
+        (
+            ["solve", "nowhere", "--solvr", "cv", "--out", "y"],
+            "no option of 'solve' is called '--solvr'; did",
+        ),
+        (["solve", "nowhere", "--solvr=cv"], "did you mean '--solver'?"),
+        (["solve", "nowhere", "--protocol", "onestep"], "did you mean 'one-step'?"),
+        (["solve", "nowhere", "--protocol=onestep"], "did you mean 'one-step'?"),
+        (["solve", "nowhere", "--protocol", "--out", "y"], "--protocol needs a value"),
+        (["solve", "nowhere", "--out", "y", "--solver"], "--solver needs a value; see 'vbbench solve --help'"),
+        (["solve"], "'solve' needs FOLDER, --solver, --out; see 'vbbench solve --help'"),
+        (["solve", "one", "two", "--solver", "cv", "--out", "y"], "'solve' has no use for 'two'"),
+        (["export", "mot", "nowhere", "--out", "y", "--fvo", "3"], "did you mean '--fov'?"),
+        (["export", "mot", "nowhere", "--out", "y", "--at", "3"], "--at cannot be ['3']"),
+        (["sovle", "nowhere"], "no command is called 'sovle'; did you mean 'solve'?"),
+        (["lederboard"], "did you mean 'leaderboard'?"),
+        (["--hepl"], "did you mean '--help'?"),
+        ([], "'vbbench --help' lists them"),
         (["info", "nowhere"], "no dataset here"),
         (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
         (["frobnicate"], "no command is called 'frobnicate'"),
@@ -111,6 +146,36 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
     text = subprocess.run([*VBBENCH, *name.split(), "--help"], capture_output=True, text=True, check=True).stdout
     assert "usage: vbbench" in text
     assert all_commands()[name].__doc__.splitlines()[0].split(":")[0][:30] in " ".join(text.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("command", "python", "shell"),
+    [
+        ("solve", "x exists; set overwrite to replace it", "x exists; add --overwrite to replace it"),
+        ("solve", "jobs is a number of processes", "--jobs is a number of processes"),
+        ("solve", "it has none; solve without covariance", "it has none; solve without --covariance"),
+        ("generate", "height_std must be 0 or more", "--sigma-h must be 0 or more"),
+        ("generate", "the seed must be 0 or more", "the seed must be 0 or more"),
+        ("export mot", "camera_height must be above heads", "--camera-height must be above heads"),
+        ("export mot", "pass `pixel_std`, or `heads=True`", "pass `pixel_std`, or --heads"),
+        (
+            "score",
+            "x has no truth; name the folder that holds it",
+            "x has no truth; name the folder that holds it with --truth",
+        ),
+        ("info", "x exists; set overwrite to replace it", "x exists; set overwrite to replace it"),
+    ],
+)
+def test_parameters_of_the_library_are_options_in_messages(command: str, python: str, shell: str) -> None:
+    assert in_options(python, all_commands()[command]) == shell
+
+
+@pytest.mark.parametrize("name", all_commands())
+def test_help_says_nothing_of_defaults_that_say_nothing(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([*name.split(), "--help"])
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split()).partition("photo options")[0]
+    assert not re.search(r"\{None|\bNone\b|default: (False|True)?\)", text)
 
 
 def test_a_strangers_solver_is_found_where_the_user_stands(dataset: Path, tmp_path: Path) -> None:
@@ -165,3 +230,28 @@ def test_a_place_where_nothing_can_be_written_is_one_line(
     status, _, error = run(capsys, "export", "tum", dataset, "--out", tmp_path / "file" / "below")
     assert (status, error.count("\n")) == (2, 1)
     assert "choose another" in error
+
+
+class Narrow(PerspectiveCamera):
+    """A camera of another package."""
+
+    kind: ClassVar[str] = "narrow"
+
+
+def test_a_camera_of_another_package_is_asked_for_by_its_name(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = registry.entry_points
+    theirs = EntryPoint("narrow", f"{__name__}:Narrow", "vbbench.cameras")
+    monkeypatch.setattr(
+        registry, "entry_points", lambda group: [*before(group=group), *([theirs] if group == theirs.group else [])]
+    )
+    registry.registered.cache_clear()
+    try:
+        assert run(capsys, "generate", "demo", "--camera", "narow", "--out", tmp_path / "a")[0] == 2
+        status, out, _ = run(capsys, "generate", "demo", "--camera", "narrow", "--limit", 2, "--out", tmp_path / "a")
+        assert status == 0
+        assert "camera narrow" in out
+        assert run(capsys, "verify", tmp_path / "a")[0] == 0
+    finally:
+        registry.registered.cache_clear()

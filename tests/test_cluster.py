@@ -26,7 +26,7 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
-from vbbench.parallel.merging import merge
+from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import Part
 from vbbench.scoring import score
 from vbbench.solving import solve

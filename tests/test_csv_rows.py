@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from vbbench.errors import FileError
-from vbbench.exchange.mot.table import parse_mot
+from vbbench.exchange.mot.text import parse_mot
 from vbbench.exchange.tum import import_tum
-from vbbench.files.parquet_file import RowBound
+from vbbench.files.sequence_tables import RowBound
 from vbbench.files.submission import Faults
 from vbbench.files.submission_tables import read_csv_rows
 from vbbench.parsing.numbers import parse_number
@@ -80,7 +80,7 @@ def test_marks_are_nothing_else(tmp_path: Path, text: str) -> None:
 def test_a_column_that_stands_twice_is_refused(tmp_path: Path) -> None:
     rows, faults = read(tmp_path / "poses.csv", "sequence,frame,x,x\n0,2,1,5\n")
     assert rows is None
-    assert faults == ("poses.csv, line 1: column 'x' stands there twice; keep one",)
+    assert faults == ("poses.csv, line 1: column 'x' is there twice; keep one",)
     rows, faults = read(tmp_path / "poses.csv", "sequence,frame,x,note,note\n0,2,1,a,b\n")
     assert (rows["x"].tolist(), faults) == ([1.0], ())
 
@@ -95,7 +95,7 @@ def test_a_cell_too_long_and_bytes_that_are_no_text_are_faults_with_their_line(t
     rows, faults = read(path, good + "0,3,\udcff\n")
     assert len(rows["x"]) == 3001
     assert faults == (r"poses.csv, line 3002: x is '\udcff'; write a number",)
-    with pytest.raises(FileError, match="is no UTF-8 text"):
+    with pytest.raises(FileError, match="is not UTF-8 text"):
         read(path, "\udcffsequence,frame,x\n0,2,1\n")
 
 

@@ -105,7 +105,7 @@ def test_withheld_truth_lies_beside_and_serves_from_there(tmp_path: Path) -> Non
     bare = Dataset(tmp_path / "d")
     assert not bare.has_truth
     assert not list((tmp_path / "d").rglob("poses*"))
-    with pytest.raises(VbbenchError, match="--truth"):
+    with pytest.raises(VbbenchError, match="has no truth; name the folder"):
         bare.truth(bare.sequence(0))
     whole = Dataset(tmp_path / "d", truth=tmp_path / "d.truth")
     assert np.isfinite(whole.truth(whole.sequence(0)).poses).all()
@@ -114,12 +114,12 @@ def test_withheld_truth_lies_beside_and_serves_from_there(tmp_path: Path) -> Non
 
 
 def test_what_is_in_the_way_is_left_alone(copy: Path, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match="--overwrite"):
+    with pytest.raises(VbbenchError, match="set overwrite"):
         generate("demo", copy, options())
     foreign = tmp_path / "mine"
     foreign.mkdir()
     (foreign / "thesis.tex").write_text("years of work")
-    with pytest.raises(VbbenchError, match="is no dataset"):
+    with pytest.raises(VbbenchError, match="is not a dataset"):
         generate("demo", foreign, options(), overwrite=True)
     assert (foreign / "thesis.tex").read_text() == "years of work"
     generate("demo", copy, options(limit=3), overwrite=True)
@@ -222,7 +222,7 @@ def test_how_the_work_is_cut_shows_in_no_table_of_rows(
     made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int
 ) -> None:
     monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", 500)
-    monkeypatch.setattr("vbbench.parallel.parts.HELD", 1)
+    monkeypatch.setattr("vbbench.parallel.parts.BYTES_IN_MEMORY", 1)
     assert len(part_ranges(LIMIT, load("generator", "demo").plan(options()).expected_rows)) > LIMIT // 2
     again = generate("demo", tmp_path / "again", options(), jobs=jobs)
     cut, whole = digests(again.folder), digests(made.folder)

@@ -130,11 +130,11 @@ def test_a_tilted_pinhole_shows_people_where_they_are(
 
 
 @given(tilts, st.floats(-3.0, 3.0), st.floats(1.0, 30.0))
-def test_a_tilted_panorama_does_so_to_a_thousandth(tilt: dict[str, float], azimuth: float, reach: float) -> None:
+def test_a_tilted_panorama_does_so_too(tilt: dict[str, float], azimuth: float, reach: float) -> None:
     camera = PanoramaCamera(**{name: angle / 4.0 for name, angle in tilt.items()})
     relative, height = reach * np.array([np.sin(azimuth), np.cos(azimuth)]), np.array(1.7)
     found = camera.unproject(camera.project(relative, height), height)
-    np.testing.assert_allclose(found, relative, atol=1e-3 * reach)
+    np.testing.assert_allclose(found, relative, atol=1e-7 * reach)
 
 
 @given(st.one_of(panoramas, perspectives), st.floats(-2.0, 2.0), st.floats(2.0, 30.0))

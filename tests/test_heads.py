@@ -13,13 +13,19 @@ from hypothesis import strategies as st
 
 from tests.head_crowds import make_crowd, square
 from vbbench.cli import main
-from vbbench.exchange.heads.annotating import draw_boxes
+from vbbench.exchange.heads.annotating import draw_boxes, draw_others
 from vbbench.exchange.heads.camera import HEAD_HEIGHT, SurveillanceCamera, camera_of
-from vbbench.exchange.heads.hiding import LEAST_VISIBLE, draw_screens, visible_fractions
-from vbbench.exchange.heads.others import draw_others
 from vbbench.exchange.heads.recording import export_heads
 from vbbench.exchange.heads.settings import HeadOptions
-from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, see_heads
+from vbbench.exchange.heads.sighting import (
+    BELOW_TOP,
+    HEAD,
+    LEAST_VISIBLE,
+    Heads,
+    draw_screens,
+    see_heads,
+    visible_fractions,
+)
 from vbbench.exchange.mot import read_mot
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
@@ -254,19 +260,19 @@ def test_the_command_says_where_the_folder_is(crowd, tmp_path, capsys):
     [
         (["--tilt", "20"], "belong to --heads; add it"),
         (["--heads", "--frames"], "--heads writes no pictures: leave --frames out"),
-        (["--heads", "--tilt", "0"], "--tilt must be between 0 and 90 degrees, not 0"),
-        (["--heads", "--fov", "150"], "--fov must be between 0 and 150 degrees, not 150"),
-        (["--heads", "--roll", "nan"], "--roll must be between -45 and 45 degrees, not nan"),
-        (["--heads", "--camera-height", "2"], "--camera-height must be more than a metre above people's heads, not 2"),
-        (["--heads", "--size", "1920"], "--size is width x height in px such as 1920x1080, not '1920'"),
-        (["--heads", "--box-noise", "0.5"], "--box-noise must be 0 or more and below 0.5, not 0.5"),
-        (["--heads", "--key-every", "0"], "--key-every is a number of frames, 1 or more, not 0"),
-        (["--heads", "--seed", "-1"], "--seed must be 0 or more, not -1"),
+        (["--heads", "--tilt", "0"], "tilt must be between 0 and 90 degrees, not 0"),
+        (["--heads", "--fov", "150"], "fov must be between 0 and 150 degrees, not 150"),
+        (["--heads", "--roll", "nan"], "roll must be between -45 and 45 degrees, not nan"),
+        (["--heads", "--camera-height", "2"], "camera_height must be more than a metre above people's heads, not 2"),
+        (["--heads", "--size", "1920"], "size must be width x height in px such as 1920x1080, not '1920'"),
+        (["--heads", "--box-noise", "0.5"], "box_noise must be at least 0 and below 0.5, not 0.5"),
+        (["--heads", "--key-every", "0"], "key_every must be at least 1 frame, not 0"),
+        (["--heads", "--seed", "-1"], "seed must be at least 0, not -1"),
         (["--heads", "--at", "0", "900"], "the camera sees nobody"),
         (["--heads", "--at", "nan", "0"], "at must be -1e+06 to 1e+06 m, not nan"),
         (["--heads", "--facing", "inf"], "facing must be -360 to 360 degrees, not inf"),
         (["--heads", "--camera-height", "inf"], "camera_height must be 0 to 1,000 m, not inf"),
-        (["--heads", "--size", "9" * 5000 + "x10"], "--size is width x height in px such as 1920x1080, not '999"),
+        (["--heads", "--size", "9" * 5000 + "x10"], "size must be width x height in px such as 1920x1080, not '999"),
         (["--heads", "--sequence", "4"], "has sequences 0 to 0, not 4"),
     ],
 )
@@ -282,4 +288,4 @@ def test_mistakes_are_one_line(crowd, tmp_path, capsys, arguments, problem):
 def test_of_several_sequences_one_must_be_chosen(tmp_path, capsys):
     generate("demo", tmp_path / "demo", Options(limit=2))
     assert main(["export", "mot", str(tmp_path / "demo"), "--heads", "--out", str(tmp_path / "x")]) == 2
-    assert "has 2 sequences; say with --sequence which one is recorded" in capsys.readouterr().err
+    assert "has 2 sequences; say which one is recorded" in capsys.readouterr().err

@@ -18,13 +18,12 @@ from vbbench.cli import main
 from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
-from vbbench.files.parquet_file import RowBound
-from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults, SubmissionInfo, read_info
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
+from vbbench.scoring.answers import check_submission
 from vbbench.scoring.statistics import bootstrap_means
-from vbbench.scoring.validation import validate
 from vbbench.solver import Problem
 from vbbench.solving.runner import run_sequence
 
@@ -46,7 +45,7 @@ def faults_of(folder: Path, dataset: Path) -> tuple[str, ...]:
         score(folder, dataset)
     assert all("\n" not in fault for fault in caught.value.faults)
     with pytest.raises(SubmissionError):
-        validate(folder, dataset)
+        check_submission(folder, Dataset(dataset))
     return caught.value.faults
 
 
@@ -186,7 +185,7 @@ def replaced(name: str, values: object) -> object:
         (replaced("sequence", lambda n: pa.array(np.full(n, 2**64 - 1, np.uint64))), "cannot be read"),
         (replaced("sequence", lambda n: pa.array(np.full(n, np.inf))), "cannot be read"),
         (replaced("sequence", lambda n: pa.array(np.full(n, -(2**63)))), "cannot be read"),
-        (twice, "column x stands there twice; keep one"),
+        (twice, "column x is there twice; keep one"),
         (as_struct, "column x holds no numbers"),
         (lambda t: t.append_column("x.y", t.column("y")), "column x is nested"),
         (replaced("fallback", lambda n: pa.array(np.full(n, np.nan))), "column fallback holds other numbers"),
@@ -268,9 +267,10 @@ import re, resource, sys
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
 from vbbench.errors import SubmissionError
-from vbbench.scoring.validation import validate
+from vbbench.files.dataset import Dataset
+from vbbench.scoring.answers import check_submission
 try:
-    validate(sys.argv[1], sys.argv[2])
+    check_submission(sys.argv[1], Dataset(sys.argv[2]))
 except SubmissionError as error:
     print(error.faults[0])
 most = re.search(r"VmHWM:[ \\t]*([0-9]+) kB", Path("/proc/self/status").read_text())  # not the parent's
@@ -298,7 +298,7 @@ def test_a_column_that_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatc
     table = pa.table({name: np.zeros(2000) for name in names})
     path = tmp_path / "poses.parquet"
     pq.write_table(table, path, use_dictionary=False, compression="zstd")
-    monkeypatch.setattr("vbbench.files.parquet_file.BYTES_A_VALUE", 1)
-    monkeypatch.setattr("vbbench.files.parquet_file.BYTES_A_COLUMN", 0)
+    monkeypatch.setattr("vbbench.files.sequence_tables.BYTES_A_VALUE", 1)
+    monkeypatch.setattr("vbbench.files.sequence_tables.BYTES_A_COLUMN", 0)
     with pytest.raises(FileError, match="says that 2000 rows of a column"):
         SequenceTable(path, "poses", bound=RowBound(5000))

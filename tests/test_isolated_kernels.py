@@ -13,7 +13,7 @@ from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
 from vbbench.solving.isolation import kernel_cache
 from vbbench.solving.isolation.kernel_cache import keep_files, user_caches
-from vbbench.solving.isolation.process import IsolatedSolver
+from vbbench.solving.isolation.solver_process import IsolatedSolver
 
 NUMERICAL = """
 import numpy as np

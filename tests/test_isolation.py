@@ -29,14 +29,15 @@ from vbbench.generation.generator import Options
 from vbbench.protocol import get_protocol
 from vbbench.solver import Problem
 from vbbench.solving import solve
-from vbbench.solving.isolation import landlock, messages
+from vbbench.solving.isolation import messages, solver_process
+from vbbench.solving.isolation.confinement import landlock_version
 from vbbench.solving.isolation.grants import beside, readable_paths
 from vbbench.solving.isolation.messages import MessageError, read_message, write_message
-from vbbench.solving.isolation.process import IsolatedSolver
+from vbbench.solving.isolation.solver_process import IsolatedSolver
 from vbbench.solving.runner import run_sequence
 
 SECRET = b"truth"
-needs_landlock = pytest.mark.skipif(landlock.version() == 0, reason="the kernel has no Landlock")
+needs_landlock = pytest.mark.skipif(landlock_version() == 0, reason="the kernel has no Landlock")
 VBBENCH = [sys.executable, "-m", "vbbench"]
 
 
@@ -164,9 +165,7 @@ def test_a_burglar_gets_nothing_where_the_kernel_has_landlock(attempt: str, loot
 
 
 def test_there_is_no_network_where_the_kernel_has_namespaces(loot: dict[str, str]) -> None:
-    code = (
-        "import sys; from vbbench.solving.isolation.landlock import leave_namespaces; sys.exit(not leave_namespaces())"
-    )
+    code = "import sys; from vbbench.solving.isolation import confinement; sys.exit(not confinement.leave_namespaces())"
     if subprocess.run([sys.executable, "-c", code], check=False).returncode:
         pytest.skip("the kernel lets nobody here make namespaces")
     assert "udp" not in loot
@@ -210,7 +209,7 @@ def test_a_failure_is_shown_within_limits_and_without_control_characters(dataset
         answer(dataset, "hostile:Colourful")
     assert len(str(caught.value)) < 6000
     assert str(caught.value).replace("\n", "").isprintable()
-    with pytest.raises(VbbenchError, match="TypeError: the solver returned a list, no FrameEstimate"):
+    with pytest.raises(VbbenchError, match="TypeError: the solver returned a list, not a FrameEstimate"):
         answer(dataset, "hostile:Lister")
 
 
@@ -223,7 +222,7 @@ def test_what_cannot_be_loaded_is_said(place: Path) -> None:
         "hostile:Absent": "has no attribute 'Absent'",
         "nobody:Home": "cannot be imported: ModuleNotFoundError",
         "hostile:message": "is no class that is called without arguments",
-        "builtins:dict": "dict is no solver: it has neither start and step nor solve",
+        "builtins:dict": "dict is not a solver: it has neither start and step nor solve",
     }.items():
         with pytest.raises(VbbenchError, match=says), IsolatedSolver(name):
             pass
@@ -302,7 +301,7 @@ def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_where_files_stay_open_it_is_said(monkeypatch: pytest.MonkeyPatch, dataset: Dataset, tmp_path: Path) -> None:
-    monkeypatch.setattr(landlock, "version", lambda: 0)
+    monkeypatch.setattr(solver_process, "landlock_version", lambda: 0)
     with pytest.warns(VbbenchWarning, match="this system cannot keep files from an isolated solver"):
         solve(dataset, "cv", "rollout", tmp_path / "out", isolate=True)
 

@@ -149,7 +149,7 @@ def test_a_file_that_breaks_the_schema_is_refused_with_its_place(
     [
         (lambda text: text[: len(text) // 2], "cannot be read"),
         (lambda text: "[]", "is not a JSON object"),
-        (lambda text: text.replace('"seed": 0', '"seed": NaN'), "NaN is no JSON number"),
+        (lambda text: text.replace('"seed": 0', '"seed": NaN'), "NaN is not a JSON number"),
         (lambda text: text.replace('"seed": 0', '"seed": 0, "seed": 0'), "key 'seed' stands twice"),
         (lambda text: text.replace('"seed": 0', '"seed": 1'), "it was changed by hand"),
         (lambda text: text.replace('"data": "', '"data": "AAAA'), "data is damaged"),

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench import generation, solving
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.files.verification import verify
+from vbbench.generation import datasets as generation
 from vbbench.generation import write_dataset
 from vbbench.generation.generator import Card, Options
 from vbbench.parallel.parts import Part
 from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solving import solve
+from vbbench.solving import submissions as solving
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
@@ -36,7 +37,7 @@ def crowd() -> Reprojection:
 
 @pytest.fixture(autouse=True)
 def _small_budgets(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.parallel.parts.ROWS_A_PART", BUDGET)
+    monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", BUDGET)
     monkeypatch.setattr("vbbench.scoring.scored_rows.CELLS_AT_ONCE", BUDGET)
 
 

@@ -16,8 +16,7 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
-from vbbench.parallel.merging import merge
-from vbbench.parallel.partitions import PackedPart, pack, part_name
+from vbbench.parallel.partitions import PackedPart, merge, pack, part_name
 from vbbench.parallel.parts import Work
 from vbbench.solving import solve
 
@@ -93,7 +92,7 @@ def stop(*_arguments: object) -> None:
 
 
 def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for step in ("vbbench.parallel.merging.describe_tables", "vbbench.folders.swapping._rename"):
+    for step in ("vbbench.parallel.partitions.describe_tables", "vbbench.folders.swapping._rename"):
         with monkeypatch.context() as patch:
             patch.setattr(step, stop)
             with pytest.raises(KeyboardInterrupt):
@@ -103,10 +102,10 @@ def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkey
 
 def test_what_is_in_the_way_is_left_alone(whole: Dataset, spread: Path, tmp_path: Path) -> None:
     again = {"scheduler": "tcp://nowhere"}
-    with pytest.raises(VbbenchError, match="--overwrite"):
+    with pytest.raises(VbbenchError, match="set overwrite"):
         generate_partitioned("demo", spread, Options(limit=3), **again)  # type: ignore[arg-type]
     (tmp_path / "mine").mkdir()
-    with pytest.raises(VbbenchError, match="exists and is no merged folder"):
+    with pytest.raises(VbbenchError, match="exists and is not a merged folder"):
         merge(spread, tmp_path / "mine")
     generate_partitioned("demo", spread, Options(limit=3), overwrite=True, **again)  # type: ignore[arg-type]
     assert len(Dataset(merge(spread))) == 3
@@ -198,7 +197,7 @@ def test_a_truth_that_is_kept_is_never_replaced_unasked(tmp_path: Path, place: s
     generate("demo", tmp_path / "other", Options(limit=3, seed=1), withhold_truth=True)
     shutil.copytree(tmp_path / "other.truth", f"{out}.truth")
     kept, spread = digests(tmp_path / "other.truth"), digests(tmp_path / "spread")
-    with pytest.raises(VbbenchError, match=rf"{out.name}\.truth exists and may be the only copy.*--overwrite"):
+    with pytest.raises(VbbenchError, match=rf"{out.name}\.truth exists and may be the only copy.*overwrite"):
         merge(tmp_path / "spread", out)
     assert digests(Path(f"{out}.truth")) == kept
     assert digests(tmp_path / "spread") == spread

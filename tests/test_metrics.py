@@ -45,15 +45,18 @@ def test_pose_errors_are_those_of_evo(metric, relation):
 
 
 @pytest.mark.parametrize(
-    ("which", "relation"),
-    [(0, evo_metrics.PoseRelation.translation_part), (1, evo_metrics.PoseRelation.rotation_angle_rad)],
+    ("drift", "relation"),
+    [
+        (metrics.motion_drift, evo_metrics.PoseRelation.translation_part),
+        (metrics.turn_drift, evo_metrics.PoseRelation.rotation_angle_rad),
+    ],
 )
-def test_drift_is_the_relative_pose_error_of_evo(which, relation):
+def test_drift_is_the_relative_pose_error_of_evo(drift, relation):
     estimate, truth = _random_poses(3), _random_poses(4)
     step, seconds = 3, 1.2
     rpe = evo_metrics.RPE(relation, delta=step, delta_unit=evo_metrics.Unit.frames, all_pairs=True)
     rpe.process_data((_evo_path(truth), _evo_path(estimate)))
-    ours = metrics.drift(estimate[:-step], estimate[step:], truth[:-step], truth[step:], seconds)[which]
+    ours = drift(estimate[:-step], estimate[step:], truth[:-step], truth[step:], seconds)
     np.testing.assert_allclose(ours * seconds, rpe.error, atol=1e-7)
 
 
@@ -99,9 +102,8 @@ def test_a_rigidly_moved_trajectory_does_not_drift(start, end):
     def moved(poses):
         return np.column_stack([poses[:, :2] @ rotation.T + shift, poses[:, 2] + turn])
 
-    motion, angle = metrics.drift(moved(start), moved(end), start, end, 1.0)
-    np.testing.assert_allclose(motion, 0, atol=1e-9)
-    np.testing.assert_allclose(angle, 0, atol=1e-9)
+    for drift in (metrics.motion_drift, metrics.turn_drift):
+        np.testing.assert_allclose(drift(moved(start), moved(end), start, end, 1.0), 0, atol=1e-9)
 
 
 def test_nothing_known_is_nan():

@@ -182,7 +182,7 @@ def test_without_truth_the_given_and_the_estimate_are_drawn():
     assert len(points(figure, "estimate")) == 4
     assert np.isfinite(points(figure, "given")).all(axis=1).sum() == 2 * 4 + 2
     assert "observer-truth" not in gids(part(figure, "bird"))
-    assert "no truth at hand" in words(figure)
+    assert "no truth available" in words(figure)
 
 
 @pytest.mark.parametrize("camera", [PanoramaCamera(), PerspectiveCamera()], ids=lambda c: c.kind)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from vbbench.camera import CAMERAS
+from vbbench.camera import make_camera
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -29,7 +29,7 @@ SEQUENCE = 3
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     folder = tmp_path_factory.mktemp("posterior") / "demo"
-    return generate("demo", folder, Options(camera=CAMERAS["panorama"](), tier="noisy", limit=8))
+    return generate("demo", folder, Options(camera=make_camera("panorama"), tier="noisy", limit=8))
 
 
 def posterior(dataset: Dataset, protocol: str = "one-step", frame: int = 5, solver: str = "vb-cv") -> Posterior:

@@ -278,7 +278,7 @@ def test_withheld_truth_is_named_with_truth(capsys: pytest.CaptureFixture[str], 
     (tiny / "truth").rename(tiny.parent / "kept")
     status, out, err = run(capsys, "info", tiny, "--realism")
     assert (status, out) == (2, "")
-    assert "has no truth; name the folder that holds it with --truth" in err
+    assert "has no truth; name the folder that holds it" in err
     assert run(capsys, "info", tiny, "--realism", "--truth", tiny.parent / "kept")[0] == 0
 
 

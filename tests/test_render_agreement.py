@@ -9,7 +9,7 @@ import pytest
 from tests.extensions.fisheye import Fisheye
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.renderer import NOBODY, Picture, Renderer
+from vbbench.pictures.rendering import NOBODY, Picture, Renderer
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
@@ -135,7 +135,9 @@ def open_backend(name: str, scene: Scene) -> Renderer:
         pytest.skip(f"{name} cannot be imported: {error}")
 
 
-@pytest.fixture(scope="module", params=["raster", "moderngl", "pyrender"])
+@pytest.fixture(
+    scope="module", params=["raster", "moderngl", pytest.param("pyrender", marks=pytest.mark.extra("pyrender"))]
+)
 def backend(request: Any, scene: Scene) -> Iterator[Renderer]:
     renderer = open_backend(request.param, scene)
     yield renderer

@@ -9,7 +9,7 @@ import pytest
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import world_to_relative
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs, Pattern
 from vbbench_renderers.mesh import Mesh

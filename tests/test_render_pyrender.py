@@ -10,12 +10,13 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.pyrender_backend import PyrenderRenderer
 from vbbench_renderers.raster import RasterRenderer
 from vbbench_renderers.views import resample, views_of
 
+pytestmark = pytest.mark.extra("pyrender")
 AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
 AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
 ORIGIN = np.zeros(3)

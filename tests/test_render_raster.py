@@ -6,7 +6,7 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import PLAIN, Float32, Mesh

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.visibility import Onlooker, Seen
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer

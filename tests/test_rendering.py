@@ -10,7 +10,7 @@ import pytest
 
 from tests.flat_renderer import FlatRenderer
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.boxes import suppress
+from vbbench.boxes import suppress, with_seam_copies
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
@@ -18,14 +18,12 @@ from vbbench.exchange.detection import Detections, detect_to_file
 from vbbench.exchange.matching import true_rectangles
 from vbbench.exchange.mot import import_mot
 from vbbench.files.dataset import Dataset
-from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.pictures.film.captions import TITLE_HEIGHT
-from vbbench.pictures.film.ego import _copies
 from vbbench.pictures.film.frames import Film
-from vbbench.pictures.film.reel import load_reel
 from vbbench.pictures.rendering import Backend, render_to_file, scene_of
+from vbbench.pictures.replay import load_replay
 from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder
 from vbbench.solving import solve
 
@@ -50,8 +48,11 @@ def submission(panorama: Dataset, tmp_path_factory: pytest.TempPathFactory) -> P
 
 
 def a_film(dataset: Dataset, number: int = 0, submission: Path | None = None) -> Film:
-    scene = scene_of(dataset, dataset.sequence(number).scene)
-    return Film(load_reel(dataset, number, scene, SubmittedEstimates(dataset, submission) if submission else None))
+    return Film(load_replay(dataset, number, [submission] if submission else []))
+
+
+def flat(film: Film) -> FlatRenderer:
+    return FlatRenderer(scene_of(film.replay.dataset, film.replay.sequence.scene))
 
 
 def read_back(path: Path) -> tuple[list[Any], float]:
@@ -71,7 +72,7 @@ def test_an_mp4_has_every_frame_at_real_time(dataset, tmp_path):
     assert fps == pytest.approx(1.0 / dataset.info.dt)
     assert pictures[0].shape == (film.height, film.width, 3)
     assert film.width % 2 == film.height % 2 == 0
-    frame = next(film.frames(FlatRenderer(film.reel.scene), [0]))
+    frame = next(film.frames(flat(film), [0]))
     assert cv2.PSNR(frame, np.ascontiguousarray(pictures[0])) > 25.0
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
 
@@ -86,10 +87,10 @@ def test_without_a_wish_the_codec_is_one_that_browsers_play(panorama, tmp_path):
 
 def test_the_ego_view_is_the_picture_with_boxes_where_people_are(dataset):
     film = a_film(dataset)
-    renderer = FlatRenderer(film.reel.scene)
-    sequence, camera = film.reel.sequence, dataset.info.camera
+    renderer = flat(film)
+    sequence, camera = film.replay.sequence, dataset.info.camera
     canvas = next(film.frames(renderer, [3]))
-    bare = renderer.render(sequence.first_frame + 3, camera, film.reel.truth.poses[3], observer=sequence.observer).rgb
+    bare = renderer.render(sequence.first_frame + 3, camera, film.replay.known.poses[3], observer=sequence.observer).rgb
     width, height = camera.picture_size
     ego = canvas[TITLE_HEIGHT : TITLE_HEIGHT + height, :width]
     changed = np.any(ego != bare, axis=-1)
@@ -100,34 +101,35 @@ def test_the_ego_view_is_the_picture_with_boxes_where_people_are(dataset):
 
 
 def test_a_box_on_the_seam_is_drawn_at_both_ends():
-    box = np.array([1430.0, 200.0, 20.0, 60.0])
-    assert [copy[0] for copy in _copies(box, PanoramaCamera())] == [1430.0, -10.0]
-    assert [copy[0] for copy in _copies(box - [1435.0, 0, 0, 0], PanoramaCamera())] == [-5.0, 1435.0]
-    assert len(_copies(box, PerspectiveCamera())) == 1
+    box = np.array([[1430.0, 200.0, 20.0, 60.0]])
+    period = PanoramaCamera().period
+    assert with_seam_copies(box, period)[0][:, 0].tolist() == [1430.0, -10.0]
+    assert with_seam_copies(box - [1435.0, 0, 0, 0], period)[0][:, 0].tolist() == [-5.0, 1435.0]
+    assert len(with_seam_copies(box, PerspectiveCamera().period)[0]) == 1
 
 
 def test_an_estimate_changes_the_map_and_the_title(panorama, submission):
     plain, drawn = a_film(panorama), a_film(panorama, 0, submission)
-    renderer = FlatRenderer(plain.reel.scene)
+    renderer = flat(plain)
     one, other = (next(film.frames(renderer, [5])) for film in (plain, drawn))
     below = TITLE_HEIGHT + 480
     assert np.array_equal(one[TITLE_HEIGHT:below], other[TITLE_HEIGHT:below])
-    assert (one[below : below + plain.chart.height] != other[below : below + plain.chart.height]).any()
+    assert (one[below : below + plain.bird.height] != other[below : below + plain.bird.height]).any()
     assert (one[:TITLE_HEIGHT] != other[:TITLE_HEIGHT]).any()
 
 
 def test_the_map_stands_still(panorama, submission):
     film = a_film(panorama, 0, submission)
-    ends = film.chart.place(film.reel.truth.poses[:, :2])
-    assert np.all((ends > 0) & (ends < [film.chart.width, film.chart.height]))
-    seen = film.reel.truth.positions[film.reel.sequence.observed]
-    places = film.chart.place(seen)
-    assert np.all((places > 0) & (places < [film.chart.width, film.chart.height]))
+    ends = film.bird.place(film.replay.known.poses[:, :2])
+    assert np.all((ends > 0) & (ends < [film.bird.width, film.bird.height]))
+    seen = film.replay.known.positions[film.replay.sequence.observed]
+    places = film.bird.place(seen)
+    assert np.all((places > 0) & (places < [film.bird.width, film.bird.height]))
 
 
 def test_frames_are_made_one_at_a_time_and_forgotten(panorama):
     film = a_film(panorama)
-    renderer = FlatRenderer(film.reel.scene)
+    renderer = flat(film)
     frames = film.frames(renderer, itertools.cycle(range(5)))
     next(frames)
     assert len(renderer.frames) == 1
@@ -199,7 +201,7 @@ def test_an_interrupted_folder_has_whole_frames_only(tmp_path):
 
 @pytest.mark.parametrize("fps", [0.0, -3.0, float("nan"), float("inf"), 1e6])
 def test_an_impossible_frame_rate_is_refused(tmp_path, fps):
-    with pytest.raises(VbbenchError, match="--fps is a number of frames a second"):
+    with pytest.raises(VbbenchError, match="fps must be above 0"):
         write_mp4(tmp_path / "film.mp4", failing_after(3), 9, fps)
 
 
@@ -209,7 +211,7 @@ def test_other_kinds_of_film_are_refused(panorama, tmp_path):
 
 
 def test_a_negative_seed_and_a_folder_for_text_are_refused(panorama, tmp_path):
-    with pytest.raises(VbbenchError, match="--seed must be 0 or more, not -1"):
+    with pytest.raises(VbbenchError, match="seed must be at least 0, not -1"):
         render_to_file(panorama, 0, tmp_path / "film.mp4", backend=Backend(name=FLAT, seed=-1))
     with pytest.raises(VbbenchError, match="is a folder; give the name of a text file"):
         detect_to_file(panorama, 0, tmp_path, backend=BY_FLAT)
@@ -229,7 +231,7 @@ def test_without_truth_it_is_one_clear_error(tmp_path, capsys):
     generate("demo", tmp_path / "kept", options, withhold_truth=True)
     command = ["render", str(tmp_path / "kept"), "--sequence", "0", "--out", str(tmp_path / "f.mp4"), "--backend", FLAT]
     assert main(command) == 2
-    assert "has no truth; name the folder that holds it with --truth" in capsys.readouterr().err
+    assert "has no truth; name the folder that holds it" in capsys.readouterr().err
     assert main([*command, "--truth", str(tmp_path / "kept.truth"), "--codec", "mpeg4", "--fps", "10"]) == 0
     shown = capsys.readouterr()
     assert shown.out == f"{tmp_path / 'f.mp4'}\n"
@@ -240,7 +242,7 @@ def test_without_truth_it_is_one_clear_error(tmp_path, capsys):
 def test_false_alarms_are_marked(tmp_path):
     write_dataset(tmp_path / "tiny", Crowd(scenes=1, tier="tracked"))
     film = a_film(Dataset(tmp_path / "tiny"))
-    canvas = next(film.frames(FlatRenderer(film.reel.scene), [3]))
+    canvas = next(film.frames(flat(film), [3]))
     assert np.all(canvas == (156, 42, 0), axis=-1).any()
 
 
@@ -298,7 +300,7 @@ def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_
 
 @pytest.mark.parametrize("every", [0, -1])
 def test_a_stride_that_cannot_be_is_refused(panorama, oracle, tmp_path, every):
-    with pytest.raises(VbbenchError, match="--every is a number of frames"):
+    with pytest.raises(VbbenchError, match="every must be at least 1"):
         detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, every=every, backend=BY_FLAT)
 
 

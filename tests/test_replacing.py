@@ -12,9 +12,9 @@ import pytest
 
 from tests.stopping import contents, names, stopped_at_every_step
 from tests.tiny_board import FILE, tiny_board
-from vbbench import replacing as module
 from vbbench.cli import main
 from vbbench.errors import FileError
+from vbbench.folders import replacing as module
 from vbbench.folders.replacing import is_temporary, replacing, write_bytes_atomically, write_text_atomically
 from vbbench.generation import generate
 from vbbench.generation.generator import Options

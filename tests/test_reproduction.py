@@ -9,13 +9,21 @@ import pytest
 
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
-from vbbench.reproduction.curves import METRICS
-from vbbench.reproduction.sigma import SigmaFigure, dataset_folder, measure_sigma
-from vbbench.reproduction.sigma_plot import plot_sigma
-from vbbench.reproduction.sigma_report import COLUMNS, reproduce_sigma, sigma_table
-from vbbench.reproduction.study import PEOPLE, SIGMAS, SOLVERS, SigmaStudy
+from vbbench.reproduction.sigma import (
+    PANELS,
+    PEOPLE,
+    SIGMAS,
+    SigmaFigure,
+    SigmaStudy,
+    compared_solvers,
+    dataset_folder,
+    measure_sigma,
+)
+from vbbench.reproduction.sigma_report import COLUMNS, plot_sigma, reproduce_sigma, sigma_table
 from vbbench.scoring import score
+from vbbench.scoring.metrics import METRICS
 
+SOLVERS = tuple(compared_solvers())
 AS_IT_IS, PRIOR, FREE = SOLVERS
 STUDY = SigmaStudy(sequences=10, sigmas=(0.0, 0.07), people=(8, 12))
 SMALL = SigmaStudy(sequences=2, sigmas=(0.07,), people=(8, 12), solvers=("vb-cv",))
@@ -62,7 +70,7 @@ def test_points_are_plain_groups_of_the_scored_sequences(
     assert [p.seen for p in curve.points] == pytest.approx(
         scored.assign(seen=scored["positions"] / scored["frames"]).groupby("people")["seen"].mean()
     )
-    for metric in METRICS:
+    for metric in PANELS:
         own = [p.statistics[metric] for p in curve.points]
         assert [s.mean for s in own] == pytest.approx(groups[metric].mean())
         assert [s.median for s in own] == pytest.approx(groups[metric].median())
@@ -98,7 +106,7 @@ def test_files_hold_every_number(figure: SigmaFigure, out: Path) -> None:
     assert printed.startswith((out / "figure-sigma.md").read_text("utf-8"))
     table = pd.read_csv(out / "figure-sigma.csv")
     assert tuple(table.columns) == COLUMNS
-    assert len(table) == len(SOLVERS) * 2 * 2 * len(METRICS)
+    assert len(table) == len(SOLVERS) * 2 * 2 * len(PANELS)
     row = table[(table.solver == FREE) & (table.sigma_h == 0.07) & (table.people == 12) & (table.metric == "dr")].iloc[
         0
     ]
@@ -120,11 +128,11 @@ def test_table_tells_units_and_change(figure: SigmaFigure) -> None:
 
 def test_picture_has_a_panel_for_each_solver_and_metric(figure: SigmaFigure) -> None:
     drawn = plot_sigma(figure)
-    assert [axes.get_label() for axes in drawn.axes] == [f"{s} {m}" for s in SOLVERS for m in METRICS]
+    assert [axes.get_label() for axes in drawn.axes] == [f"{s} {m}" for s in SOLVERS for m in PANELS]
     for axes in drawn.axes:
         solver, _, metric = axes.get_label().rpartition(" ")
         assert axes.get_ylim()[0] == 0.0
-        assert METRICS[metric][1] in axes.get_ylabel()
+        assert METRICS[metric].unit in axes.get_ylabel()
         means, medians = axes.lines[::2], axes.lines[1::2]
         for curve, mean, median in zip(figure.solvers[solver], means, medians, strict=True):
             own = [point.statistics[metric] for point in curve.points]
@@ -175,7 +183,7 @@ def test_mistakes_are_found_before_anything_is_made(changes: dict[str, object], 
 def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("mine", "utf-8")
-    with pytest.raises(VbbenchError, match="is no folder"):
+    with pytest.raises(VbbenchError, match="is not a folder"):
         measure_sigma(SMALL, path)
     assert path.read_text("utf-8") == "mine"
 

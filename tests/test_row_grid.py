@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vbbench.scoring.row_grid import RowGrid
+from vbbench.scoring.scored_rows import RowGrid
 
 SEQUENCE, TRACK = np.array([3, 3, 4, 5, 5, 5]), np.array([0, 2, 1, 0, 1, 2])
 

@@ -13,7 +13,7 @@ from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
-from vbbench.solving.isolation.process import IsolatedSolver
+from vbbench.solving.isolation.solver_process import IsolatedSolver
 from vbbench.solving.runner import run_sequence
 
 FRAMES, PEOPLE = 8, 5
@@ -224,7 +224,7 @@ def test_what_a_solver_leaves_out_is_named(world: Any) -> None:
 
 
 def test_one_step_needs_truth(world: Any) -> None:
-    with pytest.raises(VbbenchError, match="no truth is at hand"):
+    with pytest.raises(VbbenchError, match="no truth is available"):
         run_sequence(Recorder(), world[0], world[1], get_protocol("one-step"), None)
 
 

@@ -155,7 +155,7 @@ def test_withheld_truth_is_asked_for_and_found(dataset, noisy, tmp_path):
     public, secret = tmp_path / "public", tmp_path / "secret"
     shutil.copytree(dataset, public)
     shutil.move(public / "truth", secret)
-    with pytest.raises(VbbenchError, match=r"truth .*--truth"):
+    with pytest.raises(VbbenchError, match=r"truth .* is not available"):
         score(noisy, public)
     assert score(noisy, public, secret).to_json() == score(noisy, dataset).to_json()
 

@@ -185,6 +185,7 @@ def test_the_street_is_the_photorealistic_splits_crowd() -> None:
     assert late.min() > 0.1 * 10.0  # m in 10 s: who arrived has been given a new goal
 
 
+@pytest.mark.extra("pysocialforce")
 def test_the_library_walks_the_same_crowd_a_little_differently() -> None:
     ours, library = plan(people=(10,)).build(0).scene, plan(people=(10,), engine="pysocialforce").build(0).scene
     assert ours is not None

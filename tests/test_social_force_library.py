@@ -11,6 +11,7 @@ import pytest
 from tests.test_social_force import crowd
 from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
 
+pytestmark = pytest.mark.extra("pysocialforce")
 STRICT = Model(strict=True)
 WALLS = [[-8.0, -8.0, 8.0, -8.0], [8.0, -8.0, 8.0, 8.0], [-3.0, 0.0, -2.96, 0.0]]
 surroundings = pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.parallel.workers import in_parallel
+from vbbench.parallel.parts import in_parallel
 from vbbench.solving import solve
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="lists processes as Linux does")

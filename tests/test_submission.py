@@ -9,13 +9,13 @@ import pytest
 
 from tests.answers import submit, submit_csv, true_answers
 from tests.make_dataset import Crowd, write_dataset
-from vbbench.errors import SubmissionError
+from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
+from vbbench.scoring.answers import check_submission
 from vbbench.scoring.scored_rows import scored_rows
-from vbbench.scoring.validation import validate
 
 
 @pytest.fixture(scope="module")
@@ -227,9 +227,15 @@ def test_validation_does_not_need_truth(dataset, tmp_path):
     shutil.copytree(dataset, public)
     shutil.rmtree(public / "truth")
     poses, positions = true_answers(dataset)
-    assert validate(submit(tmp_path / "good", dataset, (poses, positions)), public).solver == "test"
+    good = submit(tmp_path / "good", dataset, (poses, positions))
+    bad = submit(tmp_path / "bad", dataset, (poses.head(3), positions))
+    assert check_submission(good, Dataset(public)).solver == "test"
     with pytest.raises(SubmissionError):
-        validate(submit(tmp_path / "bad", dataset, (poses.head(3), positions)), public)
+        check_submission(bad, Dataset(public))
+    with pytest.raises(VbbenchError, match=r"the truth of .* is not available"):
+        score(good, public)
+    with pytest.raises(SubmissionError):
+        score(bad, public)
 
 
 def test_held_position_is_the_last_known(dataset, tmp_path, scored):

@@ -97,7 +97,7 @@ def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: 
     assert "mysolver.py exists" in mistake("leaderboard", "template", mine)
     assert (mine / "mysolver.py").read_text("utf-8") == "years of work"
     assert "is a dataset" in mistake("leaderboard", "template", dataset.folder)
-    assert "is no folder" in mistake("leaderboard", "template", mine / "mysolver.py")
+    assert "is not a folder" in mistake("leaderboard", "template", mine / "mysolver.py")
 
 
 def test_the_template_names_every_file_of_it() -> None:
@@ -109,7 +109,7 @@ def test_no_truth_at_hand(dataset: Dataset, mine: Path, mistake: Said) -> None:
     shutil.copytree(dataset.folder, mine / "bare", ignore=shutil.ignore_patterns("truth"))
     answer = solve(dataset, "cv", "sequential", mine / "answer")
     for command in ("score", "leaderboard add"):
-        assert "--truth" in mistake(*command.split(), answer, "--dataset", mine / "bare")
+        assert "name the folder that holds it" in mistake(*command.split(), answer, "--dataset", mine / "bare")
 
 
 def test_another_dataset(dataset: Dataset, mine: Path, mistake: Said) -> None:

@@ -20,8 +20,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.bystanders import unseen
 from vbbench.pictures.rendering import Backend
+from vbbench.pictures.replay import load_replay
 from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 from vbbench.protocol import scored_frames, scored_positions
 from vbbench.scoring import score
@@ -287,16 +287,17 @@ def test_the_viewer_opens_where_there_is_a_display(tmp_path: Path, monkeypatch: 
     monkeypatch.setenv("CI", "true")
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_DISPLAY
     monkeypatch.delenv("CI")
-    monkeypatch.setattr("vbbench.pictures.viewer.opening.viewer_program", lambda: None)
+    monkeypatch.setattr("vbbench.pictures.viewer.rerun_sdk.viewer_program", lambda: None)
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_VIEWER
     assert len(started) == 1
 
 
-def test_who_is_seen_is_not_unseen(folder: Path) -> None:
+def test_who_is_seen_is_not_a_bystander(folder: Path) -> None:
     dataset = Dataset(folder)
     sequence = dataset.sequence(SEQUENCE)
-    people, positions, _ = dataset.scene(sequence.scene)
-    places = unseen(sequence, dataset.track_persons(sequence), people, positions)
+    _, positions, _ = dataset.scene(sequence.scene)
+    places, heights = load_replay(dataset, SEQUENCE).bystanders
+    assert places.shape == (sequence.frames, len(heights), 2)
     present = np.isfinite(positions[sequence.first_frame :][: sequence.frames, :, 0]).sum(axis=1)
     np.testing.assert_array_equal(np.isfinite(places[..., 0]).sum(axis=1), present - 1 - sequence.observed.sum(axis=1))
 

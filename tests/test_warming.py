@@ -20,7 +20,7 @@ from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
 from vbbench.solving import solve
-from vbbench.solving.warming import FRAMES, made_sequence, warm_up
+from vbbench.solving.warming import FRAMES, synthetic_sequence, warm_up
 
 SOLVERS = {"cv": "no", "sf": "no", "vb-cv": "yes", "vb-sf": "yes", "map-causal": "yes", "map-batch": "yes"}
 """Bundled solvers, and whether they report covariances."""
@@ -83,7 +83,7 @@ def _forget() -> None:
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_the_made_sequence_has_many_few_nobody_and_who_comes_and_goes(camera: Any) -> None:
-    sequence, truth = made_sequence(problem(camera=camera), FRAMES)
+    sequence, truth = synthetic_sequence(problem(camera=camera), FRAMES)
     seen = sequence.observed
     assert np.all(np.isfinite(truth.positions))
     assert {0, 1} < set(seen.sum(axis=1).tolist())

@@ -25,7 +25,7 @@ from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
-from vbbench.parallel.merging import merge
+from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import Part
 from vbbench.pictures.video import write_mp4
 from vbbench.solving import solve
@@ -144,7 +144,7 @@ def test_another_command_after_a_kill_keeps_to_the_rules(room: Path, tmp_path: P
     for _ in stopped_at_every_step(command, lambda: put(room, out.parent)):
         stands = out.exists() or (out.parent / "out.partial" / JOURNAL).exists()
         if stands:
-            with pytest.raises(VbbenchError, match="exists; add --overwrite"):
+            with pytest.raises(VbbenchError, match="exists; set overwrite"):
                 generate("demo", out, OTHER)
         else:
             generate("demo", out, OTHER)

@@ -13,6 +13,11 @@ cd "$room/elsewhere"
 "$room/venv/bin/vbbench" splits
 env -u VBBENCH_DATA "$room/venv/bin/vbbench" demo --out demo
 test -s demo/index.md
+"$room/venv/bin/vbbench" generate demo --limit 1 --out one
+status=0
+"$room/venv/bin/vbbench" render one --sequence 0 --out one.mp4 2>message || status=$?
+test "$status" = 2
+grep -q "pip install 'vbbench\[render\]'" message
 "$room/venv/bin/python" -c "
 import vbbench, vbbench_generators, vbbench_baselines, vbbench_renderers, vbbench_leaderboards
 assert 'site-packages' in vbbench.__file__, vbbench.__file__

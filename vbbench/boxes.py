@@ -35,6 +35,24 @@ def cut_to_picture(boxes: FloatArray, camera: Camera) -> FloatArray:
     return np.stack([left, top, right - left, bottom - top], axis=-1)
 
 
+def with_seam_copies(boxes: FloatArray, period: float | None) -> tuple[FloatArray, IntArray]:
+    """Boxes [N, 4], each followed by its copy a turn further where it crosses the seam; and which box each of them is.
+
+    Parameters
+    ----------
+    boxes : (left, top, width, height) in px.
+    period : of the camera; `vbbench.camera.Camera.period`.
+    """
+    rows = np.arange(len(boxes))
+    if period is None:
+        return boxes, rows
+    left, right = np.flatnonzero(boxes[:, 0] < 0.0), np.flatnonzero(boxes[:, 0] + boxes[:, 2] > period)
+    shift = np.repeat([0.0, period, -period], [len(rows), len(left), len(right)])
+    rows = np.concatenate([rows, left, right])
+    order = np.argsort(rows, kind="stable")
+    return (boxes[rows] + shift[:, None] * np.array([1.0, 0.0, 0.0, 0.0]))[order], rows[order]
+
+
 def overlaps(first: FloatArray, second: FloatArray, period: float | None = None) -> FloatArray:
     """Intersection over union [N, M] of boxes [N, 4] with boxes [M, 4]; 0 where a box is NaN or empty.
 

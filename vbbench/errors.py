@@ -79,6 +79,30 @@ class SourceMissingError(VbbenchError):
     """Source files of a split that are not on this machine."""
 
 
+class MissingExtraError(VbbenchError):
+    """A package of an optional dependency that is not installed."""
+
+
+@contextmanager
+def needs_extra(extra: str, purpose: str) -> Iterator[None]:
+    """Import inside it what ``vbbench[extra]`` installs and vbbench alone does not.
+
+    Parameters
+    ----------
+    extra : the optional dependency in ``pyproject.toml``.
+    purpose : what needs it, as the message begins.
+
+    Raises
+    ------
+    MissingExtraError
+        If a package is not installed; says what to install.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(f"{purpose} needs {error.name}: python -m pip install 'vbbench[{extra}]'") from error
+
+
 class VbbenchWarning(UserWarning):
     """Something that works but that the user should know, on one line."""
 

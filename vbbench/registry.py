@@ -7,7 +7,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Literal
 
-from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
+from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
 
 Kind = Literal["camera", "generator", "renderer", "detector", "tracker", "solver", "command"]
 _SPOKEN = {"generator": "split"}
@@ -101,6 +101,8 @@ def _import(kind: Kind, name: str, value: str) -> Any:
         found: Any = import_module(module)
         for part in attribute.split("."):
             found = getattr(found, part)
+    except MissingExtraError:
+        raise
     except Exception as error:
         raise VbbenchError(f"{kind} '{name}' ({value}) cannot be imported: {type(error).__name__}: {error}") from error
     return found

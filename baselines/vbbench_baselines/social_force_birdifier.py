@@ -1,6 +1,8 @@
 """``vb-sf``: view birdification with social force (VB-SF of arXiv 2111.05060)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -48,6 +50,14 @@ class SocialForceBirdifier(Birdifier):
     damping: float = 0.2
     iterations: int = 50
     tolerance: float = 1e-6
+
+    variants: ClassVar[Mapping[str, str]] = {
+        "vb-sf": "vb-sf as it is: heights learned from the given positions",
+        f"{__name__}:PriorHeights": "vb-sf with heights from the prior only",
+        f"{__name__}:PriorHeightsFreeObserver": "vb-sf with heights from the prior only, "
+        "expecting nothing of the observer",
+    }
+    """What the paper's figure over the spread of heights compares, and what sets each apart."""
 
     def model(self) -> MotionModel:
         """See `Birdifier.model`; override it for another motion model."""

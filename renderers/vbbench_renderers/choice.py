@@ -2,7 +2,7 @@
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import Picture, Renderer
+from vbbench.pictures.rendering import Picture, Renderer
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench_renderers.opengl.probing import PACKAGE, OpenGLError, find_device
@@ -32,7 +32,7 @@ def choose_backend(name: str | None = None) -> tuple[str, str]:
 
 
 class AutoRenderer:
-    """The best backend that works on this machine; see `vbbench.pictures.renderer.RendererFactory`."""
+    """The best backend that works on this machine; see `vbbench.pictures.rendering.RendererFactory`."""
 
     def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
         name, self._reason = choose_backend()
@@ -45,9 +45,9 @@ class AutoRenderer:
         return f"{self._renderer.device}; {self._name}: {self._reason}"
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer.render`."""
+        """See `vbbench.pictures.rendering.Renderer.render`."""
         return self._renderer.render(frame, camera, pose, observer=observer)
 
     def close(self) -> None:
-        """See `vbbench.pictures.renderer.Renderer.close`."""
+        """See `vbbench.pictures.rendering.Renderer.close`."""
         self._renderer.close()

@@ -1,4 +1,4 @@
-"""What a backend is handed: a library of limb meshes, the limbs of a frame, and the surroundings.
+"""The input of a backend: a library of limb meshes, the limbs of a frame, and the surroundings.
 
 All backends share it.
 A limb is a mesh of the library, placed by a transform and dyed by its own colours; a person is some twenty of them.
@@ -31,17 +31,17 @@ class Pattern(IntEnum):
 RINGS_PER_M, STRIPES_ROUND, CHECKS_PER_M = 12.0, 16.0, 14.0
 
 SHADOW_HALF_WIDTH, SHADOW_AHEAD = 16.0, 12.0
-"""Half the width (m) of the square in which people throw shadows, and how far it lies ahead of a camera that looks one
+"""Half the width (m) of the square in which people cast shadows, and how far it is ahead of a camera that looks in one
 way."""
 LARGEST_SHADOW_HALF_WIDTH = 80.0
-"""Half the width (m) of the same for what does not move, at most."""
+"""The largest half width (m) of the same square for objects that do not move."""
 SHADOW_TEXELS, FIXED_SHADOW_TEXELS = 1024, 2048
-"""Width of the shadow maps of people and of what does not move."""
+"""Width of the shadow maps of people and of objects that do not move."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limbs:
-    """The limbs of everybody who is drawn in a frame, one row a limb.
+    """The limbs of everybody who is drawn in a frame, one row per limb.
 
     Parameters
     ----------

@@ -9,16 +9,16 @@ from vbbench.exchange.detection import Detections
 from vbbench.geometry import FloatArray
 
 ENLARGE = 2.0
-"""The detector's window is 128 px high with somebody of 96 px in it; pictures are enlarged to find smaller people."""
+"""The detector's window is 128 px high and contains a person of 96 px; pictures are enlarged to find smaller people."""
 LEAST_MARGIN = 0.5
-"""Distance from the support vector machine's plane under which nothing is reported."""
+"""Detections nearer than this to the support vector machine's plane are not reported."""
 EVEN_MARGIN, MARGIN_STEEPNESS = 0.65, 3.5
-"""Where half of the windows are right, and how steeply their share grows in log-odds, on rendered streets."""
+"""The score at which half of the windows are right, and the slope of their share in log-odds, on rendered streets."""
 SAME = 0.4
-"""Of two windows that overlap more (intersection over union), only the better is kept."""
+"""Of two windows that overlap by more than this (intersection over union), only the better is kept."""
 _STEP, _MARGIN, _SCALES = (8, 8), (16, 16), 1.05
 _BESIDE, _ABOVE = 16.0 / 64.0, 16.0 / 128.0
-"""Shares of the window that its training pictures had as a margin around the person."""
+"""The margin around the person in the training pictures, as shares of the window."""
 
 
 class HogDetector:
@@ -40,7 +40,7 @@ class HogDetector:
         self._hog.setSVMDetector(np.asarray(cv2.HOGDescriptor.getDefaultPeopleDetector(), dtype=np.float32))
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
-        """See `vbbench.exchange.detection.Detector`; a panorama is gone on with beyond its seam."""
+        """See `vbbench.exchange.detection.Detector`; a panorama is continued beyond its seam."""
         import cv2
 
         picture = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)

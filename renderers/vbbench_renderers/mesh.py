@@ -1,4 +1,4 @@
-"""Triangles with what is needed to shade them. World and limb frames are right-handed, z up, metres."""
+"""Triangles with everything that is needed to shade them. World and limb frames are right-handed, z up, metres."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ PLAIN = -1
 
 @dataclass(frozen=True, kw_only=True)
 class Mesh:
-    """A triangle mesh, counter-clockwise seen from outside.
+    """A triangle mesh; triangles are counter-clockwise seen from outside.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Pictures put together from perspective views: panoramas that a backend cannot draw itself, and all models of others.
+"""Pictures assembled from perspective views: panoramas that a backend cannot draw itself, and any other camera.
 
 Every backend draws pinholes, tilted or not. A picture of any other camera is cut into regions that pinholes see, each
 is drawn somewhat finer than it is wanted, and its pixels are looked up in the directions that the camera says.
@@ -13,14 +13,14 @@ import numpy as np
 
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench_renderers.mesh import Float32
 from vbbench_renderers.raster.rays import camera_rays
 
 AROUND = 6
 """Views that make a panorama."""
 FINER = 2.0
-"""Focal length of the views over that of the panorama."""
+"""Ratio of the focal lengths of the views and the panorama."""
 FINER_THAN_ANY = 1.5
 """The same of the views that make a picture of any model, over the most px per rad that it has anywhere."""
 MOST_PIXELS = 4.0
@@ -62,7 +62,7 @@ def drawn_natively(camera: Camera) -> bool:
     return camera.intrinsics is not None or camera.cylinder is not None
 
 
-def put_together(camera: Camera, pose: FloatArray, shoot: Callable[[Camera, FloatArray], Picture]) -> Picture:
+def assemble(camera: Camera, pose: FloatArray, shoot: Callable[[Camera, FloatArray], Picture]) -> Picture:
     """The picture of any camera at a pose, from the views that ``shoot`` draws; depth is the horizontal range.
 
     What no direction shows is black and infinitely far away.

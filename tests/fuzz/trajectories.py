@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from vbbench.tum import import_tum
 
 from tests.fuzz.kind import Kind, Refused
 from tests.fuzz.mutations import TEXT
 from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
-from vbbench.exchange.mot.file import MotRows, read_mot
+from vbbench.exchange.mot.text import MotRows, read_mot
+from vbbench.exchange.tum import import_tum
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet

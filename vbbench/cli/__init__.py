@@ -4,18 +4,17 @@ Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user
 1 a failure of the program, 128 + the signal that stopped it (`vbbench.parallel.stopping`).
 """
 
-import contextlib
 import errno
-import io
 import os
-import re
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from vbbench import __version__
 from vbbench.cli import data, evaluation, exchange, reproduce, views
+from vbbench.cli.mistakes import in_options
+from vbbench.cli.parsing import parse
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import UnknownNameError, VbbenchError, one_line
@@ -27,6 +26,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "merge": data.merge,
     "info": data.info,
     "verify": data.verify,
+    "solvers": evaluation.solvers,
     "solve": evaluation.solve,
     "score": evaluation.score,
     "compare": evaluation.compare,
@@ -55,8 +55,6 @@ UNWRITABLE = {
     *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG),
 }
 """System errors that say that the user asked for a place where nothing can be written or read."""
-
-DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo --out demo"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -96,35 +94,28 @@ def _run(arguments: list[str]) -> int:
     if arguments == ["--version"]:
         print(f"vbbench {__version__}")
         return 0
-    import tyro
-
-    commands = COMMANDS if arguments and arguments[0] in COMMANDS else all_commands()
-    commands, arguments = _chosen(commands, arguments)
-    complaints = io.StringIO()
+    commands, arguments = _chosen(COMMANDS if arguments[:1] and arguments[0] in COMMANDS else all_commands(), arguments)
+    command = parse(commands, arguments)
     try:
-        with contextlib.redirect_stderr(complaints):
-            command = tyro.extras.subcommand_cli_from_dict(
-                {name: _deferred(function) for name, function in commands.items()},
-                prog="vbbench",
-                description=DESCRIPTION,
-                args=arguments,
-                config=(tyro.conf.FlagCreatePairsOff,),
-            )
-    except SystemExit as stop:
-        if stop.code:
-            raise VbbenchError(_without_frame(complaints.getvalue())) from None
-        sys.stdout.flush()
-        raise
-    with plain_output():
-        return command() or 0
+        with plain_output():
+            return command() or 0
+    except VbbenchError as error:
+        say(in_options(str(error), commands[arguments[0]]))
+        return 2
 
 
 def _chosen(
     commands: dict[str, Callable[..., Any]], arguments: list[str]
 ) -> tuple[dict[str, Callable[..., Any]], list[str]]:
-    """The commands that can be meant, and the arguments with the name of two words as one."""
-    if not arguments or arguments[0].startswith("-") or arguments[0] in commands:
+    """The commands that can be meant, one unless help is wanted; and the arguments, a name of two words as one."""
+    if not arguments:
+        raise VbbenchError("which command? 'vbbench --help' lists them")
+    if arguments[0] in ("-h", "--help") or arguments[0].startswith("--tyro-"):
         return commands, arguments
+    if arguments[0] in commands:
+        return {arguments[0]: commands[arguments[0]]}, arguments
+    if arguments[0].startswith("-"):
+        raise UnknownNameError("option", arguments[0], ("--help", "--version"))
     group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
     if group and arguments[1:] and arguments[1] in ("-h", "--help"):
         return group, arguments[1:]
@@ -133,22 +124,10 @@ def _chosen(
         raise VbbenchError(f"'{arguments[0]}' wants one of {known}; see 'vbbench {arguments[0]} --help'")
     name = " ".join(arguments[:2])
     if name not in commands:
-        raise UnknownNameError("command", name, group or commands)
-    return commands, [name, *arguments[2:]]
+        raise UnknownNameError("command", name if group else arguments[0], group or _first_words(commands))
+    return {name: commands[name]}, [name, *arguments[2:]]
 
 
-def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
-    """Parse now, run later: what the command itself prints must not be taken for tyro's complaints."""
-    import functools
-
-    @functools.wraps(function)
-    def parsed(*arguments: Any, **options: Any) -> Callable[[], Any]:
-        return functools.partial(function, *arguments, **options)
-
-    return parsed
-
-
-def _without_frame(complaint: str) -> str:
-    """Tyro's boxed message as one line."""
-    text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]", " ", complaint)
-    return " ".join(text.split())
+def _first_words(commands: Iterable[str]) -> list[str]:
+    """What may stand first: names of commands, and of groups of them."""
+    return sorted({name.partition(" ")[0] for name in commands})

@@ -7,7 +7,6 @@ from tyro.conf import Positional
 
 from vbbench.cli.terminal import say_warning
 
-CameraName = Literal["panorama", "perspective"]
 EngineName = Literal["numba", "pysocialforce"]
 TierName = Literal["ideal", "noisy", "occluded", "tracked"]
 
@@ -37,7 +36,7 @@ def generate(
     /,
     out: Path,
     source: Path | None = None,
-    camera: CameraName | None = None,
+    camera: str | None = None,
     tier: TierName = "ideal",
     sigma_h: float = 0.07,
     look: Literal["motion", "wander"] = "motion",
@@ -61,8 +60,8 @@ def generate(
         split: Its name; see 'vbbench splits'.
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
-        camera: 360 degree panorama, or a 90 degree perspective picture of 1280x720; default: the split's own
-            (perspective for sim and street, panorama elsewhere).
+        camera: panorama (360 degrees), perspective (90 degrees, 1280x720), or one that an installed package registers;
+            default: the split's own (perspective for sim and street, panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy (1 px on column, top and bottom), occluded (cut to what
             shows) or tracked (of a detector and a tracker).
         sigma_h: Standard deviation of people's heights in m, about 1.70 m.
@@ -114,7 +113,7 @@ def generate(
         facts = generate_partitioned(split, out, options, scheduler=scheduler, tls=tls, **kept)
     doubt = who_knows(split, options.seed) if withhold_truth else None
     if doubt is not None:
-        say_warning(doubt)
+        say_warning(doubt.replace("a secret seed", "--seed secret"))
     print(describe(facts))
 
 
@@ -126,7 +125,7 @@ def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool 
         out: Folder to make; default: the partitions are replaced by the whole.
         overwrite: Replace the dataset or submission that is in OUT, and the truth that is kept beside it.
     """
-    from vbbench.parallel.merging import merge as make_whole
+    from vbbench.parallel.partitions import merge as make_whole
 
     print(make_whole(folder, out, overwrite=overwrite))
 

@@ -1,4 +1,4 @@
-"""Commands that run solvers and judge what they answer: solve, score, compare."""
+"""Commands that run solvers and judge what they answer: solvers, solve, score, compare."""
 
 from pathlib import Path
 from typing import Literal
@@ -6,6 +6,17 @@ from typing import Literal
 from tyro.conf import Positional
 
 ProtocolName = Literal["one-step", "sequential", "rollout"]
+
+
+def solvers(json: bool = False) -> None:
+    """List every solver: who brings it, how it works, what it is.
+
+    Args:
+        json: Machine-readable.
+    """
+    from vbbench.solving.catalogue import describe_solvers, solvers_json
+
+    print(solvers_json() if json else describe_solvers())
 
 
 def solve(
@@ -26,7 +37,7 @@ def solve(
 
     Args:
         folder: The dataset.
-        solver: A registered name (cv, sf, vb-cv) or module:attribute of your own.
+        solver: A registered name ('vbbench solvers' lists them), or module:attribute of your own.
         out: Submission folder to make.
         protocol: What is given when.
         truth: Folder with the truth tables, where they are kept elsewhere (one-step needs them).

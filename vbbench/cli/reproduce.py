@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vbbench.cli.data import CameraName, TierName
+from vbbench.cli.data import TierName
 from vbbench.cli.evaluation import ProtocolName
 
 
@@ -10,7 +10,7 @@ def figure_sigma(
     out: Path = Path("figure-sigma"),
     solver: tuple[str, ...] = (),
     protocol: ProtocolName = "one-step",
-    camera: CameraName | None = None,
+    camera: str | None = None,
     tier: TierName = "ideal",
     sequences: int = 500,
     seed: int = 0,
@@ -24,7 +24,7 @@ def figure_sigma(
         solver: Registered names or module:attribute; default: vb-sf as it is, with heights from the prior only,
             and besides expecting nothing of the observer.
         protocol: What is given when.
-        camera: What the observer carries; default: that of split sim.
+        camera: What the observer carries, as of 'vbbench generate'; default: that of split sim.
         tier: How boxes are corrupted.
         sequences: Number of sequences at each spread of heights.
         seed: Seed of everything random.
@@ -32,11 +32,11 @@ def figure_sigma(
         overwrite: Make and solve everything again.
     """
     from vbbench.camera import make_camera
+    from vbbench.reproduction.sigma import SigmaStudy, compared_solvers
     from vbbench.reproduction.sigma_report import reproduce_sigma
-    from vbbench.reproduction.study import SOLVERS, SigmaStudy
 
     study = SigmaStudy(
-        solvers=solver or tuple(SOLVERS),
+        solvers=solver or tuple(compared_solvers()),
         protocol=protocol,
         camera=None if camera is None else make_camera(camera),
         tier=tier,

@@ -12,8 +12,7 @@ from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.exchange.matching import match_boxes
-from vbbench.exchange.mot.file import MotRows, write_mot
-from vbbench.exchange.mot.table import UNLINKED
+from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.parallel.parts import progress_bar
@@ -128,7 +127,7 @@ def detect_to_file(
         If there is no such sequence, detector, tracker or backend, ``out`` is a folder, or the truth is withheld.
     """
     if every < 1:
-        raise VbbenchError(f"--every is a number of frames, 1 or more, not {every}")
+        raise VbbenchError(f"every must be at least 1 frame, not {every}")
     if Path(out).is_dir():
         raise VbbenchError(f"{out} is a folder; give the name of a text file")
     sequence, finder = dataset.sequence(number), _make_detector(detector)

@@ -5,20 +5,20 @@ quaternion turns the body frame (x forward, z up) into the world frame (z up), s
 (0, 0, sin yaw/2, cos yaw/2).
 """
 
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, quoted
+from vbbench.errors import FileError
+from vbbench.exchange.sequence_files import files_by_sequence, sequence_name
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
-from vbbench.parsing.numbers import parse_number
+from vbbench.parsing.numbers import finite_number
 from vbbench.sequence import Sequence
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
@@ -98,11 +98,7 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
         raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
     numbers = []
     for name, cell in zip(_COLUMNS, cells, strict=True):
-        value = parse_number(cell)
-        if value is None:
-            raise FileError(path, f"{name} is {quoted(cell)}; write a number", line)
-        if not np.isfinite(value):
-            raise FileError(path, f"{name} is {value}; leave out frames without a pose", line)
+        value = finite_number(path, line, name, cell)
         if abs(value) > _FARTHEST and name != "timestamp":
             raise FileError(path, f"{name} is {value:g}; no place is beyond {_FARTHEST:g} m", line)
         numbers.append(value)
@@ -146,9 +142,6 @@ def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> I
     return frames
 
 
-_NAME = re.compile(r"sequence-(\d+)\.txt")
-
-
 def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str | None = None) -> Path:
     """Write the poses of every sequence, true ones or a submission's, as TUM trajectory files.
 
@@ -172,7 +165,9 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
     with loose_files(out):
         for sequence in dataset.sequences():
             poses = dataset.truth(sequence).poses if estimates is None else estimates.of(sequence).poses
-            export_tum(poses, dataset.info.dt, dataset.info.camera.mount_height, out / file_name(sequence.index))
+            export_tum(
+                poses, dataset.info.dt, dataset.info.camera.mount_height, out / f"{sequence_name(sequence.index)}.txt"
+            )
     return out
 
 
@@ -201,33 +196,16 @@ def import_tum_folder(
         For the first file that cannot be used, with its line (`import_tum`), or has a frame or a name that the dataset
         has not; or if there is no such file at all.
     """
-    paths = _files(Path(folder), len(dataset))
-    poses = {
-        number: _poses_of(path, dataset.sequence(number), dataset.info.dt) for number, path in sorted(paths.items())
-    }
+    named = {path: path.stem for path in sorted(Path(folder).glob("*.txt"))}
+    if not named:
+        raise FileError(folder, f"holds no trajectory; files are called {sequence_name(0)}.txt and so on")
+    paths = files_by_sequence(named, len(dataset))
+    poses = {number: _poses_of(path, dataset.sequence(number), dataset.info.dt) for number, path in paths.items()}
     info = SubmissionInfo(solver=solver, dataset=dataset.info.id, protocol=protocol, failure_policy="hold")
     with SubmissionWriter(out, info) as writer:
         for number, (frames, values) in poses.items():
             writer.add(number, _pose_columns(frames, values), _no_positions())
     return Path(out)
-
-
-def file_name(sequence: int) -> str:
-    """Name of the trajectory file of a sequence."""
-    return f"sequence-{sequence:06d}.txt"
-
-
-def _files(folder: Path, sequences: int) -> dict[int, Path]:
-    found = {}
-    for path in sorted(folder.glob("*.txt")):
-        name = _NAME.fullmatch(path.name)
-        if name is None or int(name[1]) >= sequences or int(name[1]) in found:
-            known = f"sequences 0 to {sequences - 1}, one file each, are called {file_name(0)} and so on"
-            raise FileError(path, f"belongs to no sequence of the dataset; {known}")
-        found[int(name[1])] = path
-    if not found:
-        raise FileError(folder, f"holds no trajectory; files are called {file_name(0)} and so on")
-    return found
 
 
 def _poses_of(path: Path, sequence: Sequence, dt: float) -> tuple[IntArray, FloatArray]:

@@ -1,16 +1,16 @@
-"""A dataset folder: its sequences, and their truth where it is at hand."""
+"""A dataset folder: its sequences, and their truth where it is available."""
 
 import threading
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError
-from vbbench.files.consistency import check_scene, check_sequence, check_tracks, check_truth_rows
+from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
+from vbbench.files.dataset_checks import check_scene, check_sequence, check_tracks, check_truth_rows
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
 from vbbench.files.withholding import check_truth
@@ -18,6 +18,9 @@ from vbbench.folders.swapping import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Problem
+
+if TYPE_CHECKING:
+    import pandas
 
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
@@ -30,7 +33,7 @@ SCENES_AT_HAND = 64
 
 
 class Dataset:
-    """A dataset folder, opened for reading; sequences come as they are asked for.
+    """A dataset folder, opened for reading; sequences are read when they are asked for.
 
     Parameters
     ----------
@@ -72,8 +75,28 @@ class Dataset:
 
     @property
     def has_truth(self) -> bool:
-        """Whether the truth tables are at hand."""
+        """Whether the truth tables are available."""
         return self.table_path("truth/poses").is_file()
+
+    def to_pandas(self, table: str) -> "pandas.DataFrame":
+        """A table as a data frame; needs the extra ``pandas``.
+
+        Parameters
+        ----------
+        table : ``sequences``, ``observations``, ``given``, ``truth/poses``, ``truth/people`` or ``truth/scenes``.
+
+        Raises
+        ------
+        VbbenchError
+            If there is no such table, the truth is withheld, or pandas is not installed.
+        """
+        with needs_extra("pandas", "Dataset.to_pandas"):
+            import pandas
+        if table not in self.info.tables:
+            raise UnknownNameError("table", table, self.info.tables)
+        if table.startswith("truth/"):
+            self._require_truth()
+        return pandas.read_parquet(self.table_path(table))
 
     @cached_property
     def rows(self) -> dict[str, NDArray[Any]]:
@@ -118,7 +141,7 @@ class Dataset:
                 yield self._sequence(index, _of(boxes, index), _of(given, index))
 
     def truth(self, sequence: Sequence) -> Truth:
-        """Truth of one sequence; tracks that belong to nobody are NaN.
+        """Truth of one sequence; tracks of false alarms are NaN.
 
         Raises
         ------
@@ -184,7 +207,7 @@ class Dataset:
 
     def _require_truth(self) -> None:
         if not self.has_truth:
-            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with --truth")
+            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it (truth)")
 
     def _sequence(self, index: int, boxes: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> Sequence:
         row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}

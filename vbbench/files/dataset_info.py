@@ -11,12 +11,12 @@ import pyarrow.parquet as pq
 
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
 from vbbench.errors import FileError, VbbenchError, quoted
-from vbbench.files.dataset_fields import find_fault
+from vbbench.files.dataset_checks import find_fault
 from vbbench.files.tables import file_sha256
 from vbbench.folders.swapping import finish_swaps
 from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
 from vbbench.paper import Counts, the_paper
-from vbbench.parsing.json_text import canonical_digest, read_json
+from vbbench.parsing.json_text import canonical_digest, read_object
 
 FORMAT_VERSION = 1
 INFO_FILE = "dataset.json"
@@ -150,12 +150,7 @@ class DatasetInfo:
 
 def _checked(path: Path) -> dict[str, Any]:
     """What a ``dataset.json`` says; every key of it is as it must be."""
-    try:
-        values = read_json(path)
-    except ValueError as error:
-        raise FileError(path, f"is damaged ({error}); generate the dataset again") from error
-    if not isinstance(values, dict):
-        raise FileError(path, "is damaged (it holds no object); generate the dataset again")
+    values = read_object(path, "generate the dataset again")
     version = values.get("format_version")
     if version != FORMAT_VERSION:
         problem = f"format version {quoted(version)}, this vbbench reads {FORMAT_VERSION}"

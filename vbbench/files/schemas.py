@@ -30,6 +30,12 @@ SCHEMAS: dict[str, pa.Schema] = {
 }
 """Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
 
+TRACK_TABLE = "truth/tracks"
+"""The table of who is behind each track, of the tier `tracked` alone: elsewhere a track is a person."""
+
+SCENE_TABLES = ("truth/scenes", "truth/people")
+"""The tables of scenes: written by sequence where every sequence has a scene of its own."""
+
 FALLBACK = "fallback"
 """Optional column of ``poses``: whether the observer's own prior decided the frame, for want of people."""
 
@@ -99,11 +105,3 @@ def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:
             absent = pa.scalar(False if pa.types.is_boolean(field.type) else np.nan, field.type)
             group = group.append_column(field, pa.repeat(absent, len(group)))
     return group.select(schema.names)
-
-
-TRACK_TABLE = "truth/tracks"
-"""The table of who is behind each track, of the tier `tracked` alone: elsewhere a track is a person."""
-
-
-SCENE_TABLES = ("truth/scenes", "truth/people")
-"""The tables of scenes: written by sequence where every sequence has a scene of its own."""

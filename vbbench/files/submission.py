@@ -28,7 +28,7 @@ LONGEST_TEXT = 1000
 """Characters of a text in it: names and references are printed with every score."""
 
 LONGEST_FRAME = 1e6
-"""Seconds a frame that are believed: eleven days."""
+"""Seconds per frame that are believed: eleven days."""
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -202,26 +202,6 @@ class SubmissionWriter:
                 table.finish()
             self._facts.write_text(self.info.to_json(), encoding="utf-8")
             (self.folder / SUBMISSION_FILE).unlink(missing_ok=True)
-
-
-def write_submission(folder: Path | str, info: SubmissionInfo, poses: Columns, positions: Columns) -> None:
-    """Write a submission from whole tables.
-
-    Parameters
-    ----------
-    folder : where to; made if needed.
-    info : the declared facts.
-    poses : columns sequence, frame, x, y, yaw, each [N], in m and rad, and perhaps fallback.
-    positions : columns sequence, frame, track, x, y, each [M], in m.
-    """
-    with SubmissionWriter(folder, info, fallback=FALLBACK in poses) as writer:
-        for sequence in np.union1d(poses["sequence"], positions["sequence"]):
-            writer.add(int(sequence), _rows_of(poses, sequence), _rows_of(positions, sequence))
-
-
-def _rows_of(columns: Columns, sequence: int) -> Columns:
-    mine = columns["sequence"] == sequence
-    return {name: np.asarray(values)[mine] for name, values in columns.items()}
 
 
 def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
 from vbbench.files.dataset import Dataset
-from vbbench.files.parquet_file import RowBound
 from vbbench.files.schemas import CONVERGED, FALLBACK, SCHEMAS, column_values
-from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults
 from vbbench.parsing.numbers import parse_number
 
@@ -31,19 +30,7 @@ class SubmissionTable(Protocol):
         """Name of the file, for messages."""
 
     def read(self, first: int, last: int) -> Arrays:
-        """Rows with first ≤ sequence < last, an array a column; the optional ones that are there, ``line`` from CSV."""
-
-
-class ParquetRows:
-    """A table of a submission as vbbench, or a stranger, wrote it in Parquet."""
-
-    def __init__(self, path: Path, name: str, optional: Collection[str], bound: RowBound) -> None:
-        self.file = path.name
-        self._table = SequenceTable(path, name, optional=optional, bound=bound)
-
-    def read(self, first: int, last: int) -> Arrays:
-        """See `SubmissionTable.read`."""
-        return self._table.read(first, last)
+        """Rows with first ≤ sequence < last, an array per column that there is; from CSV also ``line``."""
 
 
 class RowsInMemory:
@@ -74,7 +61,7 @@ def open_table(
         faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
     try:
         if parquet.is_file():
-            return ParquetRows(parquet, name, optional, bound)
+            return SequenceTable(parquet, name, optional=optional, bound=bound)
         if csv.is_file():
             columns = read_csv_rows(csv, SCHEMAS[name].names, faults, optional, bound)
             return None if columns is None else RowsInMemory(csv.name, columns)
@@ -86,7 +73,7 @@ def open_table(
 
 
 def row_bound(name: str, dataset: Dataset) -> RowBound:
-    """The rows that ``poses`` (one a frame) or ``positions`` (one for each track in each frame) can have."""
+    """The rows that ``poses`` (one per frame) or ``positions`` (one per track and frame) can have."""
     rows = dataset.rows["frames"] if name == "poses" else dataset.cells
     return RowBound(int(rows.sum(dtype=np.int64)))
 
@@ -117,7 +104,7 @@ def read_csv_rows(
 
     Returns
     -------
-    The rows whose ids could be read (0 stands for a value that could not), or ``None`` without usable header.
+    The rows whose ids could be read (0 in place of a value that could not), or ``None`` without usable header.
 
     Raises
     ------
@@ -135,7 +122,7 @@ def _header(path: Path) -> list[str]:
     cells = [cell.strip() for cell in next(_lines(path), (0, [""]))[1]]
     if not all(map(is_printable, cells)):
         raise FileError(
-            path, "its first line is no UTF-8 text, or holds control characters; save it as CSV with commas"
+            path, "its first line is not UTF-8 text, or holds control characters; save it as CSV with commas"
         )
     return cells
 
@@ -147,12 +134,12 @@ def _check_header(path: Path, header: list[str], wanted: list[str], faults: Faul
     for name in missing:
         faults.add(f"{path.name}, line 1: column '{name}' is missing; the header must read {','.join(wanted)}")
     for name in twice:
-        faults.add(f"{path.name}, line 1: column '{name}' stands there twice; keep one")
+        faults.add(f"{path.name}, line 1: column '{name}' is there twice; keep one")
     return not missing and not twice
 
 
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of each row that is not blank; bytes that are no UTF-8 stay what is no number."""
+    """Line number and cells of each row that is not blank; bytes that are not UTF-8 stay, and are not a number."""
     with path.open(encoding="utf-8-sig", errors="surrogateescape", newline="") as file:
         reader = csv.reader(_short_lines(path, file), strict=True)
         try:
@@ -168,7 +155,7 @@ def _short_lines(path: Path, file: TextIO) -> Iterator[str]:
     while line := file.readline(_LONGEST_LINE):
         number += 1
         if len(line) == _LONGEST_LINE:
-            raise FileError(path, f"has more than {_LONGEST_LINE} characters; write a row a line", number)
+            raise FileError(path, f"has more than {_LONGEST_LINE} characters; write one row per line", number)
         yield line
 
 

@@ -18,7 +18,7 @@ ZSTD_LEVEL = -5
 
 GROUPS_ALONE = 4096
 """So many row groups are written one by one, then as many of two each, of four, … : the footer, which is held in memory
-by who writes and who reads, grows with the logarithm of the number of sequences."""
+by writer and reader, grows with the logarithm of the number of sequences."""
 
 
 class TableWriter:

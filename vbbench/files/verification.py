@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_fields import ALWAYS
+from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.tables import file_sha256
 from vbbench.geometry import IntArray

@@ -43,9 +43,9 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
     if not kept.exists():
         return
     if not kept.is_dir() or not all(_is_of_truth(path.name) for path in kept.iterdir()):
-        raise VbbenchError(f"{kept} exists and is no withheld truth; move it or choose another --out")
+        raise VbbenchError(f"{kept} exists and is not a withheld truth; move it or choose another folder")
     if not overwrite:
-        raise VbbenchError(f"{kept} exists and may be the only copy of a truth; add --overwrite to replace it")
+        raise VbbenchError(f"{kept} exists and may be the only copy of a truth; set overwrite to replace it")
 
 
 def _is_of_truth(name: str) -> bool:
@@ -75,7 +75,7 @@ def check_truth(info: DatasetInfo, truth: Path) -> None:
     for name, facts in info.truth_tables.items():
         path = truth / name
         if not path.is_file():
-            raise FileError(path, "this truth table is missing; --truth names the folder that holds all of them")
+            raise FileError(path, "this truth table is missing; name the folder that holds all of them")
         if path.stat().st_size != facts["bytes"] or file_sha256(path) != facts["sha256"]:
             raise FileError(path, f"is not the truth of dataset {info.id}: its SHA-256 is not the published one")
     if (truth / SEED_FILE).is_file() and info.with_seed(_read_seed(truth / SEED_FILE)).id != info.id:

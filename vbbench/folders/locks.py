@@ -13,10 +13,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from vbbench.errors import VbbenchError, VbbenchWarning, plain_errors
+from vbbench.errors import VbbenchError, VbbenchWarning, one_line, plain_errors
 
 LOCK = ".vbbench-lock"
-"""File in a folder that somebody writes into: locked with ``flock``, and saying by whom."""
+"""File in a folder that a command writes into: locked with ``flock``; it names that command."""
 
 _BUSY = {errno.EWOULDBLOCK, errno.EACCES}
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
@@ -94,7 +94,7 @@ def _acquire(path: Path, out: Path) -> int:
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         except FileNotFoundError:
-            continue  # who held it removed the folder meanwhile
+            continue  # its holder removed the folder in between
         try:
             _claim(handle, path, out)
         except BusyError:
@@ -157,17 +157,13 @@ def _read(handle: int) -> dict[str, Any]:
 def _spoken(holder: dict[str, Any]) -> str:
     if not holder:
         return "another command"
-    told = {name: _printable(holder.get(name)) for name in ("process", "host", "since", "command")}
+    told = {name: one_line(str(holder.get(name)), _LONGEST) for name in ("process", "host", "since", "command")}
     return f"process {told['process']} on {told['host']} since {told['since']} ({told['command']})"
-
-
-def _printable(value: object) -> str:
-    return "".join(letter if letter.isprintable() else "?" for letter in str(value))[:_LONGEST]
 
 
 @contextmanager
 def loose_files(folder: Path) -> Iterator[None]:
-    """Write loose files into ``folder`` while the block runs, nobody else at the same time.
+    """Write loose files into ``folder`` while the block runs, and keep other commands out.
 
     Raises
     ------
@@ -175,9 +171,9 @@ def loose_files(folder: Path) -> Iterator[None]:
         If it is a file, a dataset or a submission, or another command writes there.
     """
     if folder.exists() and not folder.is_dir():
-        raise VbbenchError(f"{folder} is no folder; choose another --out")
+        raise VbbenchError(f"{folder} is not a folder; choose another place to write to")
     for marker in ("dataset.json", "submission.json"):
         if (folder / marker).is_file():
-            raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder for --out")
+            raise VbbenchError(f"{folder} is a {marker.removesuffix('.json')}; choose another folder to write to")
     with locked(folder):
         yield

@@ -1,7 +1,7 @@
 """Puts a new folder, and the truth that is kept beside it, in the place of the old ones: both or neither.
 
 Two folders cannot be renamed in one step. So a journal is written first, into the work folder where the new ones stand
-ready; from then on the swap is decided. Whoever finds the journal, after a kill at whatever step, goes on with it.
+ready; from then on the swap is decided. Any command that finds the journal, after a kill at any step, completes it.
 """
 
 import json
@@ -64,19 +64,19 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
 
 
 def is_decided(work: Path) -> bool:
-    """Whether a swap was begun and may have been stopped."""
+    """Whether a swap was begun and may have been interrupted."""
     with suppress(PermissionError):  # a work folder of somebody else
         return (work / MARK).is_file() and (work / JOURNAL).is_file()
     return False
 
 
 def go_on(work: Path, out: Path) -> None:
-    """Go on with a swap that was stopped.
+    """Complete a swap that was interrupted.
 
     Raises
     ------
     VbbenchError
-        If something stands in its way by now.
+        If something is in its way by now.
     """
     with plain_errors(out):
         _rename(work, out)
@@ -89,7 +89,7 @@ def is_done(work: Path) -> bool:
 
 
 def finish_swaps(folder: Path | str) -> None:
-    """Before a folder is read: go on with a swap of it, or of what its truth belongs to, that was stopped."""
+    """Before a folder is read: complete an interrupted swap of it, or of the dataset that its truth belongs to."""
     for out in _whose(real(folder)):
         work, end = beside(out, WORK), time.monotonic() + _PATIENCE
         while is_decided(work):

@@ -1,4 +1,4 @@
-"""The folder ``OUT.partial`` in which ``OUT`` is made: locked, marked as ours, gone on with, and swapped in whole.
+"""The folder ``OUT.partial`` in which ``OUT`` is made: locked, marked as ours, resumed, and swapped in whole.
 
     OUT.partial/.vbbench-lock       who is writing
     OUT.partial/vbbench-work.json   the mark: which work this is
@@ -7,7 +7,7 @@
     OUT.partial/swap.json           they are being put in their places
     OUT.partial/old, old-truth      what stood there
 
-A folder of that name without the mark is somebody else's and never touched.
+A folder of that name without the mark is not ours and never touched.
 """
 
 import json
@@ -183,6 +183,6 @@ def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
     if not folder.exists():
         return
     if not any((place / marker).is_file() for place in (folder, folder / PARTITIONED)):
-        raise VbbenchError(f"{folder} exists and is no {what}; choose another folder or remove it")
+        raise VbbenchError(f"{folder} exists and is not a {what}; choose another folder or remove it")
     if not overwrite:
-        raise VbbenchError(f"{folder} exists; add --overwrite to replace it")
+        raise VbbenchError(f"{folder} exists; set overwrite to replace it")

@@ -12,7 +12,7 @@ import pyarrow as pa
 from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_fields import ALWAYS
+from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.schemas import SCENE_TABLES, SCHEMAS, TRACK_TABLE, to_arrow
 from vbbench.files.sequence_tables import Ranges, part_ranges
@@ -24,8 +24,7 @@ from vbbench.generation.dataset_rows import ROWS, scene_rows, sequence_row, sequ
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan
 from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
-from vbbench.parallel.parts import Part, write_in_parts
-from vbbench.parallel.workers import check_jobs
+from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -96,7 +95,7 @@ def generate_partitioned(
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> DatasetInfo:
-    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `merging.merge` makes it whole.
+    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `partitions.merge` makes it whole.
 
     Its address is ``tls://HOST:PORT`` if ``tls`` is the folder of certificates (`cluster.on_cluster`). Otherwise as
     `generate`.
@@ -200,7 +199,7 @@ def who_knows(split: str, seed: int) -> str | None:
     generator: Generator = load("generator", split)
     if generator.card.sources:
         known = f"{split} is a public recording, and who has it knows its truth"
-        return f"{known}; withhold sim, street or a recording of your own (custom), with --seed secret"
+        return f"{known}; withhold sim, street or a recording of your own (custom), with a secret seed"
     if seed.bit_length() <= GUESSABLE_BITS:
-        return f"seed {seed} can be guessed, and who does makes this truth again; use --seed secret"
+        return f"seed {seed} can be guessed, and who does makes this truth again; use a secret seed"
     return None

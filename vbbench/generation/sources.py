@@ -19,7 +19,7 @@ DATA_VARIABLE = "VBBENCH_DATA"
 TIMEOUT = 30
 """Seconds without an answer after which a download is given up."""
 
-# By name, because requests is pooch's dependency and not ours, and slow to import.
+# By name, because requests is slow to import.
 _REASONS = {
     "ValueError": "what came is damaged or another file (wrong SHA-256)",
     "ChunkedEncodingError": "the download was cut short; what came is kept, and fetching again goes on from there",
@@ -59,10 +59,10 @@ def data_folder() -> Path:
 
 def data_folders() -> list[Path]:
     """Where source files are looked for: ``$VBBENCH_DATA`` where that is set, and the user's cache folder."""
-    import pooch
+    from platformdirs import user_cache_path
 
     chosen = os.environ.get(DATA_VARIABLE)
-    return [*([Path(chosen).expanduser()] if chosen else []), Path(pooch.os_cache("vbbench"))]
+    return [*([Path(chosen).expanduser()] if chosen else []), user_cache_path("vbbench")]
 
 
 def find_source(source: Source, explicit: Path | None = None) -> Path | None:

@@ -2,17 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import needs_extra
 from vbbench.generation.generator import Options
 from vbbench.generation.stream import stream
 from vbbench.sequence import SequenceData
 
-try:
+with needs_extra("torch", "vbbench.generation.torch"):
     import torch
     from torch.nn.functional import pad
     from torch.utils.data import IterableDataset, get_worker_info
-except ImportError as error:
-    raise VbbenchError("vbbench.generation.torch needs PyTorch: python -m pip install 'vbbench[torch]'") from error
 
 Example = dict[str, torch.Tensor]
 """One sequence: see `to_tensors`."""

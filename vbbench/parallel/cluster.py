@@ -31,7 +31,7 @@ PATIENCE = 10
 """Seconds to wait for the scheduler, and for a first worker."""
 
 PARTS_A_CORE = 16
-"""Parts a core that are sent at a time: so many results at most, about 1 MB each, wait here to be written."""
+"""Parts per core that are sent at a time: so many results at most, about 1 MB each, wait here to be written."""
 
 PACKAGES = ("vbbench", "numpy", "scipy", "numba")
 """What results may depend on: the same versions are asked of all workers."""

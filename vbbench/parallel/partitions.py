@@ -1,13 +1,14 @@
-"""Partitioned datasets and submissions: a folder a table, a Parquet file a part, as a cluster of workers leaves them.
+"""Partitioned datasets and submissions: a folder per table, a Parquet file per part, as a cluster writes them.
 
-Beside the tables' folders stands the folder ``partitioned``: a JSON file a part, written when all its tables are there,
+Beside the tables' folders is the folder ``partitioned``: one JSON file per part, written when all its tables are there,
 the facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
 """
 
 import json
 import re
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -16,22 +17,24 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.files.dataset_fields import ALWAYS
-from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.dataset_checks import ALWAYS
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.schemas import OPTIONAL, TRACK_TABLE, table_schema
 from vbbench.files.sequence_tables import Ranges
-from vbbench.files.submission import SUBMISSION_FILE
-from vbbench.files.tables import table_bytes
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.files.tables import TableWriter, table_bytes
+from vbbench.files.withholding import check_truth_free, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
-from vbbench.folders.swapping import finish_swaps
-from vbbench.folders.work_folder import PARTITIONED
+from vbbench.folders.swapping import finish_swaps, real
+from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.parallel.parts import Part, Work, progress_bar
-from vbbench.parsing.json_text import read_json
+from vbbench.parsing.json_text import read_object
 
 LAYOUT_FILE = "layout.json"
 SCENES = "scenes"
 """Name of the part with the scenes that sequences share; the others are called by `part_name`."""
 
+_ADVICE = "copy the partitions again"
 _PART = re.compile(rf"part-\d{{8}}|{SCENES}")
 _KNOWN: dict[str, tuple[list[str], list[str]]] = {
     INFO_FILE: ([*ALWAYS], [TRACK_TABLE]),
@@ -101,7 +104,7 @@ def write_partitions(
         for part in on_cluster(work, left, scheduler, tls) if left else ():
             write_partition(folder, part)
             bar.update(sizes[part.name])
-    return [_read_json(_facts_path(folder, name))["facts"] for name in sizes]
+    return [read_object(_facts_path(folder, name), _ADVICE)["facts"] for name in sizes]
 
 
 def write_partition(folder: Path, part: PackedPart) -> None:
@@ -131,15 +134,15 @@ def read_layout(folder: Path) -> Layout:
     finish_swaps(folder)
     if not path.is_file():
         raise VbbenchError(
-            f"{folder} is not partitioned; 'vbbench merge' takes what 'generate' and 'solve' make with --scheduler"
+            f"{folder} is not partitioned; 'vbbench merge' takes what 'generate' and 'solve' make on a cluster"
         )
     try:
-        layout = Layout(**_read_json(path))
+        layout = Layout(**read_object(path, _ADVICE))
         problem = _problem(layout)
     except TypeError as error:
         problem = str(error)
     if problem:
-        raise FileError(path, f"is damaged ({problem}); copy the partitions again")
+        raise FileError(path, f"is damaged ({problem}); {_ADVICE}")
     return layout
 
 
@@ -181,31 +184,31 @@ class PartitionedTable:
             return
         path = _table_path(self._folder, self._name, part)
         if not path.is_file():
-            raise FileError(path, "the file is missing; copy the partitions again")
+            raise FileError(path, f"the file is missing; {_ADVICE}")
         data = path.read_bytes()
         if sha256(data).hexdigest() != digest:
-            raise FileError(path, "SHA-256 differs from what was written; copy the partitions again")
+            raise FileError(path, f"SHA-256 differs from what was written; {_ADVICE}")
         try:
             file = pq.ParquetFile(pa.BufferReader(data))
             if file.schema_arrow != table_schema(self._name, columns):
-                raise FileError(path, f"has the columns {file.schema_arrow.names}; copy the partitions again")
+                raise FileError(path, f"has the columns {file.schema_arrow.names}; {_ADVICE}")
             for number in range(file.num_row_groups):
                 yield file.read_row_group(number, use_threads=False).combine_chunks()
         except (pa.ArrowException, OSError) as error:
-            raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
+            raise FileError(path, f"is damaged ({error}); {_ADVICE}") from error
 
 
 def _read_facts(folder: Path, part: str, table: str) -> tuple[list[str], str | None]:
     """Columns and SHA-256 of a table's file in one part, ``None`` where that has none."""
     path = _facts_path(folder, part)
-    known = _read_json(path)
+    known = read_object(path, _ADVICE)
     columns, digests = known.get("columns"), known.get("sha256")
     if not isinstance(columns, dict) or not isinstance(digests, dict):
-        raise FileError(path, "is damaged (columns or sha256 are missing); copy the partitions again")
+        raise FileError(path, f"is damaged (columns or sha256 are missing); {_ADVICE}")
     own, digest = columns.get(table, []), digests.get(table)
     allowed = set(table_schema(table, OPTIONAL.get(table, pa.schema([])).names).names)
     if not _are_names(own) or not set(own) <= allowed or not isinstance(digest, str | None):
-        raise FileError(path, f"is damaged (no columns or SHA-256 of {table}); copy the partitions again")
+        raise FileError(path, f"is damaged (no columns or SHA-256 of {table}); {_ADVICE}")
     return own, digest
 
 
@@ -217,13 +220,60 @@ def _facts_path(folder: Path, part: str) -> Path:
     return folder / PARTITIONED / f"{part}.json"
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    if not path.is_file():
-        raise FileError(path, "the file is missing; copy the partitions again")
-    try:
-        values = read_json(path)
-    except ValueError as error:
-        raise FileError(path, f"is damaged ({error}); copy the partitions again") from error
-    if not isinstance(values, dict):
-        raise FileError(path, "is damaged (no JSON object); copy the partitions again")
-    return values
+def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool = False) -> Path:
+    """Merge the partitions in ``folder`` into whole tables, there or in the folder ``out``; return where they are.
+
+    After an interruption the same call completes it: partitions are removed only when the whole is written.
+
+    Parameters
+    ----------
+    overwrite : replace the dataset or submission that is in ``out``, and the truth beside it.
+
+    Raises
+    ------
+    VbbenchError
+        If ``folder`` is not partitioned, a file of it is missing or damaged, or ``out`` or the truth that is to be
+        kept beside it is in the way.
+    """
+    folder = Path(folder)
+    target = folder if out is None else Path(out)
+    in_place = real(target) == real(folder)
+    with WorkFolder(target, partial(_check, folder, target, overwrite or in_place, overwrite)) as work:
+        if work.begin(f"merge {real(folder)}"):
+            layout = read_layout(folder)
+            _write_whole(folder, layout, work)
+            work.publish(_strangers(folder, layout) if in_place else ())
+    return target
+
+
+def _check(folder: Path, target: Path, overwrite: bool, overwrite_truth: bool) -> None:
+    layout = read_layout(folder)
+    check_free(target, layout.marker, "merged folder", overwrite)
+    if layout.withheld:
+        check_truth_free(truth_folder_beside(target), overwrite_truth)
+
+
+def _write_whole(folder: Path, layout: Layout, work: WorkFolder) -> None:
+    paths = table_paths(layout.tables, work, layout.withheld)
+    with progress_bar(len(paths) * len(layout.parts), "merge", unit="file") as bar:
+        for name, path in paths.items():
+            table = PartitionedTable(folder, name, layout.parts)
+            with TableWriter(path, name, table.columns) as writer:
+                for part in layout.parts:
+                    for group in table.groups(part):
+                        writer.add(group)
+                    bar.update()
+    write_text_atomically(work.new / layout.marker, _facts(folder, layout, paths, work))
+
+
+def _facts(folder: Path, layout: Layout, paths: dict[str, Path], work: WorkFolder) -> str:
+    """The text of the merged ``dataset.json`` or ``submission.json``."""
+    if layout.marker != INFO_FILE:
+        return SubmissionInfo.read(folder / PARTITIONED).to_json()
+    info = replace(DatasetInfo.read(folder / PARTITIONED), tables=describe_tables(paths))
+    return (withhold(info, work.new_truth) if layout.withheld else info).to_json()
+
+
+def _strangers(folder: Path, layout: Layout) -> set[str]:
+    """Names of what is in a partitioned folder and does not belong to it."""
+    return {path.name for path in folder.iterdir()} - {Path(name).parts[0] for name in layout.tables} - {PARTITIONED}

@@ -1,10 +1,10 @@
 """Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
 
 The work on N sequences is cut into parts of a fixed number of sequences, or fewer where these are large, so that
-neither who makes a part nor who writes it into the tables holds more than some megabytes. A worker writes its part's
+neither a worker nor the writer of the tables holds more than some megabytes. A worker writes its part's
 tables, one Arrow stream after the other, into a file that gets its final name when it is whole; the tables are then
 written from the parts in order. How the work is cut leaves no trace in them but for the row groups of ``sequences``,
-one a part; it follows from the work alone.
+one per part; it follows from the work alone.
 """
 
 import json
@@ -22,18 +22,24 @@ from vbbench.errors import plain_errors
 from vbbench.files.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.tables import TableWriter
-from vbbench.parallel.workers import in_parallel
 
 if TYPE_CHECKING:
     from tqdm import tqdm
+import signal
+import warnings
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.resource_tracker import ensure_running
 
+from vbbench.errors import VbbenchError
+from vbbench.parallel.stopping import REASONS, end_with_parent
 
 PATIENCE = 5.0
 """Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
 
 
-HELD = 1 << 26
-"""Bytes of parts that may be held in memory: those after them are kept in files, however soon they are made."""
+BYTES_IN_MEMORY = 1 << 26
+"""Bytes of parts that are kept in memory; those after them are kept in files, however soon they are made."""
 
 _END = b"\xff\xff\xff\xff\0\0\0\0"
 """Last bytes of an Arrow stream that was written to its end."""
@@ -44,7 +50,7 @@ NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part's row groups (a table a sequence), by table name, and facts about it that go to JSON."""
+    """One part's row groups (one table per sequence), by table name, and facts about it that go to JSON."""
 
     groups: dict[str, list[pa.Table]]
     facts: dict[str, Any]
@@ -79,7 +85,8 @@ def write_in_parts(
     Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
     make = partial(_make_part, work, parts)
-    made: Iterable[Part | Path] = _make_here(make, ranges) if jobs == 1 else _make_elsewhere(make, ranges, jobs)
+    made: Iterable[Part | Path]
+    made = _make_here(make, ranges) if jobs == 1 else in_parallel(partial(make, keep=True), ranges, jobs)
     parts_made = list(_with_progress(made, ranges, label))
     with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
         for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
@@ -109,13 +116,9 @@ def _metadata(path: Path, key: bytes) -> dict[str, Any]:
 def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Part | Path]:
     started, held = perf_counter(), 0
     for first, last in ranges:
-        part = make(first, last, keep=held > HELD or perf_counter() - started > PATIENCE)
+        part = make(first, last, keep=held > BYTES_IN_MEMORY or perf_counter() - started > PATIENCE)
         held += part.nbytes if isinstance(part, Part) else 0
         yield part
-
-
-def _make_elsewhere(make: Callable[..., Part | Path], ranges: Ranges, jobs: int) -> Iterator[Part | Path]:
-    return in_parallel(partial(make, keep=True), ranges, jobs)
 
 
 def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:
@@ -169,3 +172,79 @@ def _groups(part: Part | Path, name: str) -> Iterator[pa.Table]:
             for batch in stream:
                 if stream.schema.metadata[NAME] == name.encode():
                     yield pa.Table.from_batches([batch]).replace_schema_metadata()
+
+
+JOBS_A_CORE = 8
+"""More processes than this only cost memory."""
+
+
+def check_jobs(jobs: int) -> None:
+    """Refuse a number of processes that makes no sense on this machine.
+
+    Raises
+    ------
+    VbbenchError
+        Unless it is 1 to `JOBS_A_CORE` per core, or −1 for one per core.
+    """
+    most = JOBS_A_CORE * (os.cpu_count() or 1)
+    if jobs != -1 and not 1 <= jobs <= most:
+        raise VbbenchError(f"jobs is a number of processes: 1 to {most} here, or -1 for one per core, not {jobs}")
+
+
+def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Any]:
+    """The results of ``function`` for each tuple of arguments, in order, made by ``jobs`` processes (−1: one per core).
+
+    Raises
+    ------
+    VbbenchError
+        If a worker dies.
+    """
+    from joblib import Parallel, delayed
+
+    check_jobs(jobs)
+    run = Parallel(
+        n_jobs=jobs,
+        backend="loky",
+        return_as="generator",
+        pre_dispatch="4*n_jobs",
+        initializer=_start_worker,
+        initargs=(os.getpid(),),
+    )
+    with warnings.catch_warnings():
+        # Workers that grow while they compile are replaced, which is said and loses nothing.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
+        try:
+            with _apart_from_the_terminal():
+                results = run(delayed(function)(*call) for call in calls)
+            yield from results
+        except BrokenProcessPool as error:
+            raise VbbenchError(
+                "a worker process died (out of memory?); the same command goes on where this one was, "
+                "with fewer jobs if need be"
+            ) from error
+
+
+@contextmanager
+def _apart_from_the_terminal() -> Iterator[None]:
+    """Start processes that leave the signals of a terminal to this one, and clean up after it without a word."""
+    kept = os.environ.get("PYTHONWARNINGS")
+    quiet = "ignore:resource_tracker:UserWarning"  # of what a process that was killed could not remove itself
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, REASONS)
+    os.environ["PYTHONWARNINGS"] = f"{kept},{quiet}" if kept else quiet
+    try:
+        ensure_running()
+        signal.pthread_sigmask(signal.SIG_BLOCK, REASONS)  # Python 3.11 let them through when it had started that
+        yield
+    finally:
+        if kept is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = kept
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_worker(parent: int) -> None:
+    end_with_parent(parent)
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, REASONS)

@@ -35,6 +35,7 @@ def stoppable(run: Callable[[], int]) -> int:
     A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
     """
     stop = _Stop()
+    _adopt_orphans()
     try:
         stop.listen()
         return run()

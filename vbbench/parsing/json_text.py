@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from vbbench.errors import one_line, quoted
+from vbbench.errors import FileError, one_line, quoted
 
 LARGEST_FILE = 64 * 2**20
 """Bytes of a JSON file that is read: the largest that vbbench writes has some hundred kilobytes."""
@@ -25,7 +25,7 @@ def read_json(path: Path, *, finite: bool = True) -> Any:
     Raises
     ------
     ValueError
-        If the file is no UTF-8, no JSON, larger or deeper than anything sensible, or an object has a key twice; the
+        If the file is not UTF-8, not JSON, larger or deeper than anything sensible, or an object has a key twice; the
         message is one short line.
     OSError
         If it cannot be read.
@@ -37,11 +37,34 @@ def read_json(path: Path, *, finite: bool = True) -> Any:
     try:
         value = json.loads(path.read_text("utf-8-sig"), object_pairs_hook=_unique, **hooks)
     except UnicodeDecodeError as error:
-        raise ValueError(f"byte {error.start} is no UTF-8") from None
+        raise ValueError(f"byte {error.start} is not UTF-8") from None
     except RecursionError:
         raise ValueError(_TOO_DEEP) from None
     _check_depth(value)
     return value
+
+
+def read_object(path: Path, advice: str) -> dict[str, Any]:
+    """The object in a JSON file that vbbench wrote.
+
+    Parameters
+    ----------
+    advice : what to do where it is missing or damaged.
+
+    Raises
+    ------
+    FileError
+        If it is missing, cannot be read (`read_json`), or is not an object.
+    """
+    if not path.is_file():
+        raise FileError(path, f"the file is missing; {advice}")
+    try:
+        values = read_json(path)
+    except ValueError as error:
+        raise FileError(path, f"is damaged ({error}); {advice}") from error
+    if not isinstance(values, dict):
+        raise FileError(path, f"is damaged (not a JSON object); {advice}")
+    return values
 
 
 def canonical_digest(values: dict[str, Any]) -> str:
@@ -79,7 +102,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _refuse(text: str) -> Any:
-    raise ValueError(f"{text} is no JSON number")
+    raise ValueError(f"{text} is not a JSON number")
 
 
 def _finite(text: str) -> float:

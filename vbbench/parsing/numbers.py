@@ -8,9 +8,10 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
+from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from vbbench.errors import quoted
+from vbbench.errors import FileError, quoted
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Within:
         return f"{_shown(self.least)} to {_shown(self.most)} {self.unit}".strip()
 
     def check(self, name: str, value: float) -> None:
-        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside or is no number."""
+        """Raise ValueError, which names ``name``, range and value, if ``value`` lies outside or is not a number."""
         called = f"{name}, {self.what}," if self.what else name
         if isinstance(value, bool) or not isinstance(value, Real):
             raise ValueError(f"{called} must be a number, {self}, not {quoted(value)}")
@@ -92,3 +93,19 @@ def parse_number(text: str) -> float | None:
     """
     text = text.strip(" \t")
     return float(text) if _NUMBER.fullmatch(text) else None
+
+
+def finite_number(path: Path, line: int, name: str, cell: str) -> float:
+    """The number in the cell of a file's column ``name``.
+
+    Raises
+    ------
+    FileError
+        With the line, if there is none, or it is not finite.
+    """
+    value = parse_number(cell)
+    if value is None:
+        raise FileError(path, f"{name} is {quoted(cell.strip())}; write a number", line)
+    if not math.isfinite(value):
+        raise FileError(path, f"{name} is {value}; write a finite number", line)
+    return value

@@ -1,4 +1,7 @@
-"""Pictures of a sequence by any renderer: opening one, and films of what the observer sees beside the map."""
+"""Renderers: what they must offer, opening one, and pictures and films of a sequence by any of them.
+
+A renderer draws off-screen; it registers under ``vbbench.renderers``.
+"""
 
 import hashlib
 import json
@@ -7,19 +10,91 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from vbbench import __version__
+from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.files.tables import file_sha256
+from vbbench.geometry import FloatArray, frozen_array
 from vbbench.parallel.parts import progress_bar
-from vbbench.pictures.renderer import Picture, Renderer, RendererFactory
-from vbbench.pictures.video import Codec, write_mp4, write_png_folder
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence
+
+if TYPE_CHECKING:
+    from vbbench.pictures.video import Codec
+
+NOBODY = -1
+"""The id of pixels that show no person."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """One rendered frame; row 0 is the top.
+
+    Parameters
+    ----------
+    rgb : [H, W, 3] uint8, sRGB.
+    depth : [H, W] float32 in m: along the optical axis for a pinhole (`Camera.intrinsics`), horizontal range for other
+        cameras; infinite in the sky.
+    ids : [H, W] int32 person id, `NOBODY` where no person shows.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    ids: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        size = np.shape(self.ids)
+        object.__setattr__(self, "rgb", frozen_array("rgb", self.rgb, (*size, 3), np.uint8))
+        object.__setattr__(self, "depth", frozen_array("depth", self.depth, size, np.float32))
+        object.__setattr__(self, "ids", frozen_array("ids", self.ids, size, np.int32))
+
+
+class Renderer(Protocol):
+    """Draws the frames of one scene."""
+
+    @property
+    def device(self) -> str:
+        """What does the drawing, for the log: a GPU, or a processor."""
+
+    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
+        """The picture of a scene frame.
+
+        Parameters
+        ----------
+        frame : frame of the scene.
+        camera : its picture has `Camera.picture_size`.
+        pose : [3] (x, y, yaw) in m and rad.
+        observer : id of the person who carries the camera, who is not drawn.
+
+        Raises
+        ------
+        VbbenchError
+            If the scene has no such frame or observer, or the camera cannot be rendered.
+        """
+
+    def close(self) -> None:
+        """Give back what the device holds."""
+
+
+class RendererFactory(Protocol):
+    """What an entry point of ``vbbench.renderers`` names."""
+
+    def __call__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> Renderer:
+        """A renderer of one scene; looks and surroundings follow from the seed.
+
+        Raises
+        ------
+        VbbenchError
+            If this machine cannot do it; the message says what to install.
+        """
+
 
 AUTO = "auto"
 """The backend that chooses among the others."""
@@ -55,7 +130,7 @@ def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], obje
         If there is no such backend, it cannot work on this machine, or the seed is negative.
     """
     if backend.seed < 0:
-        raise VbbenchError(f"--seed must be 0 or more, not {backend.seed}")
+        raise VbbenchError(f"seed must be at least 0, not {backend.seed}")
     factory: RendererFactory = load("renderer", backend.name)
     if not callable(factory):
         raise VbbenchError(f"renderer '{backend.name}' is no class or function; see RendererFactory")
@@ -101,7 +176,7 @@ def render_to_file(
     backend: Backend | None = None,
     submission: Path | str | None = None,
     fps: float | None = None,
-    codec: Codec | None = None,
+    codec: "Codec | None" = None,
     announce: Callable[[str], object] = silent,
 ) -> Path:
     """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
@@ -131,13 +206,13 @@ def render_to_file(
         or ``out`` cannot be written.
     """
     from vbbench.pictures.film.frames import Film
-    from vbbench.pictures.film.reel import load_reel
+    from vbbench.pictures.replay import load_replay
+    from vbbench.pictures.video import write_mp4, write_png_folder
 
     out, backend = _checked(Path(out)), backend or Backend()
-    estimates = None if submission is None else SubmittedEstimates(dataset, submission)
     scene = scene_of(dataset, dataset.sequence(sequence).scene)
-    film = Film(load_reel(dataset, sequence, scene, estimates))
-    count = film.reel.sequence.frames
+    film = Film(load_replay(dataset, sequence, [] if submission is None else [submission]))
+    count = film.replay.sequence.frames
     with (
         open_renderer(backend, scene, announce) as renderer,
         progress_bar(count, "frames", unit="frame") as bar,

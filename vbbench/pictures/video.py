@@ -5,13 +5,15 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, VbbenchError, needs_extra
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import is_unused, replacing, write_bytes_atomically, write_text_atomically
+
+with needs_extra("render", "writing pictures and films"):
+    import cv2
 
 Codec = Literal["h264", "vp9", "mpeg4"]
 Frames = Callable[[Iterable[int]], Iterator[NDArray[np.uint8]]]
@@ -46,7 +48,7 @@ def write_mp4(
         If the codec is not to be had, or the file cannot be written.
     """
     if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
-        raise VbbenchError(f"--fps is a number of frames a second, above 0 and up to 1000, not {fps:g}")
+        raise VbbenchError(f"fps must be above 0 and at most 1000, not {fps:g}")
     writer: cv2.VideoWriter | None = None
     with replacing(path, path.suffix) as temporary:
         try:
@@ -134,5 +136,5 @@ def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | N
     finally:
         cv2.utils.logging.setLogLevel(level)
     if codec:
-        raise VbbenchError(f"this OpenCV cannot write {codec}; leave --codec out, or name a folder for PNG files")
-    raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files with --out")
+        raise VbbenchError(f"this OpenCV cannot write {codec}; leave the codec out, or name a folder for PNG files")
+    raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files instead")

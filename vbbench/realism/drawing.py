@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.figure import Rectangles, lay_out, save_png
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_png
 from vbbench.realism.histogram import BINS, Histogram
 from vbbench.realism.report import Realism
 from vbbench.realism.walking import ACCELERATION, COLLISION, EFFICIENCY, NEAREST
@@ -39,7 +39,11 @@ def plot_realism(report: Realism) -> Figure:
     columns = zip(*(walking.distributions for walking in report.columns.values()), strict=True)
     for axes, histograms in zip(figure.axes, columns, strict=True):
         _draw_panel(axes, histograms, list(report.columns))
-    _draw_title(figure, report)
+    facts = [f"every panel holds {_REACH:.0%} of each source, or more"]
+    facts += [f"{name} not at hand" for name in report.missing]
+    legend = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name)
+    title = f"How people walk: {report.info.split} beside recordings"
+    draw_heading(figure, 0.75, title, ";  ".join(facts), legend)
     return figure
 
 
@@ -78,26 +82,3 @@ def _edges(histograms: tuple[Histogram, ...]) -> FloatArray:
     bins = BINS if axis is EFFICIENCY else min(max(int(np.ceil(far / bin_width)), _STEPS), BINS)
     step = -(-bins // (_WALK_STEPS if axis is EFFICIENCY else _STEPS))
     return np.arange(0, bins + step, step).clip(max=BINS) * bin_width
-
-
-def _draw_title(figure: Figure, report: Realism) -> None:
-    """What is shown, where the panels end, what is missing, and the legend of all panels."""
-    left, height = 0.75 / figure.get_figwidth(), figure.get_figheight()
-    title = f"How people walk: {report.info.split} beside recordings"
-    figure.text(left, 1.0 - 0.36 / height, title, fontsize=12.5, weight="bold")
-    facts = [
-        f"every panel holds {_REACH:.0%} of each source, or more",
-        *(f"{name} not at hand" for name in report.missing),
-    ]
-    figure.text(left, 1.0 - 0.6 / height, ";  ".join(facts), fontsize=style.TEXT_SIZE, color=style.INK)
-    handles, labels = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name).get_legend_handles_labels()
-    figure.legend(
-        handles,
-        labels,
-        loc="upper left",
-        bbox_to_anchor=(left, 1.0 - 0.66 / height),
-        borderaxespad=0.0,
-        ncols=len(labels),
-        frameon=False,
-        fontsize=style.TEXT_SIZE,
-    )

@@ -14,6 +14,7 @@ from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
 from vbbench.scoring import score
+from vbbench.scoring.metrics import section
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
 
@@ -21,7 +22,6 @@ REAL, MADE = "hotel", "demo"
 """The real split where its source is at hand, and the made one otherwise."""
 PAGE = "index.md"
 DRAWN_SOLVER = "vb-cv"
-COLUMNS = (("dx_rel", "Δx̃ (m)"), ("dx", "Δx (m)"), ("dr", "Δr (rad)"), ("dt", "Δt (m)"))
 
 
 def run_demo(out: Path | str, *, jobs: int = 1) -> str:
@@ -54,12 +54,13 @@ def _fill(out: Path, jobs: int) -> str:
 
 def score_table(scores: list[Score]) -> str:
     """Scores as a Markdown table, a row a protocol and solver: means over sequences, and seconds a frame."""
+    columns = section("metrics")
     lines = [
-        f"| protocol | solver | {' | '.join(title for _, title in COLUMNS)} | coverage | µs a frame |",
-        f"|---|---|{'---:|' * (len(COLUMNS) + 2)}",
+        f"| protocol | solver | {' | '.join(metric.label for metric in columns.values())} | coverage | µs a frame |",
+        f"|---|---|{'---:|' * (len(columns) + 2)}",
     ]
     for s in scores:
-        figures = " | ".join(f"{s.summaries[name].mean:.3f}" for name, _ in COLUMNS)
+        figures = " | ".join(f"{s.summaries[name].mean:.3f}" for name in columns)
         cost = 1e6 * (s.info.seconds_per_frame or 0.0)
         lines.append(f"| {s.protocol.name} | {s.info.solver} | {figures} | {s.coverage:.0%} | {cost:.0f} |")
     return "\n".join(lines)

@@ -1,5 +1,6 @@
 """Makes datasets and submissions only where they are not there yet, so that long work goes on where it stopped."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from vbbench.errors import VbbenchError
@@ -9,6 +10,8 @@ from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.generation import generate
 from vbbench.generation.generator import Generator, Options
 from vbbench.registry import load
+from vbbench.scoring import score
+from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve, solver_version
 
 
@@ -31,6 +34,22 @@ def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1,
     if there != wanted:
         raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; choose another --out or add --overwrite")
     return Dataset(folder)
+
+
+def ensure_scores(
+    dataset: Dataset, solvers: Sequence[str], protocol: str, *, jobs: int = 1, overwrite: bool = False
+) -> Iterator[tuple[str, Score]]:
+    """Each solver and its score; submissions stand beside the dataset's folder, see `ensure_submission`.
+
+    Raises
+    ------
+    VbbenchError
+        As of `ensure_submission`.
+    """
+    for solver in dict.fromkeys(solvers):
+        folder = dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
+        ensure_submission(dataset, solver, protocol, folder, jobs=jobs, overwrite=overwrite)
+        yield solver, score(folder, dataset.folder)
 
 
 def ensure_submission(

@@ -1,15 +1,129 @@
-"""The paper's figure of Δr, Δt, Δx̃ and Δx over the number of people, for several spreads σ_h of their heights."""
+"""The paper's figure of Δr, Δt, Δx̃ and Δx over the number of people K, for several spreads σ_h of their heights."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.sequence_tables import SequenceTable
 from vbbench.folders.locks import loose_files
+from vbbench.generation.generator import Generator, Options, Simulation, Tier
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import get_protocol
-from vbbench.reproduction.curves import Point, points_by_people
-from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
-from vbbench.reproduction.study import SPLIT, SigmaStudy
-from vbbench.scoring import score
+from vbbench.registry import load, make_solver
+from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.scoring.scorecard import Score
+from vbbench.scoring.statistics import bootstrap_means, known
+
+SPLIT = "sim"
+SIGMAS = (0.0, 0.01, 0.03, 0.05, 0.07)
+"""σ_h in m of the paper's figure."""
+PEOPLE = (10, 20, 30, 40, 50)
+"""K of the paper's figure."""
+
+SOLVER = "vb-sf"
+"""The solver that the figure is about; the class may name variants to compare it with."""
+PANELS = ("dr", "dt", "dx_rel", "dx")
+"""The metrics of the paper's figure, in its order."""
+
+
+def compared_solvers() -> dict[str, str]:
+    """The solvers of the figure, and what sets them apart: what `SOLVER` names in a class attribute ``variants``."""
+    return dict(getattr(load("solver", SOLVER), "variants", {SOLVER: SOLVER}))
+
+
+def title_of(solver: str) -> str:
+    """What a solver is called in words."""
+    return compared_solvers().get(solver, solver)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SigmaStudy:
+    """What is to be measured.
+
+    Parameters
+    ----------
+    solvers : registered names or ``module:attribute``.
+    protocol : what the solvers are given.
+    camera : ``None`` for the split's own.
+    tier : how observations are corrupted.
+    sequences : at each σ_h; they take the numbers of people in turn.
+    seed : of the datasets.
+    sigmas : σ_h in m.
+    people : numbers of people K.
+    """
+
+    solvers: Sequence[str] = field(default_factory=lambda: tuple(compared_solvers()))
+    protocol: str = "one-step"
+    camera: Camera | None = None
+    tier: Tier = "ideal"
+    sequences: int = 500
+    seed: int = 0
+    sigmas: Sequence[float] = SIGMAS
+    people: Sequence[int] = PEOPLE
+
+    def options(self, sigma_h: float) -> Options:
+        """What is asked of the generator at one σ_h (m)."""
+        simulation = Simulation(sequences=self.sequences, people=tuple(self.people))
+        return Options(camera=self.camera, tier=self.tier, height_std=sigma_h, seed=self.seed, simulation=simulation)
+
+    def check(self) -> None:
+        """Find the mistakes that can be found before the work begins.
+
+        Raises
+        ------
+        VbbenchError
+            If a solver, the protocol or an option of the split cannot be.
+        """
+        if not self.solvers or not self.sigmas:
+            raise VbbenchError("nothing to measure: name a solver and a σ_h")
+        get_protocol(self.protocol)
+        for solver in self.solvers:
+            make_solver(solver)
+        generator: Generator = load("generator", SPLIT)
+        for sigma_h in self.sigmas:
+            generator.plan(self.options(sigma_h))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Statistic:
+    """One metric over some sequences.
+
+    Parameters
+    ----------
+    mean, median : of the sequences' figures.
+    low, high : ends of the 95 % bootstrap interval of the mean over sequences.
+    """
+
+    mean: float
+    low: float
+    high: float
+    median: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """The figure's metrics over the sequences with the same number of people.
+
+    Parameters
+    ----------
+    people : K, people of the scene, the observer included.
+    sequences : scored sequences.
+    seen : mean over sequences of the people whose place is scored in a frame.
+    coverage : share of scored rows that were submitted: of poses or of positions, whichever is smaller.
+    statistics : by metric.
+    """
+
+    people: int
+    sequences: int
+    seen: float
+    coverage: float
+    statistics: dict[str, Statistic]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,11 +201,51 @@ def dataset_folder(out: Path, sigma_h: float) -> Path:
 def _curves(study: SigmaStudy, sigma_h: float, out: Path, jobs: int, overwrite: bool) -> list[Curve]:
     folder = dataset_folder(out, sigma_h)
     dataset = ensure_dataset(SPLIT, folder, study.options(sigma_h), jobs=jobs, overwrite=overwrite)
-    curves = []
-    for solver in dict.fromkeys(study.solvers):
-        answers = folder.with_name(f"{study.protocol}-{solver.replace(':', '-')}")
-        ensure_submission(dataset, solver, study.protocol, answers, jobs=jobs, overwrite=overwrite)
-        result = score(answers, folder)
-        points = points_by_people(result, dataset)
-        curves.append(Curve(solver=solver, sigma_h=sigma_h, fallback_frames=result.fallback_frames, points=points))
-    return curves
+    scores = ensure_scores(dataset, study.solvers, study.protocol, jobs=jobs, overwrite=overwrite)
+    return [
+        Curve(solver=solver, sigma_h=sigma_h, fallback_frames=found.fallback_frames, points=_points(found, dataset))
+        for solver, found in scores
+    ]
+
+
+def _points(score: Score, dataset: Dataset) -> tuple[Point, ...]:
+    """A point for every number of people K, in ascending order.
+
+    Raises
+    ------
+    FileError
+        If the truth is withheld: it alone tells K.
+    """
+    people = _scene_people(dataset)[score.per_sequence.sequence]
+    return tuple(_point(score, int(count), people == count) for count in np.unique(people))
+
+
+def _scene_people(dataset: Dataset) -> IntArray:
+    """[N] number of people in the scene of each sequence, the observer included, seen or not."""
+    scenes = dataset.rows["scene"]
+    table = SequenceTable(dataset.table_path("truth/people"), "truth/people", "scene")
+    rows = table.read(0, int(scenes.max()) + 1, ["scene"])
+    return np.asarray(np.bincount(rows["scene"])[scenes])
+
+
+def _point(score: Score, people: int, chosen: BoolArray) -> Point:
+    own = score.per_sequence
+    figures = np.stack([own.figures[name][chosen] for name in PANELS], axis=1)
+    low, high = np.quantile(bootstrap_means(figures), [0.025, 0.975], axis=0)
+    columns = zip(PANELS, figures.T, low.tolist(), high.tolist(), strict=True)
+    return Point(
+        people=people,
+        sequences=len(figures),
+        seen=float(np.mean(own.positions[chosen] / own.frames[chosen])),
+        coverage=min(_share(own.posed[chosen], own.frames[chosen]), _share(own.placed[chosen], own.positions[chosen])),
+        statistics={name: _statistic(known(values), *interval) for name, values, *interval in columns},
+    )
+
+
+def _statistic(values: FloatArray, low: float, high: float) -> Statistic:
+    mean, median = (np.mean(values), np.median(values)) if len(values) else (np.nan, np.nan)
+    return Statistic(mean=float(mean), low=low, high=high, median=float(median))
+
+
+def _share(part: IntArray, whole: IntArray) -> float:
+    return float(part.sum() / whole.sum()) if whole.any() else 1.0

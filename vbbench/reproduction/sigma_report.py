@@ -1,14 +1,20 @@
-"""The figure over σ_h as files: Markdown table, CSV and picture."""
+"""The figure over σ_h as files: a Markdown table, CSV, and a picture with a row of panels per solver."""
 
 import csv
 import io
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.reproduction.curves import METRICS, Statistic
-from vbbench.reproduction.sigma import Curve, SigmaFigure, measure_sigma
-from vbbench.reproduction.study import SigmaStudy, title_of
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_png
+from vbbench.reproduction.sigma import PANELS, Curve, SigmaFigure, SigmaStudy, Statistic, measure_sigma, title_of
+from vbbench.scoring.metrics import METRICS
 
 NAME = "figure-sigma"
 COLUMNS = ("solver", "sigma_h", "people", "sequences", "seen", "coverage", "metric", "mean", "low", "high", "median")
@@ -22,14 +28,12 @@ def reproduce_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwr
     VbbenchError
         As `vbbench.reproduction.sigma.measure_sigma` does.
     """
-    from vbbench.reproduction.sigma_plot import plot_sigma_to_file
-
     figure = measure_sigma(study, out, jobs=jobs, overwrite=overwrite)
     files = [Path(out) / f"{NAME}{suffix}" for suffix in (".md", ".csv", ".png")]
     table = sigma_table(figure)
     write_text_atomically(files[0], table)
     write_text_atomically(files[1], sigma_csv(figure))
-    plot_sigma_to_file(figure, files[2])
+    save_png(plot_sigma(figure), files[2])
     return "\n".join([table, *map(str, files)])
 
 
@@ -61,7 +65,7 @@ def _solver_table(solver: str, curves: list[Curve]) -> str:
     lines = [
         f"| | σ_h (m) | {' | '.join(f'K = {point.people}' for point in points)} | change |",
         f"|---|---|{'---|' * (len(points) + 1)}",
-        *(_row(metric, curve) for metric in METRICS for curve in curves),
+        *(_row(metric, curve) for metric in PANELS for curve in curves),
     ]
     return "\n\n".join([f"## {title_of(solver)}", "\n".join(_facts(solver, curves)), "\n".join(lines)])
 
@@ -83,10 +87,9 @@ def _each(texts: Iterator[str]) -> str:
 
 
 def _row(metric: str, curve: Curve) -> str:
-    sign, unit = METRICS[metric]
     own = [point.statistics[metric] for point in curve.points]
     cells = [_cell(statistic) for statistic in own]
-    return f"| {sign} ({unit}) | {curve.sigma_h:g} | {' | '.join(cells)} | {_change(own[0], own[-1])} |"
+    return f"| {METRICS[metric].label} | {curve.sigma_h:g} | {' | '.join(cells)} | {_change(own[0], own[-1])} |"
 
 
 def _cell(statistic: Statistic) -> str:
@@ -98,3 +101,65 @@ def _change(first: Statistic, last: Statistic) -> str:
     if not (first.mean > 0.0 and first.median > 0.0):
         return "–"
     return f"{last.mean / first.mean - 1.0:+.0%} ({last.median / first.median - 1.0:+.0%})"
+
+
+_WIDTH, _HEAD, _FOOT, _ROW = 13.0, 1.05, 0.3, 2.75  # inches; a row is its panels with their title and labels
+_LEFT, _STEP = 0.88, 3.06
+_PANEL = (2.3, 1.85)
+_WIDEST, _THINNEST = 4.4, 1.2
+"""Line widths in points from the first σ_h to the last, so that lines on top of each other all show."""
+
+
+def plot_sigma(figure: SigmaFigure) -> Figure:
+    """Draw every solver's errors over K."""
+    drawn = lay_out(*_layout(list(figure.solvers)))
+    axes = iter(drawn.axes)
+    for row, (solver, curves) in enumerate(figure.solvers.items()):
+        for metric in PANELS:
+            _draw_panel(next(axes), metric, curves)
+        place = _LEFT / _WIDTH, (_top(len(figure.solvers), row) + 0.14) / drawn.get_figheight()
+        title = f"({chr(ord('a') + row)}) {title_of(solver)}"
+        drawn.text(*place, title, fontsize=10.0, weight="bold", color=style.INK)
+    text = "lines: mean over sequences, with its 95 % bootstrap interval; dotted: median; every panel has its own scale"
+    conditions = figure.conditions.replace("σ_h", r"$\sigma_h$")
+    title = "Errors over the number of people, by the spread of their heights"
+    draw_heading(drawn, _LEFT, title, f"{conditions};  {text}", drawn.axes[0])
+    return drawn
+
+
+def _layout(solvers: list[str]) -> tuple[tuple[float, float], Rectangles]:
+    rows = len(solvers)
+    panels = {
+        f"{solver} {metric}": (_LEFT + column * _STEP, _top(rows, row) - _PANEL[1], *_PANEL)
+        for row, solver in enumerate(solvers)
+        for column, metric in enumerate(PANELS)
+    }
+    return (_WIDTH, _HEAD + rows * _ROW + _FOOT), panels
+
+
+def _top(rows: int, row: int) -> float:
+    """Upper edge of a row's panels, in inches from below."""
+    return _FOOT + (rows - row) * _ROW - 0.35
+
+
+def _draw_panel(axes: Axes, metric: str, curves: list[Curve]) -> None:
+    widths, colours = np.linspace(_WIDEST, _THINNEST, len(curves)), _colours(len(curves))
+    for curve, width, colour in zip(curves, widths, colours, strict=True):
+        people = [point.people for point in curve.points]
+        own = [point.statistics[metric] for point in curve.points]
+        axes.fill_between(people, [s.low for s in own], [s.high for s in own], color=colour, alpha=0.16, linewidth=0)
+        look = {"color": colour, "linewidth": width, "marker": "o", "markersize": width + 2.2}
+        axes.plot(people, [s.mean for s in own], label=f"$\\sigma_h$ = {curve.sigma_h:g} m", **look)
+        axes.plot(people, [s.median for s in own], color=colour, linewidth=0.9, linestyle=":")
+    axes.set_ylim(bottom=0.0)
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.set_xticks([point.people for point in curves[0].points])
+    axes.set_xlabel("people K in the scene", fontsize=style.TEXT_SIZE)
+    axes.set_ylabel(METRICS[metric].label, fontsize=style.TEXT_SIZE)
+    axes.grid(color=style.FAINT, linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _colours(count: int) -> list[tuple[float, ...]]:
+    return [tuple(colour) for colour in style.distance_colours()(np.linspace(1.0, 0.0, count))]

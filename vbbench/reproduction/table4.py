@@ -1,21 +1,21 @@
 """The paper's Table 4: split `street`, one-step, with both of its inputs, beside what the paper prints."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.generator import Options, Simulation, Tier
 from vbbench.paper import the_paper
-from vbbench.reproduction.reuse import ensure_dataset, ensure_submission
-from vbbench.scoring import score
-from vbbench.scoring.scorecard import Score
+from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.scoring.metrics import METRICS
 
 SPLIT, PROTOCOL, NAME = "street", "one-step", "table4"
 SOLVERS = ("vb-sf", "vb-cv")
 INPUTS: dict[str, Tier] = {"cline": "ideal", "tracked": "tracked"}
 """The paper's inputs, and the tiers that they are."""
 COLUMNS = ("dx_rel", "dx", "dr", "dt")
+"""The metrics of the paper's table."""
 
 
 def reproduce_table4(
@@ -41,18 +41,16 @@ def reproduce_table4(
         If something asked for cannot be, or another dataset or submission is in the way.
     """
     out = Path(out)
-    rows = ["| | input | Δx̃ (m) | Δx (m) | Δr (rad) | Δt (m) |", "|---|---|---|---|---|---|"]
+    heads = " | ".join(METRICS[metric].label for metric in COLUMNS)
+    rows = [f"| | input | {heads} |", f"|---|---|{'---|' * len(COLUMNS)}"]
     rows += [_row("the paper", name, _printed(tier)) for name, tier in INPUTS.items()]
     simulation = None if sequences is None else Simulation(sequences=sequences)
     with loose_files(out):
         for name, tier in INPUTS.items():
-            folder = out / name / "dataset"
             options = Options(tier=tier, seed=seed, simulation=simulation)
-            dataset = ensure_dataset(SPLIT, folder, options, jobs=jobs, overwrite=overwrite)
-            for solver in dict.fromkeys(solvers):
-                answers = folder.with_name(f"{PROTOCOL}-{solver.replace(':', '-')}")
-                ensure_submission(dataset, solver, PROTOCOL, answers, jobs=jobs, overwrite=overwrite)
-                rows.append(_row(f"`{solver}`", name, tuple(_means(score(answers, folder)))))
+            dataset = ensure_dataset(SPLIT, out / name / "dataset", options, jobs=jobs, overwrite=overwrite)
+            for solver, found in ensure_scores(dataset, solvers, PROTOCOL, jobs=jobs, overwrite=overwrite):
+                rows.append(_row(f"`{solver}`", name, (found.summaries[metric].mean for metric in COLUMNS)))
         heading = f"# Table 4: split {SPLIT}, {PROTOCOL}, seed {seed}; means over {len(dataset)} sequences"
         path = out / f"{NAME}.md"
         text = "\n".join([heading, "", *rows]) + "\n"
@@ -66,9 +64,5 @@ def _printed(tier: Tier) -> tuple[float, ...]:
     return tuple(row.figures[metric] for metric in COLUMNS)
 
 
-def _means(result: Score) -> Iterator[float]:
-    return (result.summaries[metric].mean for metric in COLUMNS)
-
-
-def _row(who: str, name: str, values: tuple[float, ...]) -> str:
+def _row(who: str, name: str, values: Iterable[float]) -> str:
     return f"| {who} | {name} | {' | '.join(f'{value:.4f}' for value in values)} |"

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import VbbenchError
-from vbbench.scoring.scorecard import DRIFTS, METRICS, Score
+from vbbench.scoring.metrics import METRICS, Metric, section
+from vbbench.scoring.scorecard import Score, row_title
 from vbbench.scoring.scores import score
 from vbbench.scoring.statistics import bootstrap_means, two_sided_p
 
@@ -49,8 +50,8 @@ class Comparison:
             "protocol": a.protocol.name,
             "a": {"solver": a.info.solver, "coverage": a.coverage},
             "b": {"solver": b.info.solver, "coverage": b.coverage},
-            "metrics": {name: self._metric(name) for name in METRICS},
-            "drift": {name: self._metric(name) for name in DRIFTS},
+            "metrics": {name: self._values_of(name) for name in section("metrics")},
+            "drift": {name: self._values_of(name) for name in section("drift")},
             **({} if a.dataset.caution is None else {"caution": a.dataset.caution}),
         }
 
@@ -67,21 +68,21 @@ class Comparison:
             f"{'':<12}{'A':>9}{'B':>9}{'A − B':>10}{'95 % interval':>20}{'p':>9}",
         ]
         caution = [f"Caution: {a.dataset.caution}"] if a.dataset.caution else []
-        rows = [self._line(name, title) for name, title in (METRICS | DRIFTS).items()]
+        rows = [self._line(name, metric) for name, metric in METRICS.items()]
         return "\n".join([*head, *rows, *caution])
 
-    def _metric(self, name: str) -> dict[str, Any]:
+    def _values_of(self, name: str) -> dict[str, Any]:
         own = self.differences[name]
         values = {"a": self.a.summaries[name].mean, "b": self.b.summaries[name].mean, "difference": own.difference}
         numbers = {key: value if np.isfinite(value) else None for key, value in values.items()}
         ci95 = [end if np.isfinite(end) else None for end in own.ci95]
         return {**numbers, "ci95": ci95, "p_value": own.p_value, "sequences": own.sequences}
 
-    def _line(self, name: str, title: str) -> str:
-        own, wide = self.differences[name], 12 + title.count("\u0303")
+    def _line(self, name: str, metric: Metric) -> str:
+        own = self.differences[name]
         means = f"{self.a.summaries[name].mean:>9.4f}{self.b.summaries[name].mean:>9.4f}{own.difference:>+10.4f}"
         interval = f"{own.ci95[0]:+.4f} to {own.ci95[1]:+.4f}"
-        return f"{title:<{wide}}{means}{interval:>20}{own.p_value:>9.4f}"
+        return f"{row_title(metric)}{means}{interval:>20}{own.p_value:>9.4f}"
 
 
 def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Comparison:
@@ -92,7 +93,7 @@ def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str
     SubmissionError
         If one of them has faults.
     VbbenchError
-        If they were made under different protocols, or the truth is not at hand.
+        If they were made under different protocols, or the truth is not available.
     """
     one, two = score(a, dataset, truth), score(b, dataset, truth)
     if one.protocol.name != two.protocol.name:
@@ -104,8 +105,7 @@ def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str
 
 
 def _differences(a: Score, b: Score) -> dict[str, Difference]:
-    names = [*METRICS, *DRIFTS]
-    values = np.stack([a.per_sequence.figures[name] - b.per_sequence.figures[name] for name in names], axis=-1)
+    values = np.stack([a.per_sequence.figures[name] - b.per_sequence.figures[name] for name in METRICS], axis=-1)
     means = bootstrap_means(values, RESAMPLES)
     low, high = np.quantile(means, [0.025, 0.975], axis=0)
     there = ~np.isnan(values)
@@ -117,5 +117,5 @@ def _differences(a: Score, b: Score) -> dict[str, Difference]:
             p_value=float(two_sided_p(means)[m]) if there[:, m].any() else 1.0,
             sequences=int(there[:, m].sum()),
         )
-        for m, name in enumerate(names)
+        for m, name in enumerate(METRICS)
     }

@@ -1,8 +1,12 @@
-"""Errors of estimates against truth, in m and rad, of rows and of single frames. No alignment is ever applied.
+"""The table of metrics, and the errors behind them, in m and rad. No alignment is ever applied.
 
 x0 is the observer's ground-plane position, x_k a person's, * marks truth (DESIGN section 6, after arXiv 2111.05060).
 All functions are pure, take any leading shape and map NaN to NaN.
 """
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -44,13 +48,12 @@ def relative_position_error(
     return _distance(positions - poses[..., :2], true_positions - true_poses[..., :2])
 
 
-def drift(
+def motion_drift(
     start: FloatArray, end: FloatArray, true_start: FloatArray, true_end: FloatArray, seconds: float
-) -> tuple[FloatArray, FloatArray]:
-    """Relative pose error, a second: how far the estimated motion departs from the true one.
+) -> FloatArray:
+    """Relative pose error per second, of the place: how far the estimated motion departs from the true one.
 
-    With m = R(yaw_start)ᵀ (x0_end − x0_start), the motion in the frame of its start:
-    ‖m − m*‖ / seconds and |wrap((yaw_end − yaw_start) − (yaw_end* − yaw_start*))| / seconds.
+    With m = R(yaw_start)ᵀ (x0_end − x0_start), the motion in the frame of its start: ‖m − m*‖ / seconds.
 
     Parameters
     ----------
@@ -59,11 +62,20 @@ def drift(
 
     Returns
     -------
-    [...] in m/s and [...] in rad/s.
+    [...] in m/s.
     """
-    motion = _distance(_motion(start, end), _motion(true_start, true_end))
-    turn = np.abs(wrap_angle((end[..., 2] - start[..., 2]) - (true_end[..., 2] - true_start[..., 2])))
-    return motion / seconds, turn / seconds
+    return _distance(_motion(start, end), _motion(true_start, true_end)) / seconds
+
+
+def turn_drift(
+    start: FloatArray, end: FloatArray, true_start: FloatArray, true_end: FloatArray, seconds: float
+) -> FloatArray:
+    """Relative pose error per second, of the heading, in rad/s; parameters as in `motion_drift`.
+
+    |wrap((yaw_end − yaw_start) − (yaw_end* − yaw_start*))| / seconds.
+    """
+    turn = (end[..., 2] - start[..., 2]) - (true_end[..., 2] - true_start[..., 2])
+    return np.abs(wrap_angle(turn)) / seconds
 
 
 def _distance(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -76,31 +88,123 @@ def _motion(start: FloatArray, end: FloatArray) -> FloatArray:
     return np.stack([cos * dx + sin * dy, cos * dy - sin * dx], axis=-1)
 
 
-LABELS = {"dx": "Δx", "dx_rel": "Δx̃", "dr": "Δr", "dt": "Δt"}
-"""How the errors are written, by their key in files."""
+@dataclass(frozen=True, kw_only=True)
+class Metric:
+    """A row of the table of metrics.
 
-UNITS = {"dx": "m", "dx_rel": "m", "dr": "rad", "dt": "m"}
+    Parameters
+    ----------
+    symbol, name, unit : how it is written in tables and beside curves, what it is in words, and its unit.
+    meaning : for readers of a leaderboard.
+    over : what it is the mean of, and so what ``function`` is called with: for ``frames`` poses and true poses; for
+        ``people`` positions, the observer's poses, and the true ones of both; for ``seconds`` the poses at both ends of
+        about a second, the true ones of both, and the time between.
+    function : the errors, one per frame, person in a frame, or second.
+    cap : errors above this count as this much; ``None`` = no error is capped.
+    """
+
+    symbol: str
+    name: str
+    unit: str
+    meaning: str
+    over: Literal["frames", "people", "seconds"]
+    function: Callable[..., FloatArray]
+    cap: float | None = None
+
+    def errors(self, *rows: FloatArray | float) -> FloatArray:
+        """The errors of rows (see ``over``), none above the cap."""
+        values = self.function(*rows)
+        return values if self.cap is None else np.minimum(values, self.cap)
+
+    @property
+    def label(self) -> str:
+        """Symbol and unit, as the head of a column or an axis has them."""
+        return f"{self.symbol} ({self.unit})"
+
+    @property
+    def section(self) -> Literal["metrics", "drift"]:
+        """The part of a score's JSON that holds it."""
+        return "drift" if self.over == "seconds" else "metrics"
+
+
+METRICS: dict[str, Metric] = {
+    "dx_rel": Metric(
+        symbol="Δx̃",
+        name="relative position",
+        unit="m",
+        meaning="How far people are from their true places as seen from the camera: the estimated camera is laid upon "
+        "the true one, without turning it. Mean over people and frames of each sequence, then over sequences.",
+        over="people",
+        function=relative_position_error,
+    ),
+    "dx": Metric(
+        symbol="Δx",
+        name="position",
+        unit="m",
+        meaning="How far people are from their true places in the world. Mean over people and frames of each sequence, "
+        "then over sequences.",
+        over="people",
+        function=lambda positions, _poses, true_positions, _true_poses: position_error(positions, true_positions),
+    ),
+    "dr": Metric(
+        symbol="Δr",
+        name="heading",
+        unit="rad",
+        meaning="How far the camera's heading is turned from the true one. A hundredth of a radian is 0.6 degrees.",
+        over="frames",
+        function=rotation_error,
+    ),
+    "dt": Metric(
+        symbol="Δt",
+        name="camera",
+        unit="m",
+        meaning="How far the camera is from its true place in the world.",
+        over="frames",
+        function=translation_error,
+    ),
+    "drift_m": Metric(
+        symbol="drift",
+        name="drift",
+        unit="m/s",
+        meaning="How far the camera's estimated motion over one second departs from the true motion.",
+        over="seconds",
+        function=motion_drift,
+    ),
+    "drift_rad": Metric(
+        symbol="drift",
+        name="drift of heading",
+        unit="rad/s",
+        meaning="How far the estimated turn over one second departs from the true turn.",
+        over="seconds",
+        function=turn_drift,
+    ),
+}
+"""Every metric by its key in files: score, compare, reports, pictures and boards have those of this table,
+in its order, which is that of the paper's tables."""
+
+
+def section(part: Literal["metrics", "drift"]) -> dict[str, Metric]:
+    """The metrics of one part of a score's JSON."""
+    return {name: metric for name, metric in METRICS.items() if metric.section == part}
 
 
 def frame_errors(
     poses: FloatArray, positions: FloatArray, true_poses: FloatArray, true_positions: FloatArray, counted: BoolArray
 ) -> dict[str, FloatArray]:
-    """Errors of each frame by their key; NaN where there is no answer or nobody counts.
+    """Errors of each frame by metric, drifts left out; NaN without an answer or without people who count.
 
     Parameters
     ----------
     poses, true_poses : [..., 3] in m and rad.
     positions, true_positions : [..., K, 2] in m.
-    counted : [..., K] who counts in Δx and Δx̃; of these, those with an estimate and a true position do.
+    counted : [..., K] who counts in errors of people; of these, those with an estimate and a true position do.
     """
-    off = position_error(positions, true_positions)
-    apart = relative_position_error(positions, poses[..., None, :], true_positions, true_poses[..., None, :])
-    return {
-        "dx": _mean(off, counted),
-        "dx_rel": _mean(apart, counted),
-        "dr": rotation_error(poses, true_poses),
-        "dt": translation_error(poses, true_poses),
+    rows = {
+        "frames": (poses, true_poses),
+        "people": (positions, poses[..., None, :], true_positions, true_poses[..., None, :]),
     }
+    errors = {name: metric.errors(*rows[metric.over]) for name, metric in METRICS.items() if metric.over in rows}
+    return {name: _mean(e, counted) if METRICS[name].over == "people" else e for name, e in errors.items()}
 
 
 def _mean(values: FloatArray, counted: BoolArray) -> FloatArray:

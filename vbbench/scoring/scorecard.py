@@ -5,24 +5,21 @@ import io
 import json
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vbbench.errors import needs_extra
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import Protocol
+from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.statistics import Summary
 
-METRICS = {"dx_rel": "Δx̃  m", "dx": "Δx  m", "dr": "Δr  rad", "dt": "Δt  m"}
-"""Metrics by key, with their name and unit, in the order of the paper's tables."""
-
-ON_PEOPLE = ("dx_rel", "dx")
-
-DRIFTS = {"drift_m": "drift m/s", "drift_rad": "drift rad/s"}
-"""Relative pose error over one second, likewise."""
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,8 +127,8 @@ class Score:
             "position_coverage": self.position_coverage,
             "failure_policy": self.info.failure_policy,
             "seconds_per_frame": self.info.seconds_per_frame,
-            "metrics": {name: self.summaries[name].to_dict() for name in METRICS},
-            "drift": {name: self.summaries[name].to_dict() for name in DRIFTS},
+            "metrics": {name: self.summaries[name].to_dict() for name in section("metrics")},
+            "drift": {name: self.summaries[name].to_dict() for name in section("drift")},
         }
         return values if self.dataset.caution is None else {**values, "caution": self.dataset.caution}
 
@@ -140,10 +137,12 @@ class Score:
         return json.dumps(self.values(), indent=2, ensure_ascii=False)
 
     def table(self) -> str:
-        """The score as a table for people; a caution of the dataset stands under it."""
+        """The score as a table for people; with the caution of the dataset, if it has one."""
         rows = [
-            _line(title, self.summaries[name], self.position_coverage if name in ON_PEOPLE else self.pose_coverage)
-            for name, title in (METRICS | DRIFTS).items()
+            _line(
+                metric, self.summaries[name], self.position_coverage if metric.over == "people" else self.pose_coverage
+            )
+            for name, metric in METRICS.items()
         ]
         caution = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
         return "\n".join([*self._heading(), _HEADER, *rows, *caution])
@@ -151,16 +150,27 @@ class Score:
     def to_csv(self) -> str:
         """Figures of each sequence as CSV, NaN as an empty cell."""
         own = self.per_sequence
-        names = [*METRICS, *DRIFTS]
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["sequence", "frames", "positions", "coverage", *names])
-        figures = np.stack([own.figures[name] for name in names], axis=-1)
+        writer.writerow(["sequence", "frames", "positions", "coverage", *METRICS])
+        figures = np.stack([own.figures[name] for name in METRICS], axis=-1)
         for head, values in zip(
             zip(own.sequence, own.frames, own.positions, own.coverage.tolist(), strict=True), figures, strict=True
         ):
             writer.writerow([*head, *("" if np.isnan(value) else repr(float(value)) for value in values)])
         return text.getvalue()
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Figures of each sequence, as `to_csv` has them, the sequence's number as index; needs the extra ``pandas``.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        with needs_extra("pandas", "Score.to_pandas"):
+            import pandas
+        return pandas.read_csv(io.StringIO(self.to_csv()), index_col="sequence")
 
     def write_per_sequence(self, path: Path | str) -> None:
         """Write `to_csv` to a file, whole or not at all."""
@@ -184,14 +194,19 @@ _HEADER = (
 )
 
 
-def _line(title: str, summary: Summary, coverage: float) -> str:
-    wide = 12 + title.count("\u0303")
+def _line(metric: Metric, summary: Summary, coverage: float) -> str:
     interval = f"{summary.ci95[0]:.4f}–{summary.ci95[1]:.4f}"
     frames = f"{summary.frame_mean:.4f} ±{summary.frame_std:.4f}"
     return (
-        f"{title:<{wide}}{summary.mean:>9.4f}{summary.std:>9.4f}{interval:>18}{summary.median:>9.4f}{summary.p95:>9.4f}"
-        f"{frames:>18}{coverage:>10.2%}"
+        f"{row_title(metric)}{summary.mean:>9.4f}{summary.std:>9.4f}{interval:>18}{summary.median:>9.4f}"
+        f"{summary.p95:>9.4f}{frames:>18}{coverage:>10.2%}"
     )
+
+
+def row_title(metric: Metric) -> str:
+    """Symbol and unit of a metric, 12 columns wide on a terminal, where a combining tilde takes no column."""
+    tildes = metric.symbol.count("\u0303")
+    return f"{f'{metric.symbol:<{3 + tildes}} {metric.unit}':<{12 + tildes}}"
 
 
 def join_figures(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:

@@ -7,14 +7,13 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import BoolArray, FloatArray
-from vbbench.scoring import metrics
-from vbbench.scoring.matched_rows import Answers
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
+from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score, join_figures
 from vbbench.scoring.scored_rows import ScoredRows
 from vbbench.scoring.statistics import mean_of_groups, summarise
-from vbbench.scoring.truth_rows import TruthRows
-from vbbench.scoring.validation import CheckedSubmission
+from vbbench.scoring.truth import TruthRows
 
 
 def score(submission: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Score:
@@ -28,11 +27,13 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
     Raises
     ------
     SubmissionError
-        With every fault of the submission.
+        With every fault of the submission; those that are seen without truth also where it is not available.
     VbbenchError
-        If the truth is not at hand, or there is nothing to score.
+        If the truth is not available, or there is nothing to score.
     """
     opened = Dataset(dataset, truth)
+    if not opened.has_truth:
+        check_submission(submission, opened)
     true_rows = TruthRows(opened)
     checked = CheckedSubmission(Path(submission), opened, true_rows)
     parts = [_figures(rows, answers, true_rows, opened.info.dt) for rows, answers in checked.chunks()]
@@ -60,46 +61,29 @@ class _Part:
 
 
 def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) -> _Part:
-    true_poses = truth.poses(rows)
-    errors = _person_errors(rows, answers, truth, true_poses)
-    owner, count = rows.pose_of_position, len(rows.pose_sequence)
-    pose_figures = {
-        "dr": metrics.rotation_error(answers.poses, true_poses),
-        "dt": metrics.translation_error(answers.poses, true_poses),
+    true_poses, true_positions = truth.poses(rows), truth.positions(rows, truth.persons(rows))
+    owner, count, size = rows.pose_of_position, len(rows.pose_sequence), len(rows.grid.frames)
+    begin, end, seconds = _a_second_apart(rows, dt)
+    poses, sequence = answers.poses, rows.pose_sequence - rows.grid.first
+    # What a metric's function is called with, and to which scored pose each of its errors belongs.
+    called: dict[str, tuple[tuple[FloatArray | float, ...], IntArray]] = {
+        "frames": ((poses, true_poses), np.arange(count)),
+        "people": ((answers.positions, poses[owner], true_positions, true_poses[owner]), owner),
+        "seconds": ((poses[begin], poses[end], true_poses[begin], true_poses[end], seconds), begin),
     }
-    paired, drifts = _drifts(rows, answers.poses, true_poses, dt)
-    frames = {
-        **pose_figures,
-        **{name: mean_of_groups(owner, error, count) for name, error in errors.items()},
-        **{name: _spread(paired, values) for name, values in drifts.items()},
-    }
+    frames, figures = {}, {}
+    for name, metric in METRICS.items():
+        arguments, pose = called[metric.over]
+        errors = metric.errors(*arguments)
+        frames[name] = mean_of_groups(pose, errors, count)
+        figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
-    local, size = rows.pose_sequence - rows.grid.first, len(rows.grid.frames)
-    figures = {
-        **{name: mean_of_groups(local, values, size) for name, values in pose_figures.items()},
-        **{name: mean_of_groups(rows.sequence - rows.grid.first, error, size) for name, error in errors.items()},
-        **{name: mean_of_groups(local[paired], values, size) for name, values in drifts.items()},
-    }
     return _Part(_per_sequence(rows, answers, figures), frames, fallbacks)
 
 
 def _total(counts: list[int | None]) -> int | None:
     known = [count for count in counts if count is not None]
     return sum(known) if known else None
-
-
-def _person_errors(
-    rows: ScoredRows, answers: Answers, truth: TruthRows, true_poses: FloatArray
-) -> dict[str, FloatArray]:
-    """[Q] position errors of each scored position."""
-    owner = rows.pose_of_position
-    true_positions = truth.positions(rows, truth.persons(rows))
-    return {
-        "dx": metrics.position_error(answers.positions, true_positions),
-        "dx_rel": metrics.relative_position_error(
-            answers.positions, answers.poses[owner], true_positions, true_poses[owner]
-        ),
-    }
 
 
 def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatArray]) -> PerSequence:
@@ -115,20 +99,10 @@ def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatAr
     ).scored()
 
 
-def _drifts(
-    rows: ScoredRows, poses: FloatArray, true_poses: FloatArray, dt: float
-) -> tuple[BoolArray, dict[str, FloatArray]]:
-    """[P] which scored frames are followed by a scored one a second later, and of these the drift to it."""
+def _a_second_apart(rows: ScoredRows, dt: float) -> tuple[IntArray, IntArray, float]:
+    """Scored poses [M] that are followed by a scored one a second later, that one [M], and the exact time between."""
     step = max(1, round(1.0 / dt))
     slot = rows.pose_slot
     end = np.searchsorted(slot, slot + step).clip(max=max(len(slot) - 1, 0))
     paired = (slot[end] == slot + step) & (rows.pose_sequence[end] == rows.pose_sequence)
-    begin, end = np.flatnonzero(paired), end[paired]
-    values = metrics.drift(poses[begin], poses[end], true_poses[begin], true_poses[end], step * dt)
-    return paired, dict(zip(("drift_m", "drift_rad"), values, strict=True))
-
-
-def _spread(where: BoolArray, values: FloatArray) -> FloatArray:
-    spread = np.full(len(where), np.nan)
-    spread[where] = values
-    return spread
+    return np.flatnonzero(paired), end[paired], step * dt

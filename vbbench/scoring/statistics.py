@@ -43,8 +43,8 @@ def summarise(sequences: dict[str, FloatArray], frames: dict[str, FloatArray]) -
 
     Parameters
     ----------
-    sequences : metric → [N] a figure a sequence, NaN where a sequence has none.
-    frames : metric → [F] a figure a frame, NaN likewise.
+    sequences : metric → [N] one figure per sequence, NaN where it has none.
+    frames : metric → [F] one figure per frame, NaN likewise.
     """
     low, high = np.quantile(bootstrap_means(np.stack(list(sequences.values()), axis=1)), [0.025, 0.975], axis=0)
     return {

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 from vbbench import lazy_names
 
 if TYPE_CHECKING:
-    from vbbench.solving.submissions import hardware, solve, solver_version
+    from vbbench.solving.provenance import hardware, solver_version
+    from vbbench.solving.submissions import solve
 
 __all__ = ["hardware", "solve", "solver_version"]
 
-__getattr__ = lazy_names(__name__, dict.fromkeys(__all__, "submissions"))
+__getattr__ = lazy_names(__name__, {"hardware": "provenance", "solver_version": "provenance", "solve": "submissions"})

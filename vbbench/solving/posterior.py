@@ -67,7 +67,7 @@ def find_posterior(dataset: Dataset, index: int, frame: int, *, solver: str, pro
     Raises
     ------
     VbbenchError
-        If a name is unknown, the frame is given or not there, truth is needed but withheld, or the solver is no
+        If a name is unknown, the frame is given or not there, truth is needed but withheld, or the solver is not a
         `LocationPosterior`.
     """
     rules, source, sequence = get_protocol(protocol), make_solver(solver), dataset.sequence(index)

@@ -38,15 +38,17 @@ def run_sequence(
     """
     given = protocol.select_given(sequence.given)
     if protocol.needs_truth and truth is None:
-        raise VbbenchError(f"'{protocol.name}' shows a solver the truth of past frames, and no truth is at hand")
+        raise VbbenchError(f"'{protocol.name}' shows a solver the truth of past frames, and no truth is available")
     known = given if truth is None or not protocol.needs_truth else reveal(given, sequence.observed, truth)
     if isinstance(solver, FrameSolver):
         estimate, seconds = _run_frames(solver, problem, sequence, given, known)
     elif isinstance(solver, SequenceSolver):
-        run = _run_prefixes if protocol.needs_truth else _run_whole
-        estimate, seconds = run(solver, problem, sequence, given, known)
+        if protocol.needs_truth:
+            estimate, seconds = _run_prefixes(solver, problem, sequence, given, known)
+        else:
+            estimate, seconds = _timed_solve(solver, problem, sequence, sequence.frames, given)
     else:
-        raise VbbenchError(f"{type(solver).__name__} is no solver: it has neither start and step nor solve")
+        raise VbbenchError(f"{type(solver).__name__} is not a solver: it has neither start and step nor solve")
     _check_complete(estimate, sequence, given)
     return estimate, seconds
 
@@ -89,12 +91,6 @@ def _run_frames(
     return Estimate.of_frames(answers), seconds
 
 
-def _run_whole(
-    solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, _known: Given
-) -> tuple[Estimate, float]:
-    return _timed_solve(solver, problem, sequence, sequence.frames, given)
-
-
 def _run_prefixes(
     solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, known: Given
 ) -> tuple[Estimate, float]:
@@ -124,30 +120,29 @@ def _timed_solve(
     started = perf_counter()
     estimate = solver.solve(problem, observations, shown)
     seconds = perf_counter() - started
-    _checked_kind(estimate, Estimate, sequence)
-    if estimate.positions.shape != shown.positions.shape:
-        raise VbbenchError(
-            f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
-            f"not {list(shown.positions.shape)}"
-        )
+    _check_shape(_checked_kind(estimate, Estimate, sequence), sequence, shown)
     return estimate, seconds
 
 
 def _checked_kind(answer: Answer, kind: type[Answer], sequence: Sequence) -> Answer:
     if not isinstance(answer, kind):
         raise VbbenchError(
-            f"sequence {sequence.index}: the solver returned a {type(answer).__name__}, no {kind.__name__}"
+            f"sequence {sequence.index}: the solver returned a {type(answer).__name__}, not a {kind.__name__}"
         )
     return answer
 
 
-def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
-    """Whatever is scored must be there and credible."""
+def _check_shape(estimate: Estimate, sequence: Sequence, given: Given) -> None:
     if estimate.positions.shape != given.positions.shape:
         raise VbbenchError(
             f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
             f"not {list(given.positions.shape)}"
         )
+
+
+def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
+    """Whatever is scored must be there and credible."""
+    _check_shape(estimate, sequence, given)
     wanted = {
         "pose": scored_frames(sequence.observed)[:, None] & ~is_credible(estimate.poses),
         "position": scored_positions(sequence.observed, given)[..., None] & ~is_credible(estimate.positions),

@@ -1,12 +1,9 @@
 """Runs a solver over a whole dataset and writes its submission."""
 
-import os
-import platform
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 from typing import Any
 
@@ -24,15 +21,14 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parallel.parts import Part, Work, write_in_parts
-from vbbench.parallel.workers import check_jobs
+from vbbench.parallel.parts import Part, Work, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import held_out, make_solver, registered
+from vbbench.registry import held_out, make_solver
 from vbbench.solving.isolation.grants import beside
-from vbbench.solving.isolation.process import IsolatedSolver, warn_of_open_files
 from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
+from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
-from vbbench.solving.solver_source import source_digest
 from vbbench.solving.warming import begin, warm_up
 
 TABLES = ("poses", "positions", "heights")
@@ -54,12 +50,12 @@ def solve(
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
 
     A solver that was fitted on the dataset's split is run as the variant that was not (`registry.held_out`).
-    Interrupted work goes on where it stopped when the same call is made again.
+    Interrupted work continues where it stopped when the same call is made again.
 
     Parameters
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
-        submission is then partitioned, and `merging.merge` makes it whole.
+        submission is then partitioned, and `partitions.merge` makes it whole.
     tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
     isolate : run the solver in a process of its own, fed over a pipe, that truth does not reach; where the kernel has
         Landlock it cannot read the dataset's files, either.
@@ -77,7 +73,8 @@ def solve(
     out, rules = Path(out), get_protocol(protocol)
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
-            f"'{protocol}' needs truth while solving; use sequential or rollout, or name it with --truth"
+            f"'{protocol}' needs truth while solving; use sequential or rollout, "
+            "or name the folder that holds it (truth)"
         )
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
     run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
@@ -163,28 +160,6 @@ def _declared(dataset: Dataset, solver: str, run_as: str, protocol: str, facts: 
         hardware="; ".join(sorted({part["hardware"] for part in facts})),
         reference="" if run_as == solver else f"run as {run_as}, which was not fitted on {dataset.info.split}",
     )
-
-
-def solver_version(solver: str) -> str:
-    """Version of the distribution that a solver comes from, or ``unknown``."""
-    point = registered("solver").get(solver)
-    module = (point.value if point else solver).partition(".")[0].partition(":")[0]
-    names = [point.dist.name] if point and point.dist else packages_distributions().get(module, [])
-    try:
-        return version(names[0]) if names else "unknown"
-    except PackageNotFoundError:
-        return "unknown"
-
-
-def hardware() -> str:
-    """What the solver ran on, for the reader of its seconds a frame."""
-    names = [line.partition(":")[2].strip() for line in _cpu_lines() if line.startswith("model name")]
-    return f"{names[0] if names else platform.processor() or platform.machine()}, {os.cpu_count()} cores"
-
-
-def _cpu_lines() -> list[str]:
-    path = Path("/proc/cpuinfo")
-    return path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
 
 
 def _solve_part(

@@ -1,8 +1,8 @@
-"""Warms a solver up before its seconds are counted: it answers a made sequence, which is then forgotten.
+"""Warms a solver up before its seconds are counted: it answers a synthetic sequence, which is then forgotten.
 
 What a solver compiles, imports or loads when it first comes to it would be counted among its seconds otherwise. The
-made sequence leads it down every path of the protocol: many people and few, nobody, late arrivals, who leaves and comes
-back, positions that are given and not; with the dataset's camera, frame rate, noise and covariances.
+synthetic sequence leads it down every path of the protocol: many people and few, nobody, late arrivals, who leaves and
+comes back, positions that are given and not; with the dataset's camera, frame rate, noise and covariances.
 """
 
 import warnings
@@ -18,7 +18,7 @@ from vbbench.solver import FrameSolver, Problem, SequenceSolver
 from vbbench.solving.runner import run_sequence
 
 FRAMES = 14
-"""Frames of the made sequence, where the dataset has any so long: longer than what a solver may keep in mind of it."""
+"""Frames of the synthetic sequence, where the dataset has any as long: more than a solver may remember."""
 
 PEOPLE = 8
 """People in it; the number changes from frame to frame."""
@@ -28,11 +28,11 @@ PACE = 1.3
 
 
 def warm_up(solver: FrameSolver | SequenceSolver, problem: Problem, protocol: Protocol, frames: int = FRAMES) -> None:
-    """Answer a made sequence like those of ``problem``, of at most ``frames`` frames.
+    """Answer a synthetic sequence like those of ``problem``, of at most ``frames`` frames.
 
     A solver that fails here does not fail: it is told apart from the others by the sequences that count.
     """
-    sequence, truth = made_sequence(problem, min(frames, FRAMES))
+    sequence, truth = synthetic_sequence(problem, min(frames, FRAMES))
     _answer(solver, replace(problem, tracks=sequence.tracks), sequence, protocol, truth)
 
 
@@ -58,7 +58,7 @@ def _answer(
         run_sequence(solver, problem, sequence, protocol, truth)
 
 
-def made_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
+def synthetic_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
     """People who walk before an observer, and come, go and hide."""
     rng, time = np.random.default_rng(0), np.arange(frames) * problem.dt
     poses = np.column_stack((PACE * time, np.zeros(frames), 0.1 * np.sin(time)))

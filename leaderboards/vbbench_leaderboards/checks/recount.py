@@ -11,10 +11,10 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
-from vbbench.scoring.scorecard import DRIFTS, METRICS, ON_PEOPLE
+from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.statistics import known, summarise
 from vbbench_leaderboards.results.dataset_record import BoardDataset
-from vbbench_leaderboards.results.result import FIGURES, Result
+from vbbench_leaderboards.results.result import Result
 
 TOLERANCE = 1e-6
 _LISTED = 5
@@ -46,8 +46,8 @@ def summary_faults(results: Iterable[Result]) -> Iterator[tuple[Result, str]]:
         }
         fresh = summarise(columns, columns)
         for number, result in enumerate(group):
-            for name in FIGURES:
-                part = "metrics" if name in METRICS else "drift"
+            for name in METRICS:
+                part = METRICS[name].section
                 for fault in _metric_summary_faults(
                     result.score[part][name], fresh[f"{number} {name}"].to_dict(), result, name
                 ):
@@ -114,11 +114,12 @@ def _figure_faults(result: Result, record: BoardDataset) -> Iterator[str]:
     own = result.per_sequence
     second = max(1, round(1.0 / record.dt)) * record.dt
     for name, figures in own.figures.items():
-        there = own.positions > 0 if name in ON_PEOPLE else own.frames > 0
-        wrong = ~there & np.isfinite(figures) if name in ON_PEOPLE else np.zeros(len(figures), bool)
-        if name not in DRIFTS:
+        metric = METRICS[name]
+        there = own.positions > 0 if metric.over == "people" else own.frames > 0
+        wrong = ~there & np.isfinite(figures) if metric.over == "people" else np.zeros(len(figures), bool)
+        if metric.over != "seconds":
             wrong |= there & np.isnan(figures)
-        largest = {"dr": np.pi, "drift_rad": np.pi / second}.get(name, np.inf)
+        largest = {"rad": np.pi, "rad/s": np.pi / second}.get(metric.unit, np.inf)
         wrong |= figures > largest * (1 + TOLERANCE)
         if wrong.any():
             yield f"$.per_sequence: {name} cannot be so in {_some(own.sequence[wrong])}"
@@ -141,7 +142,7 @@ def _frame_summary_faults(said: dict[str, Any], result: Result, name: str) -> It
     Of people and drift it is known whether there is any.
     """
     figures, frames = result.per_sequence.figures[name], result.per_sequence.frames
-    if name in ON_PEOPLE or name in DRIFTS:
+    if METRICS[name].over != "frames":
         for key in ("frame_mean", "frame_std"):
             if (said[key] is None) != (not len(known(figures))):
                 yield f"{key}: is {said[key]}, the per-sequence figures say otherwise"

@@ -12,7 +12,7 @@ from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.table import board_table, pair_tables
-from vbbench_leaderboards.page.words import METRICS, PROTOCOLS, TIERS, term_of
+from vbbench_leaderboards.page.words import PROTOCOLS, TIERS, error_terms, term_of
 from vbbench_leaderboards.results.result import Board, Result
 
 
@@ -80,17 +80,17 @@ def _charts(site: Site, board: Board) -> str:
     choices = "".join(
         f'<button type="button" data-choose="{metric}" aria-pressed="false" data-def="def-{metric}" '
         f'aria-describedby="def-{metric}">{term.name}</button>'
-        for metric, term in METRICS.items()
+        for metric, term in error_terms().items()
     )
     return (
         '<section class="charts" aria-labelledby="charts-title"><div class="charts-head"><h4 id="charts-title">'
         'Accuracy, time and spread</h4><div class="choices" role="group" aria-label="Metric of the charts">'
-        f"{choices}</div></div>{''.join(_chart_pair(site, board, metric) for metric in METRICS)}</section>"
+        f"{choices}</div></div>{''.join(_chart_pair(site, board, metric) for metric in error_terms())}</section>"
     )
 
 
 def _chart_pair(site: Site, board: Board, metric: str) -> str:
-    name, unit = METRICS[metric].name, METRICS[metric].unit
+    name, unit = error_terms()[metric].name, error_terms()[metric].unit
     points, spreads = list(_points(site, board, metric)), _spreads(site, board, metric)
     left = scatter(f"time-{metric}", name, unit, points) if points else '<p class="note">No time was reported.</p>'
     return (

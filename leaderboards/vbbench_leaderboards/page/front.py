@@ -11,14 +11,14 @@ from vbbench_leaderboards.markup import NONE, code, decimals, link, text
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import (
     COLUMNS,
-    DRIFTS,
     HEADLINE_METRIC,
     HEADLINE_TIER,
-    METRICS,
     PROTOCOLS,
     SUMMARIES,
     TIERS,
     Term,
+    drift_terms,
+    error_terms,
     term_of,
 )
 from vbbench_leaderboards.results.ranking import LEVEL
@@ -42,7 +42,7 @@ def front_page(site: Site) -> str:
         drawing=task_drawing(),
         headline=_headlines(site),
         picker=_picker(site),
-        metrics=_terms(METRICS | DRIFTS | SUMMARIES),
+        metrics=_terms(error_terms() | drift_terms() | SUMMARIES),
         protocols=_terms(PROTOCOLS),
         tiers=_terms(TIERS),
         columns=_terms(COLUMNS),

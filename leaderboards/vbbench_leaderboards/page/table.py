@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from vbbench.paper import Quoted, the_paper
+from vbbench.scoring.metrics import METRICS
 from vbbench_leaderboards.markup import NONE, decimals, link, text
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.page.words import COLUMNS, DRIFTS, METRICS, SUMMARIES
+from vbbench_leaderboards.page.words import COLUMNS, SUMMARIES, drift_terms, error_terms
 from vbbench_leaderboards.results.ranking import LEVEL, Pair, Ranking
-from vbbench_leaderboards.results.result import FIGURES, Board, Result
+from vbbench_leaderboards.results.result import Board, Result
 
 _MORE = "more"
 """Class of the columns that are shown on request only."""
@@ -22,7 +23,7 @@ QUOTED_PROTOCOL = "one-step"
 def board_table(site: Site, board: Board) -> str:
     """The table with its scrolling frame."""
     rows = sorted(site.results[board], key=lambda result: (_mean(result, "dx"), result.solver))
-    digits = {name: decimals([_mean(result, name) for result in rows]) for name in FIGURES}
+    digits = {name: decimals([_mean(result, name) for result in rows]) for name in METRICS}
     body = "".join(_row(site, board, result, digits) for result in rows)
     name = f"{board.split}, {board.protocol}, {board.tier}"
     return (
@@ -37,12 +38,12 @@ def board_table(site: Site, board: Board) -> str:
 def _heads() -> Iterator[str]:
     yield _head("rank", COLUMNS["rank"].name, definition="rank")
     yield _head("solver", "Solver", kind="name")
-    for metric, term in METRICS.items():
+    for metric, term in error_terms().items():
         yield _head(metric, term.name, term.unit, definition=metric)
         for summary, how in SUMMARIES.items():
             name = f"{term.name} {how.name}"
             yield _head(f"{metric}_{summary}", name, term.unit, definition=summary, kind=f"num {_MORE}")
-    for drift, term in DRIFTS.items():
+    for drift, term in drift_terms().items():
         yield _head(drift, term.name, term.unit, definition=drift, kind=f"num {_MORE}")
     for column in ("coverage", "time"):
         yield _head(column, COLUMNS[column].name, COLUMNS[column].unit, definition=column)
@@ -61,14 +62,14 @@ def _head(column: str, name: str, unit: str = "", *, definition: str = "", kind:
 
 def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> str:
     score, places, seconds = result.score, site.rankings[board], result.score["seconds_per_frame"]
-    own = {metric: places[metric].places[result.solver] for metric in FIGURES}
+    own = {metric: places[metric].places[result.solver] for metric in METRICS}
     ranks = {metric: [place.rank, place.best, place.worst] for metric, place in own.items()}
     every = text(json.dumps(ranks, separators=(",", ":")))
     cells = [
         f'<td class="num rank" data-ranks="{every}">{_rank(*ranks["dx"])}</td>',
         _solver(site, result),
-        *(cell for metric in METRICS for cell in _metric_cells(metric, score["metrics"][metric], digits[metric])),
-        *(_cell(drift, score["drift"][drift]["mean"], digits[drift], kind=_MORE) for drift in DRIFTS),
+        *(cell for metric in error_terms() for cell in _metric_cells(metric, score["metrics"][metric], digits[metric])),
+        *(_cell(drift, score["drift"][drift]["mean"], digits[drift], kind=_MORE) for drift in drift_terms()),
         _coverage(score["coverage"]),
         _cell("time", None if seconds is None else 1e6 * seconds, 0),
         f'<td class="{_MORE}">{text(result.version) or NONE}</td>',
@@ -120,7 +121,7 @@ def _quoted_rows(board: Board) -> str:
     rows = the_paper().select(board.split, board.tier) if board.protocol == QUOTED_PROTOCOL else ()
     if not rows:
         return ""
-    span = 6 + len(METRICS) * len(SUMMARIES) + len(DRIFTS) + 4
+    span = 6 + len(error_terms()) * len(SUMMARIES) + len(drift_terms()) + 4
     title = link(the_paper().link, f"the paper, Table {rows[0].table}")
     head = f'<tr><th colspan="{span}" scope="rowgroup">Quoted from {title}: not measured here, not ranked</th></tr>'
     return f'<tbody class="quoted">{head}{"".join(map(_quoted_row, rows))}</tbody>'
@@ -128,10 +129,10 @@ def _quoted_rows(board: Board) -> str:
 
 def _quoted_row(row: Quoted) -> str:
     more = f'<td class="{_MORE}"></td>'
-    figures = [row.figures.get(metric) for metric in METRICS]
+    figures = [row.figures.get(metric) for metric in error_terms()]
     means = [f'<td class="num">{NONE if value is None else f"{value:.3f}"}</td>' for value in figures]
     cells = "".join(mean + more * len(SUMMARIES) for mean in means)
-    rest = f"{more * len(DRIFTS)}<td></td><td></td>{more}{more}"
+    rest = f"{more * len(drift_terms())}<td></td><td></td>{more}{more}"
     return f'<tr><td></td><th scope="row" class="name">{text(row.solver)}</th>{cells}{rest}</tr>'
 
 
@@ -139,7 +140,7 @@ def pair_tables(rankings: dict[str, Ranking]) -> str:
     """A table per metric, folded away; empty where there is nobody to compare."""
     if not next(iter(rankings.values())).pairs:
         return ""
-    tables = "".join(_pair_table(metric, rankings[metric]) for metric in METRICS)
+    tables = "".join(_pair_table(metric, rankings[metric]) for metric in error_terms())
     return (
         '<details class="pairs" id="pairs"><summary>Differences between solvers</summary>'
         "<p>Mean over sequences of A − B with its 95 % interval: below zero, A is better. The p-values are of a "
@@ -149,7 +150,7 @@ def pair_tables(rankings: dict[str, Ranking]) -> str:
 
 
 def _pair_table(metric: str, ranking: Ranking) -> str:
-    term = METRICS[metric]
+    term = error_terms()[metric]
     digits = decimals([pair.difference for pair in ranking.pairs])
     rows = "".join(_pair_row(pair, digits) for pair in ranking.pairs)
     return (

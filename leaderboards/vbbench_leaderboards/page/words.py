@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from vbbench.scoring.metrics import Metric, section
+
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
@@ -13,45 +15,19 @@ class Term:
     meaning: str
 
 
-METRICS = {
-    "dx_rel": Term(
-        name="Δx̃",
-        full="relative position",
-        unit="m",
-        meaning="How far people are from their true places as seen from the camera: the estimated camera is laid upon "
-        "the true one, without turning it. Mean over people and frames of each sequence, then over sequences.",
-    ),
-    "dx": Term(
-        name="Δx",
-        full="position",
-        unit="m",
-        meaning="How far people are from their true places in the world. Mean over people and frames of each sequence, "
-        "then over sequences.",
-    ),
-    "dr": Term(
-        name="Δr",
-        full="heading",
-        unit="rad",
-        meaning="How far the camera's heading is turned from the true one. A hundredth of a radian is 0.6 degrees.",
-    ),
-    "dt": Term(name="Δt", full="camera", unit="m", meaning="How far the camera is from its true place in the world."),
-}
-"""The metrics that boards are ranked by, in the order of the paper's tables."""
+def error_terms() -> dict[str, Term]:
+    """The metrics that boards show first, with their intervals, in the order of the paper's tables."""
+    return {name: _term(metric) for name, metric in section("metrics").items()}
 
-DRIFTS = {
-    "drift_m": Term(
-        name="drift",
-        full="drift",
-        unit="m/s",
-        meaning="How far the camera's estimated motion over one second departs from the true motion.",
-    ),
-    "drift_rad": Term(
-        name="turn",
-        full="drift of heading",
-        unit="rad/s",
-        meaning="How far the estimated turn over one second departs from the true turn.",
-    ),
-}
+
+def drift_terms() -> dict[str, Term]:
+    """The metrics of motion over a second."""
+    return {name: _term(metric) for name, metric in section("drift").items()}
+
+
+def _term(metric: Metric) -> Term:
+    return Term(name=metric.symbol, full=metric.name, unit=metric.unit, meaning=metric.meaning)
+
 
 COLUMNS = {
     "rank": Term(

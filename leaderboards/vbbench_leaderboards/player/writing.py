@@ -9,7 +9,7 @@ from typing import Any
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.parallel.workers import check_jobs, in_parallel
+from vbbench.parallel.parts import check_jobs, in_parallel
 from vbbench.pictures.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench_leaderboards.markup import provided

@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.statistics import RESAMPLES, bootstrap_means, two_sided_p
-from vbbench_leaderboards.results.result import FIGURES, Result
+from vbbench_leaderboards.results.result import Result
 
 LEVEL = 0.05
 
@@ -65,16 +66,16 @@ class Ranking:
 
 
 def rank(results: Sequence[Result]) -> dict[str, Ranking]:
-    """Rankings by metric (keys of `FIGURES`) of the results of one board."""
+    """Rankings by metric (keys of `METRICS`) of the results of one board."""
     names = [result.solver for result in results]
     pairs = list(combinations(range(len(results)), 2))
     if not pairs:
-        return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in FIGURES}
+        return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in METRICS}
     figures = _figures(results)
     differences = np.stack([figures[a] - figures[b] for a, b in pairs], axis=1)
     return {
         metric: _ranking(names, pairs, own, means)
-        for metric, own, means in zip(FIGURES, np.moveaxis(differences, 2, 0), _resampled(differences), strict=True)
+        for metric, own, means in zip(METRICS, np.moveaxis(differences, 2, 0), _resampled(differences), strict=True)
     }
 
 
@@ -90,10 +91,10 @@ def holm(p: FloatArray) -> FloatArray:
 def _figures(results: Sequence[Result]) -> FloatArray:
     """[solvers, sequences, metrics] over the sequences that any of them has, NaN where one has none."""
     sequences = np.unique(np.concatenate([result.per_sequence.sequence for result in results]))
-    figures = np.full((len(results), len(sequences), len(FIGURES)), np.nan)
+    figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
     for row, result in zip(figures, results, strict=True):
         own = result.per_sequence
-        row[np.searchsorted(sequences, own.sequence)] = np.stack([own.figures[name] for name in FIGURES], axis=-1)
+        row[np.searchsorted(sequences, own.sequence)] = np.stack([own.figures[name] for name in METRICS], axis=-1)
     return figures
 
 

@@ -16,7 +16,8 @@ from vbbench.estimate import LARGEST
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.protocol import get_protocol
-from vbbench.scoring.scorecard import DRIFTS, METRICS, PerSequence, Score
+from vbbench.scoring.metrics import METRICS
+from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
 from vbbench_leaderboards.results.sealed_json import (
     FORMAT_VERSION,
@@ -31,7 +32,6 @@ from vbbench_leaderboards.results.sealed_json import (
 
 SCHEMA = "result"
 COUNTS = ("sequence", "frames", "positions", "posed", "placed")
-FIGURES = (*METRICS, *DRIFTS)
 """What a result tells of each sequence, and boards are ranked by."""
 
 LARGEST_FIGURE = 10 * LARGEST
@@ -172,7 +172,7 @@ def table_hashes(submission: Path) -> dict[str, str]:
 
 def _values(result: Result) -> Values:
     own, board = result.per_sequence, result.board
-    columns = {**{name: getattr(own, name) for name in COUNTS}, **{name: own.figures[name] for name in FIGURES}}
+    columns = {**{name: getattr(own, name) for name in COUNTS}, **{name: own.figures[name] for name in METRICS}}
     return {
         "format_version": FORMAT_VERSION,
         "solver": {
@@ -198,7 +198,7 @@ def _values(result: Result) -> Values:
 
 def _per_sequence(block: Block, path: Path) -> PerSequence:
     columns = decode(block)
-    figures = {name: columns[name] for name in FIGURES}
+    figures = {name: columns[name] for name in METRICS}
     if not all(((values >= 0) & (values <= LARGEST_FIGURE) | np.isnan(values)).all() for values in figures.values()):
         raise FileError(path, f"$.per_sequence: a figure is below 0 or above {LARGEST_FIGURE:.0f}, where none can be")
     return PerSequence(**whole_columns(columns, COUNTS, path, "$.per_sequence"), figures=figures)

@@ -20,6 +20,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import canonical_digest, read_json
+from vbbench.scoring.metrics import METRICS, section
 
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
@@ -185,4 +186,24 @@ def _validator(schema: str) -> "Draft202012Validator":
     from jsonschema import Draft202012Validator
 
     text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
-    return Draft202012Validator(json.loads(text))
+    values = json.loads(text)
+    if schema == "result":
+        _require_metrics(values)
+    return Draft202012Validator(values)
+
+
+def _require_metrics(schema: Values) -> None:
+    """Narrow the schema of results, which allows any metrics, to those of the table."""
+    score, columns = (schema["properties"][part]["properties"] for part in ("score", "per_sequence"))
+    for part in ("metrics", "drift"):
+        score[part] = {
+            "type": "object",
+            "additionalProperties": False,
+            "required": list(section(part)),
+            "properties": {
+                name: {"$ref": "#/$defs/angleSummary" if metric.unit == "rad" else "#/$defs/summary"}
+                for name, metric in section(part).items()
+            },
+        }
+    counts = [column["const"] for column in columns["columns"]["prefixItems"]]
+    columns["columns"] = {"const": [*counts, *METRICS]}

@@ -6,7 +6,7 @@ __all__ = ["OpenGLRenderer"]
 
 
 def __getattr__(name: str) -> Any:
-    """The renderer, imported when it is asked for, so that asking whether OpenGL works stays quick."""
+    """The renderer, imported on first use, so that checking whether OpenGL works is fast."""
     if name != "OpenGLRenderer":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from vbbench_renderers.opengl.renderer import OpenGLRenderer

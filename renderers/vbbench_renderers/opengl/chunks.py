@@ -1,4 +1,4 @@
-"""What stands still in chunks: compact groups of triangles, so that what is out of view is not drawn."""
+"""Static objects in chunks: compact groups of triangles, so that those out of view are not drawn."""
 
 from dataclasses import dataclass
 from typing import Any, cast
@@ -11,9 +11,9 @@ from vbbench_renderers.opengl.packing import COMMAND, Records
 from vbbench_renderers.opengl.refining import WIDEST
 
 FULL = 80
-"""Triangles in a chunk at most."""
+"""The largest number of triangles in a chunk."""
 SIZES = (0.3, 0.6, 1.2, 2.4, 5.0)
-"""Triangles are parted by their longest horizontal edge (m), so that a few large ones do not get many small refined."""
+"""Triangles are grouped by their longest horizontal edge (m), so that small ones are not refined with large ones."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Chunks:
         return order, commands
 
     def narrow(self, eye: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
-        """Whether no edge of a chunk spans more azimuth than a panorama bears, so that it needs no refining."""
+        """Whether every edge of a chunk spans so little azimuth that a panorama needs no refining."""
         near = np.hypot(*(self.spheres[:, :2] - eye[:2]).T) - self.spheres[:, 3]
         return cast(NDArray[np.bool_], self.longest < np.tan(WIDEST) * near)
 
@@ -51,7 +51,7 @@ class Chunks:
 
 
 def split_mesh(mesh: Mesh) -> Chunks:
-    """The triangles of a mesh in chunks, by halving boxes across their longer sides."""
+    """The triangles of a mesh in chunks, made by halving boxes across their longer sides."""
     corners = mesh.vertices[mesh.triangles]
     edges = np.hypot(*np.moveaxis((corners - np.roll(corners, 1, axis=1))[..., :2], -1, 0)).max(axis=1)
     middle, size = corners.mean(axis=1), np.searchsorted(SIZES, edges)

@@ -1,4 +1,4 @@
-"""An off-screen OpenGL context, on a GPU where there is one, and the programs that run in it."""
+"""An off-screen OpenGL context, on a GPU if there is one, and the programs that run in it."""
 
 import os
 from collections.abc import Iterable
@@ -24,13 +24,13 @@ def is_software(device: str) -> bool:
 
 
 def device_name(context: "moderngl.Context") -> str:
-    """GL_RENDERER, and that it is software where it is."""
+    """GL_RENDERER, with a note if it is software."""
     name = str(context.info["GL_RENDERER"])
     return f"{name}, software rendering" if is_software(name) else name
 
 
 def open_context() -> "moderngl.Context":
-    """A context on the first EGL device that is a GPU, else on the first that works.
+    """A context on the first EGL device that is a GPU, otherwise on the first device that works.
 
     The environment variable GLCONTEXT_DEVICE_INDEX, moderngl's own, chooses a device outright.
 
@@ -47,7 +47,7 @@ def open_context() -> "moderngl.Context":
         options: dict[str, Any] = {"backend": "egl", "device_index": index}
         try:
             context = moderngl.create_context(standalone=True, require=VERSION, **options)
-        except Exception as error:  # moderngl raises nothing more special
+        except Exception as error:  # moderngl raises no more specific exception
             problem = str(error) if index == 0 or named else problem
             if "device index" in str(error):
                 break
@@ -68,7 +68,7 @@ def open_context() -> "moderngl.Context":
 def make_program(
     context: "moderngl.Context", vertex: str, fragment: str, defines: Iterable[str] = ()
 ) -> "moderngl.Program":
-    """A program of shader files; every one knows the frame, patterns and light."""
+    """A program of shader files; every shader has access to the frame, patterns and light."""
     head = ["#version 430"]
     head += [f"#define {name} {getattr(drawing, name)}" for name in _CONSTANTS]
     head += [f"#define {name}" for name in defines]
@@ -84,7 +84,7 @@ def make_program(
 
 
 def uniform(program: "moderngl.Program", name: str) -> Any:
-    """A uniform or a uniform block; moderngl's types do not tell them from attributes."""
+    """A uniform or a uniform block; moderngl's types do not distinguish them from attributes."""
     return program[name]
 
 

@@ -1,4 +1,4 @@
-"""Shadow maps of people and of what stands still, and how open the ground is under feet."""
+"""Shadow maps of people and of static objects, and how much light reaches the ground under feet."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ SPOT_BYTES = 32
 
 
 class Shadows:
-    """Two depth maps along the sun, and a map of what reaches the ground."""
+    """Two depth maps along the sun, and a map of the light that reaches the ground."""
 
     def __init__(self, context: "moderngl.Context") -> None:
         self._context = context
@@ -100,14 +100,14 @@ def _round(centres: Float32, radius: float, strength: NDArray[np.floating[Any]])
 
 
 def fixed_window(vertices: Float32) -> Float32:
-    """[4] the window of the map of what stands still: its centre, 1 / half width, and the texel in m."""
+    """[4] the window of the map of static objects: its centre, 1 / half width, and the texel in m."""
     least, most = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
     half = min(float((most - least).max()) / 2, LARGEST_SHADOW_HALF_WIDTH)
     return window(0.5 * (least + most), half, FIXED_SHADOW_TEXELS)
 
 
 def people_window(pose: NDArray[np.float64], ahead: bool) -> Float32:
-    """[4] the window of people's shadows; it moves by whole texels, so that shadows do not crawl."""
+    """[4] the window of people's shadows; it moves by whole texels, so that shadows do not flicker."""
     centre = pose[:2] + ahead * SHADOW_AHEAD * np.array((np.cos(pose[2]), np.sin(pose[2])))
     texel = 2.0 * SHADOW_HALF_WIDTH / SHADOW_TEXELS
     return window(np.round(centre / texel) * texel, SHADOW_HALF_WIDTH, SHADOW_TEXELS)

@@ -66,7 +66,7 @@ def pack_library(levels: list[tuple[Mesh, ...]]) -> Library:
 
 def _box(vertices: Float32) -> tuple[Float32, Float32]:
     least, most = vertices.min(axis=0), vertices.max(axis=0)
-    return 0.5 * (least + most), 0.52 * (most - least)  # coarse levels may bulge a little
+    return 0.5 * (least + most), 0.52 * (most - least)  # coarse levels may extend a little farther
 
 
 def pack_limbs(drawn: list[tuple[int, Limbs]]) -> tuple[Records, NDArray[np.int64], NDArray[np.int64]]:
@@ -121,7 +121,7 @@ def in_view(spheres: Float32, camera: Camera, pose: NDArray[np.float64]) -> tupl
 def draw_commands(
     levels: NDArray[np.int64], meshes: NDArray[np.int64], library: Library, reach: NDArray[np.floating[Any]]
 ) -> tuple[NDArray[np.int64], Records]:
-    """The order of instances, mesh by mesh and near ones first, and one command a mesh and level in use."""
+    """The order of instances, mesh by mesh with near ones first, and one command per mesh and level in use."""
     kinds = library.commands.shape[1]
     key = levels * kinds + meshes
     order = np.lexsort((reach, key))

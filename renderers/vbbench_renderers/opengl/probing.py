@@ -1,4 +1,4 @@
-"""Whether OpenGL works here, found out in a child process: a broken driver may crash or hang whoever asks it."""
+"""Whether OpenGL works here, tested in a child process: a broken driver may crash or block its caller."""
 
 import signal
 import subprocess
@@ -8,7 +8,7 @@ from functools import cache
 from vbbench.errors import VbbenchError
 
 PACKAGE = "mesa-utils-bin"
-"""The one Debian package that brings EGL and a software driver."""
+"""The Debian package that contains EGL and a software driver."""
 PATIENCE = 60.0
 _CHILD = """
 import sys
@@ -36,7 +36,7 @@ class OpenGLError(VbbenchError):
 
 
 def find_device() -> str:
-    """What OpenGL draws with on this machine; asked once a process.
+    """What OpenGL draws with on this machine; tested once per process.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Large triangles for a panorama, cut until straight edges follow the cylinder.
+"""Large triangles for a panorama, divided until straight edges follow the cylinder.
 
 A straight line that spans an azimuth θ bows from its chord by (v − cy) θ²/8 rows, whatever its distance; so edges are
 halved until they span little. The test looks at nothing but the edge's ends, so that neighbours agree on every cut and
@@ -13,7 +13,7 @@ from vbbench_renderers.mesh import Float32, Int32
 
 COLUMNS = 12
 WIDEST = np.deg2rad(5.0)
-"""Edges span no more azimuth than this: 0.23 px at the border of a picture 480 px high."""
+"""Edges span at most this azimuth: 0.23 px at the border of a picture 480 px high."""
 DEEPEST = 14
 _STACK = 3 * DEEPEST + 4
 
@@ -78,7 +78,7 @@ def _outside(corners: Float32, eye: NDArray[np.float64], low: float, high: float
 
 @kernel
 def _cut(stack: Float32, depth: NDArray[np.int64], top: int, wide: int) -> int:
-    """Replace the triangle at ``top`` by the two, three or four that halving its wide edges leaves."""
+    """Replace the triangle at ``top`` by the two, three or four triangles that result from halving its wide edges."""
     corner = stack[top].copy()
     below = depth[top] + 1
     middle = np.empty((3, COLUMNS), np.float32)
@@ -111,7 +111,7 @@ def _push(stack: Float32, depth: NDArray[np.int64], top: int, level: int, a: Flo
 
 @kernel
 def _write(corners: Float32, azimuth: NDArray[np.float64], out: Float32, filled: int) -> int:
-    """Write one triangle, and where it crosses the seam once more at the other border."""
+    """Write one triangle; if it crosses the seam, write it again at the other border."""
     base = azimuth[0]
     least, most = base, base
     for c in range(1, 3):

@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.opengl import light
@@ -21,14 +21,14 @@ from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster.rays import NEAR, tilt_of
 from vbbench_renderers.surroundings import surroundings_of
-from vbbench_renderers.views import drawn_natively, put_together
+from vbbench_renderers.views import assemble, drawn_natively
 
 if TYPE_CHECKING:
     import moderngl
 
 
 class OpenGLRenderer:
-    """Draws a scene through EGL; see `vbbench.pictures.renderer.Renderer`.
+    """Draws a scene through EGL; see `vbbench.pictures.rendering.Renderer`.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class OpenGLRenderer:
         return self._device
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer.render`."""
+        """See `vbbench.pictures.rendering.Renderer.render`."""
         if self._context is None:
             raise VbbenchError("this renderer was closed")
         pose = np.asarray(pose, dtype=np.float64)
@@ -66,7 +66,7 @@ class OpenGLRenderer:
         if without is not None:
             here[without] = False
         shoot = partial(self._shoot, self._context, drawn, self._scene.positions[frame][here])
-        return shoot(camera, pose) if drawn_natively(camera) else put_together(camera, pose, shoot)
+        return shoot(camera, pose) if drawn_natively(camera) else assemble(camera, pose, shoot)
 
     def _shoot(
         self,

@@ -1,4 +1,4 @@
-"""What an OpenGL context holds of a scene, and how a frame is drawn from it."""
+"""The data of a scene in an OpenGL context, and how a frame is drawn from it."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,7 @@ class Stage:
 
     def __init__(self, context: "moderngl.Context", walkers: Walkers, around: Surroundings) -> None:
         self._context = context
-        self.fine_place = not is_software(str(context.info["GL_RENDERER"]))  # a processor has no time for it
+        self.fine_place = not is_software(str(context.info["GL_RENDERER"]))  # too slow on a processor
         self._library = packing.pack_library([walkers.library(level) for level in range(walkers.levels)])
         self._shadow_level = walkers.levels - 1
         self._place = packing.pack_vertices(around.mesh)
@@ -151,7 +151,7 @@ class Stage:
         self._shift("limb", panorama, targets.shift(fine=True))
         self._arrays["limb", panorama].render_indirect(self._commands, count=shown)
         targets.place.use()
-        context.clear(depth=1.0)  # sets people going in the background
+        context.clear(depth=1.0)  # starts drawing people in the background
         chunks, corners = self._upload_place(camera, pose)
         for kind in ("place", "sky"):
             self._shift(kind, panorama, targets.shift(self.fine_place))
@@ -172,7 +172,7 @@ class Stage:
     def _upload_limbs(
         self, drawn: list[tuple[int, Limbs]], camera: Camera, pose: FloatArray, window: Any, bodies: FloatArray
     ) -> tuple[int, int]:
-        """Upload limbs in view, limbs that throw shadows, and spots on the ground; how many commands draw each."""
+        """Upload limbs in view, limbs that cast shadows, and ground spots; return how many commands draw each."""
         instances, levels, meshes = packing.pack_limbs(drawn)
         spheres = packing.bounds(instances, meshes, self._library)
         reach = np.hypot(spheres[:, 0] - pose[0], spheres[:, 1] - pose[1])
@@ -191,7 +191,7 @@ class Stage:
         return len(shown), len(shadowed)
 
     def _upload_place(self, camera: Camera, pose: FloatArray) -> tuple[int, int]:
-        """Upload what stands in view: how many chunks are drawn as they are, and how many corners were refined."""
+        """Upload static objects in view; return how many chunks are not refined, and how many corners were."""
         chunks, corners = self._chunks, 0
         whole = np.arange(len(chunks.spheres))
         if camera.cylinder is not None:

@@ -1,4 +1,4 @@
-"""The pictures that are drawn into, and how they come back."""
+"""The pictures that are drawn into, and how they are read back."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import moderngl
 
 FINE = 2
-"""Samples a pixel in each direction where a picture is sampled finely; one of them is the pixel's centre."""
+"""Samples per pixel in each direction of a finely sampled picture; one of them is the pixel's centre."""
 
 
 class Targets:
@@ -45,7 +45,7 @@ class Targets:
         self._truth = np.empty((size[1], size[0], 2), np.float32)
 
     def shift(self, fine: bool) -> tuple[float, float]:
-        """By how much, in clip units, a layer's samples move so that one falls on every pixel's centre."""
+        """The shift, in clip units, that puts one of a layer's samples on every pixel's centre."""
         return (0.5 / self.size[0], 0.5 / self.size[1]) if fine else (0.0, 0.0)
 
     def read(self, compose: "moderngl.VertexArray") -> tuple[NDArray[np.uint8], NDArray[np.float32]]:

@@ -75,7 +75,7 @@ def _shade_sides(vertices: FloatArray) -> FloatArray:
 
 
 def body_meshes() -> dict[str, Callable[[int], Mesh]]:
-    """Name → what makes the mesh of a level."""
+    """Name → the function that makes the mesh of a level."""
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(trunk, rows) for name, rows in TORSOS.items()}
     makers |= {name: partial(limb, rows, HIP, (0.02, 0.01), 0.0, 2.4) for name, rows in HIPS.items()}
     for name, rows in LIMBS.items():

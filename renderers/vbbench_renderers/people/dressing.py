@@ -1,4 +1,4 @@
-"""Makes up people, from the seed and the person's id alone: an outfit, garment by garment, and a manner."""
+"""Invents people from only the seed and the person's id: an outfit, garment by garment, and a way of walking."""
 
 import numpy as np
 
@@ -162,7 +162,7 @@ def _add_shoes(who: Outfit, bottom: str) -> None:
 
 
 def add_bag(who: Outfit) -> str:
-    """Something to carry, or nothing; which it is."""
+    """Add something to carry, or nothing; return which."""
     shares = (0.42, 0.18, 0.2, 0.2) if who.woman else (0.52, 0.28, 0.16, 0.04)
     bag = who.choose(("none", "backpack", "shoulder bag", "tote"), shares)
     if bag == "none":

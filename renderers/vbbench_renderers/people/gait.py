@@ -16,9 +16,9 @@ STRIKE, PUSH, TUCK = np.radians(17.0), np.radians(36.0), np.radians(16.0)
 """Pitch of the foot at heel strike (toes up), at toe-off (heel up), and by how much it still grows in early swing."""
 ANKLE = 0.085
 HEEL, BALL, TIP, TIP_UP = -0.066, 0.125, 0.195, 0.012
-"""The sole in m for 1.75 m: x of heel, ball and tip before the ankle, and how far the tip stands off the ground."""
+"""The sole in m for 1.75 m: x of heel, ball and tip before the ankle, and how far the tip is above the ground."""
 BEHIND = 0.056
-"""How far in m the ankle is behind the middle of the foot, which is what stands under the body."""
+"""How far in m the ankle is behind the middle of the foot, which is below the body."""
 TOE_OUT = np.radians(6.0)
 TRAIL = 0.032
 """How much farther it is behind when walking: a stride reaches from a heel off the ground to toes in the air."""
@@ -29,7 +29,7 @@ SIDES = np.array([1.0, -1.0])
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """Everybody who is there at one time, one row a person.
+    """Everybody who is present at one time, one row per person.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Moment:
 
 @dataclass(frozen=True, kw_only=True)
 class Feet:
-    """The feet (left, right) of everybody who is there.
+    """The feet (left, right) of everybody who is present.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Feet:
 
 
 def moment_at(paths: Paths, frame: float) -> Moment:
-    """Who is where at a frame; between two frames only who is there at both.
+    """People's positions at a frame; between two frames only those of people present at both.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def smooth_step(values: FloatArray) -> FloatArray:
 
 
 def walking(speed: FloatArray) -> FloatArray:
-    """How much of the pose is a walker's: 0 when still, 1 when walking."""
+    """How much of the pose is that of walking: 0 when still, 1 when walking."""
     return smooth_step((speed - STILL) / (WALKING - STILL))
 
 

@@ -1,4 +1,4 @@
-"""Skirts, hems and things that people carry, in the frames of the bones that they hang from."""
+"""Skirts, hems and things that people carry, in the frames of the bones that they are attached to."""
 
 from collections.abc import Callable
 from functools import partial
@@ -137,7 +137,7 @@ def box(sections: list[Section], power: float, level: int) -> Mesh:
 
 
 def garment_meshes() -> dict[str, Callable[[int], Mesh]]:
-    """Name → what makes the mesh of a level."""
+    """Name → the function that makes the mesh of a level."""
     makers: dict[str, Callable[[int], Mesh]] = {
         name: partial(cloth, rows, 0.01 if name == "coat hem" else 0.05) for name, rows in SKIRTS.items()
     }

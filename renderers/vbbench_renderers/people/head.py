@@ -104,7 +104,7 @@ def _bump(a: FloatArray, h: FloatArray, at: tuple[float, float], size: tuple[flo
 
 
 def _face(a: FloatArray, h: FloatArray) -> FloatArray:
-    """How far in m the face stands out of the egg."""
+    """How far in m the face extends beyond the egg shape."""
     nose = 0.024 * _bump(a, h, (0, 0.080), (10, 0.014)) + 0.010 * _bump(a, h, (0, 0.105), (8, 0.018))
     brow = 0.004 * _bump(a, h, (18, 0.138), (24, 0.008)) - 0.009 * _bump(a, h, (22, 0.119), (11, 0.012))
     mouth = 0.004 * _bump(a, h, (0, 0.046), (22, 0.010)) + 0.006 * _bump(a, h, (0, 0.012), (18, 0.012))
@@ -127,7 +127,7 @@ def _paint_face(vertices: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class Shell:
-    """Something that lies over the skull: hair, a cap, a scarf.
+    """Something that covers the skull: hair, a cap, a scarf.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def tail(hang: bool, level: int) -> Mesh:
 
 
 def brim(front: float, back: float, width: float, level: int) -> Mesh:
-    """The brim of a hat, or with nothing behind the peak of a cap; it droops a little."""
+    """The brim of a hat, or, without a back, the peak of a cap; it bends down a little."""
     sections = [
         (0.139, 0.0, front, back, width),
         (0.147, 0.0, 0.97 * front, 0.97 * back, 0.97 * width),
@@ -241,7 +241,7 @@ def brim(front: float, back: float, width: float, level: int) -> Mesh:
 
 
 def head_meshes() -> dict[str, Callable[[int], Mesh]]:
-    """Name → what makes the mesh of a level."""
+    """Name → the function that makes the mesh of a level."""
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(shell, name) for name in SHELLS}
     makers |= {"head man": partial(head, 0.05), "head woman": partial(head, -0.06)}
     makers |= {

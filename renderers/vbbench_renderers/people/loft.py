@@ -98,7 +98,7 @@ def turned(solid: trimesh.Trimesh, rotation: FloatArray, shift: tuple[float, flo
 
 
 def _with_caps(steps: FloatArray, caps: tuple[float, float]) -> FloatArray:
-    """Adds a ring at either end that is not flat, so that it is round."""
+    """Adds a ring at each end that is not flat, so that it is round."""
     bottom, top = steps[:1].copy(), steps[-1:].copy()
     bottom[:, 0], top[:, 0] = bottom[:, 0] - 0.68 * caps[0], top[:, 0] + 0.68 * caps[1]
     bottom[:, 2:], top[:, 2:] = 0.74 * bottom[:, 2:], 0.74 * top[:, 2:]

@@ -1,4 +1,4 @@
-"""What a person looks like and how they carry themselves; and the limb meshes of looks, by level of detail."""
+"""What a person looks like and how they move; and the limb meshes of looks, by level of detail."""
 
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -43,7 +43,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Style:
-    """Build and manners, one row a person.
+    """Build and way of walking, one row per person.
 
     Parameters
     ----------

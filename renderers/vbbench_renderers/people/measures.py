@@ -78,7 +78,7 @@ HIPS: dict[str, list[Section]] = {
         (0.05, 0.0, 0.074, 0.068, 0.108),
     ],
 }
-# Ends that meet at a joint have its radius, and rounded caps as high as that: together they make a ball.
+# Ends that meet at a joint have its radius, and rounded caps of the same height: together they form a ball.
 LIMBS: dict[str, list[Section]] = {
     "neck": [
         (-0.16, -0.012, 0.050, 0.052, 0.054),

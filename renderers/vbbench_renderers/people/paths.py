@@ -1,4 +1,4 @@
-"""The whole path of everybody, in time and in steps: rendering knows the future, so nothing needs to be guessed.
+"""The whole path of everybody, in time and in steps: rendering knows the future, so nothing needs to be predicted.
 
 Step length follows from the walk ratio W = step length / step rate, which healthy adults hold constant from about
 1 m/s up (Sekiya and Nagasaki 1998; Murakami and Otaka 2017): length = √(W · speed), here with W in proportion to
@@ -87,7 +87,7 @@ def trace_paths(scene: Scene, heights: FloatArray, stride_scale: FloatArray, sta
 
 
 def _runs(present: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """Stretches [begin, end) of frames with a person there."""
+    """Ranges [begin, end) of frames in which a person is present."""
     edges = np.diff(np.concatenate([[0], present.astype(np.int8), [0]]))
     return [(int(a), int(b)) for a, b in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True)]
 
@@ -112,7 +112,7 @@ def _trace(positions: FloatArray, dt: float, fine: int, height: float, phase: fl
 
 
 def _smoothed(points: FloatArray, sigma: float) -> FloatArray:
-    """Gaussian smoothing that goes straight on beyond both ends."""
+    """Gaussian smoothing that continues in a straight line beyond both ends."""
     pad = int(np.ceil(3 * sigma))
     reach = min(len(points) - 1, max(1, round(sigma)))
     before = points[0] + (points[0] - points[reach]) / reach * np.arange(pad, 0, -1)[:, None]
@@ -123,7 +123,7 @@ def _smoothed(points: FloatArray, sigma: float) -> FloatArray:
 
 
 def _headings(velocity: FloatArray, speed: FloatArray, step: float) -> FloatArray:
-    """Unwrapped direction of motion; it is held while the person is slow."""
+    """Unwrapped direction of motion; it is kept while the person is slow."""
     moving = np.flatnonzero(speed > 0.25)
     if len(moving) == 0:
         moving = np.array([int(np.argmax(speed))])

@@ -1,4 +1,4 @@
-"""Bones, and how feet move them: legs of two links, a spine that takes up the bob of walking, arms that swing.
+"""Bones, and how feet move them: legs of two links, a spine that evens out the steps, arms that swing.
 
 The pelvis is as high as straight legs allow and so goes up and down with the steps, but the head stays at the
 person's height: the spine is stretched by the few centimetres in between, because the benchmark's geometry is that
@@ -20,7 +20,7 @@ PELVIS, SPINE, CHIN = 0.970, 0.520, 1.530
 
 
 class Bone(IntEnum):
-    """What a limb can hang from; left and right follow one another."""
+    """What a limb can be attached to; left and right alternate."""
 
     PELVIS = 0
     CHEST = 1
@@ -145,7 +145,7 @@ def _legs(bones: FloatArray, hip: FloatArray, feet: Feet, facing: FloatArray, si
 
 
 def _skirt(bones: FloatArray, centre: FloatArray, facing: FloatArray, size: FloatArray) -> None:
-    """Four skirts, sheared so that the first follows the knee behind, the last the one in front; they overlap."""
+    """Four skirts that overlap, sheared so that the first follows the knee behind and the last the knee in front."""
     knee = bones[:, Bone.SHIN : Bone.SHIN + 2, :, 3]
     ankle = bones[:, Bone.FOOT : Bone.FOOT + 2, :, 3]
     waist = (0.06 * size)[:, None] * facing[:, :, 2] + centre
@@ -187,7 +187,7 @@ def _spine(bones: FloatArray, moment: Moment, centre: FloatArray, swing: FloatAr
 
 
 def _arms(bones: FloatArray, moment: Moment, swing: FloatArray, style: Style) -> None:
-    """Arms that swing against the legs, the elbows more bent in front."""
+    """Arms that swing opposite to the legs, with the elbows more bent in front."""
     size = style.size
     chest = bones[:, Bone.CHEST].copy()
     spread = (SHOULDER_ASIDE * style.shoulders)[:, None] * SIDES

@@ -50,7 +50,7 @@ class Walkers:
         return self._feet(moment_at(self._paths, frame))
 
     def bones(self, frame: float) -> tuple[IntArray, FloatArray]:
-        """Columns [N] of the people who are there, and the transforms [N, 18, 3, 4] of their bones."""
+        """Columns [N] of the people who are present, and the transforms [N, 18, 3, 4] of their bones."""
         moment = moment_at(self._paths, frame)
         return moment.person, pose_bones(moment, self._feet(moment), self._style.of(moment.person))
 
@@ -83,7 +83,7 @@ class Walkers:
 
 
 class _PartTable:
-    """The parts of all looks, one row a part."""
+    """The parts of all looks, one row per part."""
 
     def __init__(self, looks: tuple[Look, ...]) -> None:
         parts = [part for look in looks for part in look.parts]

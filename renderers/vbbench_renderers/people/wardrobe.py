@@ -15,7 +15,7 @@ Rng = np.random.Generator
 
 @dataclass
 class Outfit:
-    """A look while it is put together."""
+    """A look that is being assembled."""
 
     rng: Rng
     woman: bool
@@ -30,14 +30,14 @@ class Outfit:
     parts: list[Part] = field(default_factory=list)
 
     def choose(self, options: tuple[str, ...], shares: tuple[float, ...] | None = None) -> str:
-        """One of the options, noted as part of what this look is."""
+        """One of the options, recorded as part of this look."""
         weights = None if shares is None else np.array(shares) / sum(shares)
         chosen = options[int(self.rng.choice(len(options), p=weights))]
         self.kind.append(chosen)
         return chosen
 
     def colour(self, options: tuple[str, ...]) -> FloatArray:
-        """A colour of a palette, a little off."""
+        """A colour of a palette, varied a little."""
         return np.clip(linear(self.choose(options)) * self.rng.uniform(0.85, 1.15), 0.0, 1.0)
 
     def add(
@@ -70,7 +70,7 @@ class Outfit:
         )
 
     def drape(self, mesh: str, colour: FloatArray, scale: Triple) -> None:
-        """A skirt: four of the same, which overlap; from afar two will do."""
+        """A skirt: four copies that overlap; from far away two are enough."""
         for number in range(4):
             self.add(mesh, Bone.SKIRT + number, colour, scale=scale, coarsest=2 if number in (0, 3) else 1)
 

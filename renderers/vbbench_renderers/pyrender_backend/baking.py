@@ -1,4 +1,4 @@
-"""Limbs baked into one mesh a person: a node a limb would cost pyrender ten times the draw calls."""
+"""Limbs baked into one mesh per person: one node per limb would cost pyrender ten times the draw calls."""
 
 import math
 from typing import NamedTuple

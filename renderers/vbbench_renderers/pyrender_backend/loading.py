@@ -1,4 +1,4 @@
-"""The one place that knows what is wrong with pyrender 0.1.45, and puts it right without touching other libraries.
+"""The only place with workarounds for faults of pyrender 0.1.45; it changes no other library.
 
 * It opens an interactive viewer's libraries on import, which need a display: a stand-in is imported for that module.
 * It uses ``np.infty``, which NumPy 2 dropped: its own modules see a NumPy that has it.
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import VbbenchError, needs_extra
 
 _VARIABLE = "PYOPENGL_PLATFORM"
 _LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
@@ -41,7 +41,7 @@ def load_pyrender() -> Any:
         If it is not installed or finds no OpenGL.
     """
     if "pyrender" not in sys.modules:
-        with off_screen():
+        with needs_extra("pyrender", "backend 'pyrender'"), off_screen():
             _import_without_viewer()
     mesh: Any = sys.modules["pyrender.mesh"]
     if not hasattr(mesh.np, "infty"):
@@ -76,7 +76,7 @@ def device_name() -> str:
 
 @contextmanager
 def off_screen() -> Iterator[str]:
-    """PYOPENGL_PLATFORM as it was set, else EGL where it is, else OSMesa; put back afterwards."""
+    """PYOPENGL_PLATFORM as it was set, otherwise EGL if available, otherwise OSMesa; restored afterwards."""
     before = os.environ.get(_VARIABLE)
     platform = before if before in _LIBRARIES else _first_library()
     os.environ[_VARIABLE] = platform
@@ -102,9 +102,11 @@ def _import_without_viewer() -> None:
     sys.modules["pyrender.viewer"] = stand_in
     try:
         pyrender = importlib.import_module("pyrender")
-    except Exception as error:  # PyOpenGL raises whatever its platform raises
+    except Exception as error:  # PyOpenGL passes on the exceptions of its platform
         for name in [name for name in sys.modules if name.split(".")[0] == "pyrender"]:
             del sys.modules[name]
+        if isinstance(error, ModuleNotFoundError):
+            raise
         raise VbbenchError(
             f"pyrender cannot be imported ({type(error).__name__}: {error}); install it with Mesa (on Debian "
             "mesa-utils-bin), or use backend 'moderngl' or 'raster'"

@@ -10,15 +10,15 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
 from vbbench_renderers.pyrender_backend.stage import Stage
-from vbbench_renderers.views import put_together
+from vbbench_renderers.views import assemble
 
 
 class PyrenderRenderer:
-    """Draws a scene with pyrender; a `vbbench.pictures.renderer.Renderer`.
+    """Draws a scene with pyrender; a `vbbench.pictures.rendering.Renderer`.
 
     Parameters
     ----------
@@ -35,17 +35,17 @@ class PyrenderRenderer:
 
     @property
     def device(self) -> str:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         return self._device
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         if self._screen is None:
             raise VbbenchError("this renderer was closed")
         pose = np.asarray(pose, np.float64)
         without = None if observer is None else self._scene.column_of(observer)
         self._stage.set_people(frame, pose, camera.focal, without)
-        return self._shoot(camera, pose) if camera.intrinsics is not None else put_together(camera, pose, self._shoot)
+        return self._shoot(camera, pose) if camera.intrinsics is not None else assemble(camera, pose, self._shoot)
 
     def close(self) -> None:
         """Give back the context."""

@@ -1,4 +1,4 @@
-"""The scene graph: what stands still, one mesh a person, a sun, a camera; and a sky behind it all."""
+"""The scene graph: static objects, one mesh per person, a sun, a camera, and a sky behind everything."""
 
 from typing import Any
 
@@ -44,7 +44,7 @@ class Stage:
         self._add_surroundings(around)
 
     def set_people(self, frame: int, pose: FloatArray, focal: float, without: int | None) -> None:
-        """Put the people of a frame in place of those who were there, but for the one in column ``without``.
+        """Replace the people by those of a frame, except the one in column ``without``.
 
         A focal length of ``focal`` px decides their level of detail.
         """

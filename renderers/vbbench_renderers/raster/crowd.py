@@ -1,4 +1,4 @@
-"""The people of a frame as the kernels take them: every level of detail in one library."""
+"""The people of a frame as the kernels read them, with every level of detail in one library."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -24,7 +24,7 @@ class People(Protocol):
     def limbs(
         self, frame: int, eye: FloatArray, focal: float, *, without: int | None = None
     ) -> Sequence[tuple[int, Limbs]]:
-        """Limbs of a frame by level, as a camera at ``eye`` [2] sees them, but for the person in column ``without``."""
+        """Limbs of a frame by level, as a camera at ``eye`` [2] sees them, except the person in column ``without``."""
 
 
 def joined_library(people: People) -> list[Mesh]:

@@ -20,7 +20,7 @@ from vbbench_renderers.raster.rays import NEAR, Rays
 STRIP = 32
 """Columns that one thread draws at a time; the picture does not depend on it."""
 MARGIN = 1e-2
-"""Columns (px) by which bounds are widened against rounding."""
+"""Columns (px) by which bounds are widened because of rounding."""
 
 
 @parallel_kernel
@@ -93,7 +93,7 @@ def _fill_limb(
 
 @kernel
 def face_columns(points: Float32, columns: Float32, a: int, b: int, c: int, rays: Rays) -> tuple[float, float]:
-    """The columns (px) between which a triangle lies; low > high where it lies behind the camera."""
+    """The columns (px) between which a triangle lies; low > high if it is behind the camera."""
     if rays.closed:
         return _columns_round(columns[a], columns[b], columns[c], len(rays.side))
     if points[a, 2] >= NEAR and points[b, 2] >= NEAR and points[c, 2] >= NEAR:
@@ -112,7 +112,7 @@ def face_columns(points: Float32, columns: Float32, a: int, b: int, c: int, rays
 
 @kernel
 def _columns_round(a: float, b: float, c: float, width: int) -> tuple[float, float]:
-    """The same in a closed picture, where an edge takes the shorter way round."""
+    """The same in a closed picture, where an edge takes the shorter way around."""
     to_b = b - a - width * math.floor((b - a) / width + 0.5)
     to_c = c - a - width * math.floor((c - a) / width + 0.5)
     across = c - b - width * math.floor((c - b) / width + 0.5)
@@ -123,7 +123,7 @@ def _columns_round(a: float, b: float, c: float, width: int) -> tuple[float, flo
 
 @kernel
 def cross(points: Float32, a: int, b: int) -> tuple[float, float, float]:
-    """The normal of the plane through the eye and two points, in float64; the negative for (b, a), to the last bit."""
+    """The normal of the plane through the eye and two points, in float64; for (b, a) its exact negative."""
     ax, ay, az = np.float64(points[a, 0]), np.float64(points[a, 1]), np.float64(points[a, 2])
     bx, by, bz = np.float64(points[b, 0]), np.float64(points[b, 1]), np.float64(points[b, 2])
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx

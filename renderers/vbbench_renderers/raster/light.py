@@ -28,7 +28,7 @@ class Light(NamedTuple):
 
 
 def light_table(sky: Sky) -> FloatArray:
-    """[6, 3] the fields of `Light`, row by row: threads are handed arrays."""
+    """[6, 3] the fields of `Light`, row by row, because threads receive arrays."""
     haze = np.full(3, sky.haze_distance)
     return np.array([sky.sun_direction, sky.sun_colour, sky.zenith, sky.horizon, sky.ground_glow, haze], np.float64)
 
@@ -113,7 +113,7 @@ def through_air(light: Light, colour: Colour, distance: float) -> Colour:
 
 @kernel
 def sky_colour(light: Light, x: float, y: float, z: float) -> Colour:
-    """The sky in a direction, with the sun and its glow; below the horizon as on it."""
+    """The sky in a direction, with the sun and its glow; below the horizon it is as on the horizon."""
     mix = math.sqrt(max(z, 0.0))
     along = max(0.0, x * light.sun[0] + y * light.sun[1] + z * light.sun[2])
     edge = min(max((along - 0.99955) / 0.00025, 0.0), 1.0)
@@ -133,7 +133,7 @@ def _dot(a: Colour, b: Colour) -> float:
 
 @kernel
 def sky_picture(table: FloatArray, srgb: NDArray[np.uint8], rays: Rays, eye: FloatArray) -> NDArray[np.uint8]:
-    """[H, W, 3] sRGB picture of nothing but the sky; ``table`` is a `light_table`."""
+    """[H, W, 3] sRGB picture of only the sky; ``table`` is a `light_table`."""
     light, width = light_of(table), len(rays.side)
     picture = np.empty((rays.height, width, 3), np.uint8)
     for row in range(rays.height):

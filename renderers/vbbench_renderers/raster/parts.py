@@ -1,4 +1,4 @@
-"""Many meshes end to end in a few arrays, as the kernels read them."""
+"""Many meshes joined in a few arrays, as the kernels read them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from vbbench.geometry import IntArray
 from vbbench_renderers.mesh import Float32, Int32, Mesh
 
 CHUNK = 256
-"""Most triangles in one piece of the surroundings."""
+"""The largest number of triangles in one piece of the surroundings."""
 
 
 class Parts(NamedTuple):
@@ -67,7 +67,7 @@ def join_parts(meshes: Sequence[Mesh]) -> Parts:
 
 
 def split_mesh(mesh: Mesh) -> list[Mesh]:
-    """The mesh in pieces of near triangles, so that those out of sight can be left out at once."""
+    """The mesh in pieces of neighbouring triangles, so that pieces out of view can be skipped together."""
     corners = mesh.vertices[mesh.triangles]
     return [_piece(mesh, rows) for rows in _halves(corners.mean(axis=1), np.arange(len(corners)))]
 

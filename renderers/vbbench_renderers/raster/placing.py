@@ -14,7 +14,7 @@ from vbbench_renderers.raster.rays import NEAR, Rays
 
 
 class Placed(NamedTuple):
-    """What of N limbs is in front of the camera.
+    """The parts of N limbs that are in front of the camera.
 
     Parameters
     ----------

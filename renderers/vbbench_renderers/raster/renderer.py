@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.pictures.renderer import NOBODY, Picture
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,
@@ -31,11 +31,11 @@ from vbbench_renderers.raster.shading import Seen, looks_of, shade
 from vbbench_renderers.raster.shadows import ShadowMap, darken_contacts, draw_map
 from vbbench_renderers.raster.smoothing import finish
 from vbbench_renderers.raster.textures import build_textures
-from vbbench_renderers.views import drawn_natively, put_together
+from vbbench_renderers.views import assemble, drawn_natively
 
 
 class RasterRenderer:
-    """A `vbbench.pictures.renderer.Renderer` that casts exact rays. The picture does not depend on the threads.
+    """A `vbbench.pictures.rendering.Renderer` that casts exact rays. The picture does not depend on the threads.
 
     Parameters
     ----------
@@ -53,21 +53,21 @@ class RasterRenderer:
 
     @property
     def device(self) -> str:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         return f"processor, {get_num_threads()} threads (numba)"
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.renderer.Renderer`."""
+        """See `vbbench.pictures.rendering.Renderer`."""
         without = None if observer is None else self._scene.column_of(observer)
         shoot = partial(self._drawer.draw, frame, camera.focal, self._scene, without)
-        return shoot(camera, pose) if drawn_natively(camera) else put_together(camera, pose, shoot)
+        return shoot(camera, pose) if drawn_natively(camera) else assemble(camera, pose, shoot)
 
     def close(self) -> None:
         """Nothing is held."""
 
 
 class Drawer:
-    """Draws people and surroundings, whoever made them."""
+    """Draws people and surroundings from any source."""
 
     def __init__(self, people: People, surroundings: Surroundings) -> None:
         library, pieces = joined_library(people), split_mesh(surroundings.mesh)
@@ -113,7 +113,7 @@ class Drawer:
         return _picture(seen, np.append(ids, NOBODY - 1).astype(np.int32), colours, rays.closed)
 
     def _people_shadows(self, people: Limbs, pose: FloatArray, around: bool) -> ShadowMap:
-        """Shadows near the camera, or near a point ahead of a camera that looks one way."""
+        """Shadows near the camera, or near a point ahead of a camera that looks in one direction."""
         heading = np.array([np.cos(pose[2]), np.sin(pose[2])])
         centre = np.asarray(pose[:2], np.float64) + (0.0 if around else SHADOW_AHEAD) * heading
         near = np.abs(people.transform[:, :2, 3] - centre).max(axis=1, initial=0.0) < SHADOW_HALF_WIDTH + 2.0

@@ -1,4 +1,4 @@
-"""Colours of what the z-buffer found, once a pixel."""
+"""Colours of the surfaces in the z-buffer, once per pixel."""
 
 import math
 from typing import NamedTuple
@@ -105,7 +105,7 @@ def _shade_column(
     colours: NDArray[np.uint8],
     column: int,
 ) -> None:
-    """One column; what a triangle has for all of its pixels is kept from row to row."""
+    """One column; values that are the same for all pixels of a triangle are kept from row to row."""
     nearness, limbs, faces, points = seen.nearness, seen.limbs, seen.faces, placed.points
     light = light_of(sky_light)
     x, z = rays.side[column], rays.ahead[column]
@@ -141,7 +141,7 @@ def _shade_column(
             total = w0 + w1 + w2
             w0, w1, w2 = w0 / total, w1 / total, w2 / total
             depth = 1.0 / nearness[column, row]
-            normal = _blend(parts.normals, a, b, c, w0, w1, w2)  # surroundings bend too little to need more
+            normal = _blend(parts.normals, a, b, c, w0, w1, w2)  # surroundings are too flat to need more
             if looks.pattern[limb] >= 0:
                 normal = _turned(looks.normal, limb, normal)
             facing = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2]

@@ -1,4 +1,4 @@
-"""Shadow maps along the sun, and how open the ground is under feet.
+"""Shadow maps along the sun, and how much light reaches the ground under feet.
 
 A map is a grid on the ground. A point is entered where the sun's ray through it meets the ground, with its height;
 a texel keeps the greatest height, and what lies deeper on the same ray is in the shade.
@@ -16,7 +16,7 @@ from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.parts import Parts
 
 NOTHING = -1e9
-"""Height in a map where nothing stands in the sun's way."""
+"""Height in a map where nothing blocks the sun."""
 BAND = 32
 """Rows of a map that one thread draws at a time."""
 FOOT_HEIGHT = 0.3
@@ -140,7 +140,7 @@ def _cast_points(
 
 @kernel
 def _cast_face(triangles: Int32, row: int, shift: int, points: Float32, begin: int, end: int, heights: Float32) -> None:
-    """Enter a triangle, whichever way it faces, at the centres of the texels that it covers."""
+    """Enter a triangle, facing either way, at the centres of the texels that it covers."""
     a, b, c = triangles[row, 0] + shift, triangles[row, 1] + shift, triangles[row, 2] + shift
     ax, ay = points[a, 0], points[a, 1]
     bx, by, cx, cy = points[b, 0] - ax, points[b, 1] - ay, points[c, 0] - ax, points[c, 1] - ay

@@ -1,11 +1,11 @@
-"""Smooth edges: on people, and where the z-buffer knows of one; elsewhere textures stay sharp."""
+"""Smooth edges: on people, and where the z-buffer has an edge; elsewhere textures stay sharp."""
 
 import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
 from vbbench.kernels import kernel, parallel_kernel
-from vbbench.pictures.renderer import NOBODY
+from vbbench.pictures.rendering import NOBODY
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.filling import STRIP
 
@@ -31,7 +31,7 @@ def finish(
     owners : [N + 1] id of each limb's person, `NOBODY` for surroundings, less for the sky.
     colours : [W, H, 3] sRGB.
     closed : whether the first column follows the last one.
-    rgb, depth, ids : [H, W, 3], [H, W] and [H, W], written; see `vbbench.pictures.renderer.Picture`.
+    rgb, depth, ids : [H, W, 3], [H, W] and [H, W], written; see `vbbench.pictures.rendering.Picture`.
     """
     width = len(nearness)
     for strip in prange((width + STRIP - 1) // STRIP):
@@ -88,7 +88,7 @@ def _brightness(colours: Image, column: int, row: int) -> float:
 
 @kernel
 def _mix(colours: Image, left: int, column: int, right: int, above: int, row: int, below: int, picture: Image) -> None:
-    """The colour of a pixel on an edge; places in between are mixed from the 3 x 3 neighbourhood."""
+    """The colour of a pixel on an edge; positions in between are mixed from the 3 x 3 neighbourhood."""
     nw, ne = _brightness(colours, left, above), _brightness(colours, right, above)
     sw, se = _brightness(colours, left, below), _brightness(colours, right, below)
     along_x, along_y = (sw + se) - (nw + ne), (nw + sw) - (ne + se)

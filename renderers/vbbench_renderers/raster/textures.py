@@ -1,4 +1,4 @@
-"""Texture layers, pre-filtered at halving sizes, and how they are read."""
+"""Texture layers, pre-filtered at successively halved sizes, and how they are read."""
 
 import math
 from typing import NamedTuple

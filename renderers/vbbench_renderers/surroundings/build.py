@@ -1,4 +1,4 @@
-"""Surroundings of a walking area, put together."""
+"""Assembles the surroundings of a walking area."""
 
 from functools import lru_cache
 
@@ -29,7 +29,7 @@ def walking_area(scene: Scene, margin: float = 1.0) -> Area:
 
 
 def surroundings_of(scene: Scene, seed: int, *, plain: bool) -> Surroundings:
-    """What stands around the people of a scene; ``plain`` for ground and sky only."""
+    """The surroundings of the people of a scene; ``plain`` for only ground and sky."""
     area = walking_area(scene)
     return plain_surroundings(area) if plain else build_surroundings(area, seed)
 

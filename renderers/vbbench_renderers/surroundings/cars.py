@@ -30,7 +30,7 @@ STATIONS = np.array(
 """Along the lower body: x, half width and height of the shoulder, m."""
 GLASS = np.array([0.035, 0.045, 0.055])
 SKY = np.array([0.22, 0.28, 0.34])
-"""What the upper edge of the glass mirrors."""
+"""The reflection at the upper edge of the glass."""
 
 
 def car(rng: np.random.Generator) -> list[Mesh | Quads]:
@@ -82,7 +82,7 @@ def _cabin(paint: FloatArray, tall: float, back: float) -> list[Quads]:
 
 
 def _lights() -> list[Quads]:
-    """Head lights, tail lights, and dark bumpers."""
+    """Headlights, tail lights, and dark bumpers."""
     black = [0.03, 0.03, 0.03]
     parts = [
         boxes([-2.14, -0.66, 0.25], [-2.0, 0.66, 0.42], black, faces=("left", "front", "back")),

@@ -1,4 +1,4 @@
-"""A façade, and its upper floors: windows set back into the wall, with reveals, sills, lintels and balconies."""
+"""A façade, and its upper floors: windows recessed into the wall, with reveals, sills, lintels and balconies."""
 
 from dataclasses import dataclass
 
@@ -56,7 +56,7 @@ def wall(front: Front, corners: FloatArray, tile: float, foot: float = 1.0, head
 SILL = 0.85
 """Height of a window over its floor, m."""
 SET_BACK = 0.16
-"""How deep windows sit in the wall, m."""
+"""Depth of windows in the wall, m."""
 
 
 def upper_floors(front: Front, rng: np.random.Generator) -> Quads:
@@ -86,7 +86,7 @@ def upper_floors(front: Front, rng: np.random.Generator) -> Quads:
 
 
 def plain_floors(front: Front, rng: np.random.Generator) -> Quads:
-    """Walls above the ground floor with windows laid on, for houses some way off."""
+    """Walls above the ground floor with windows on the surface, for houses at some distance."""
     left, right = _columns(front)
     base, top = front.floors[0], front.floors[-1]
     x0, z0 = (grid.ravel() for grid in np.meshgrid(left, front.floors[:-1]))
@@ -105,7 +105,7 @@ def plain_floors(front: Front, rng: np.random.Generator) -> Quads:
 
 
 def balconies(front: Front, rng: np.random.Generator) -> Quads:
-    """Balconies with railings before some windows of half of the houses; a plain flower box otherwise."""
+    """Balconies with railings in front of some windows of half of the houses; a plain flower box otherwise."""
     left, right = _columns(front)
     middle = 0.5 * (left + right)
     parts: list[Quads] = []

@@ -1,4 +1,4 @@
-"""Street furniture in frames of their own: the front looks towards −y and the foot is at z = 0."""
+"""Street furniture, each in its own frame: the front faces −y and the foot is at z = 0."""
 
 from collections.abc import Callable
 
@@ -20,7 +20,7 @@ CLOTHS = [(0.62, 0.56, 0.45), (0.45, 0.09, 0.07), (0.10, 0.22, 0.16), (0.62, 0.4
 
 
 def lamp(rng: np.random.Generator) -> Parts:
-    """A lamp post some 4 m high with a lantern."""
+    """A lamp post about 4 m high with a lantern."""
     shades = np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [1.0]])
     top = rng.uniform(3.4, 3.9)
     profile = [[0.13, 0.0], [0.13, 0.25], [0.075, 0.35], [0.07, 0.9], [0.045, 1.0], [0.04, top]]
@@ -129,7 +129,7 @@ def cafe(rng: np.random.Generator) -> Parts:
 
 
 def _chair() -> Mesh:
-    """A chair that looks towards +y."""
+    """A chair that faces +y."""
     wood = boxes([[-0.20, -0.2, 0.44], [-0.20, -0.22, 0.62]], [[0.20, 0.2, 0.47], [0.20, -0.19, 0.86]], OAK)
     legs = [[x, y] for x in (-0.20, 0.17) for y in (-0.22, 0.17)]
     low = np.insert(np.array(legs), 2, 0.0, axis=1)

@@ -15,7 +15,7 @@ FAR = 250.0
 WIDEN = 0.8
 """Width of a cell over its distance from the walking area."""
 CELLS = 650
-"""About how many cells the walking area is given, unless they would be smaller than half a metre."""
+"""The approximate number of cells of the walking area, unless they would be smaller than half a metre."""
 SHOULDER = 2.0
 """Cells are finest up to here from the walking area, m."""
 SPOT_HEIGHT = 0.02
@@ -98,7 +98,7 @@ def surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatAr
 
 
 def ground_tone(site: Site, rng: np.random.Generator) -> Tone:
-    """The tone of the ground: patches, so that repetition does not show, and the shade at the foot of houses."""
+    """The tone of the ground: patches that hide the repetition of the texture, and the shade at the foot of houses."""
     waves = rng.uniform(0.1, 0.7, (6, 1)) * _unit(rng.uniform(0.0, 2.0 * np.pi, 6))
     phases = rng.uniform(0.0, 2.0 * np.pi, 6)
 

@@ -14,15 +14,15 @@ from vbbench_renderers.surroundings.shapes import Quads, boxes, join, place, qua
 from vbbench_renderers.surroundings.shopfronts import ground_floor
 
 SPREAD = 0.104
-"""Widest part of a house over its distance, rad: so narrow that it may be projected on a cylinder by its corners."""
+"""The largest width of a part of a house over its distance, rad: its corners may be projected on a cylinder."""
 EYE = 2.0
-"""Things are out of the picture, which reaches some 45° up, if nearer than their height less this, m."""
+"""Things nearer than their height minus this, in m, are outside the picture, which reaches about 45° upwards."""
 FLAT = 19.5
 """Houses farther from the walking area than this have painted windows, m."""
 RELIEF = 14.0
-"""Houses nearer than this have windows set back into the wall, m …"""
+"""Houses nearer than this have windows recessed into the wall, m …"""
 RELIEF_WIDTH, PLAIN_WIDTH = 30.0, 84.0
-"""… as long as they are not wider than this taken together, m; up to the second width windows are laid on, beyond it
+"""… as long as their total width is at most this, m; up to the second width windows are on the surface, beyond it
 they are painted."""
 WALLS = {
     Layer.PLASTER: [
@@ -86,7 +86,7 @@ def _front(plot: Plot, rng: np.random.Generator) -> Front:
 
 
 def _painted(plot: Plot, front: Front) -> Quads:
-    """A far house: walls with windows painted on, one a bay and storey."""
+    """A distant house: walls with painted windows, one per bay and storey."""
     size = np.array([plot.width, plot.depth, plot.height])
     across, up = (len(front.bays) - 1) / 4.0, np.round(plot.height / 3.3) / 4.0
     deep = np.round(plot.depth / 3.0) / 4.0
@@ -99,7 +99,7 @@ def _painted(plot: Plot, front: Front) -> Quads:
 
 
 def _gables(plot: Plot, front: Front) -> Quads:
-    """The side walls, darker at the foot, and what carries the roof."""
+    """The side walls, darker at the foot, and the support of the roof."""
     return boxes(
         [0.0, 0.0, 0.0],
         [plot.width, plot.depth, plot.height],
@@ -112,7 +112,7 @@ def _gables(plot: Plot, front: Front) -> Quads:
 
 
 def _cornice(plot: Plot, front: Front, rng: np.random.Generator) -> Quads:
-    """Mouldings under the eaves, and the shade that they throw on the wall."""
+    """Mouldings under the eaves, and the shadow that they cast on the wall."""
     top, reach = plot.height, rng.uniform(0.25, 0.45)
     faces = ("left", "right", "front", "bottom")
     parts = [

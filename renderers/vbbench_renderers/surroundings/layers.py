@@ -1,4 +1,4 @@
-"""The textures, drawn with numbers alone. Texture coordinates (u, v) show row S v, column S u of a layer."""
+"""The textures, computed without image files. Texture coordinates (u, v) show row S v, column S u of a layer."""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -154,7 +154,7 @@ def _wood(rng: np.random.Generator) -> FloatArray:
 
 
 def _distant(rng: np.random.Generator) -> FloatArray:
-    """Four by four windows in a wall: what is left of a façade far away."""
+    """Four by four windows in a wall: a distant façade."""
     picture = _tinted(0.84 + 0.03 * cloudy(rng, 1.0), [1.0, 1.0, 1.0])
     for cell in range(16):
         top, left = 128 * (cell // 4), 128 * (cell % 4)

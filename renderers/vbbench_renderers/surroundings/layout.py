@@ -1,4 +1,4 @@
-"""Where everything stands, by seed.
+"""The place of everything, by seed.
 
 The site has a frame of its own: the walking area is centred, u runs along its longer side and v across.
 Rows of houses line the long sides; a street crosses beyond the end at positive u and a park lies beyond the other.

@@ -1,4 +1,4 @@
-"""What stands around the walking area besides houses: trees, hedges and street furniture."""
+"""Everything around the walking area except houses: trees, hedges and street furniture."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from vbbench_renderers.surroundings.trees import hedge, tree
 SPREAD = 0.104
 """Widest part of a thing over its distance, rad."""
 MOST = 7
-"""Trees or things of one kind along one side, at most."""
+"""The largest number of trees or things of one kind along one side."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """Where a thing of some kind stands, in m and rad; `size` is a tree's scale or a hedge's length, m."""
+    """The place of a thing of some kind, in m and rad; `size` is a tree's scale or a hedge's length, m."""
 
     kind: str
     u: float
@@ -56,7 +56,7 @@ def _thing(site: Site, spot: Spot, rng: np.random.Generator) -> Mesh:
 
 
 def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> Iterator[float]:
-    """Places along a line, some `gap` apart, at most `MOST`."""
+    """Places along a line, about `gap` apart, at most `MOST`."""
     count = int(np.clip((high - low) / gap, 1, MOST))
     width = (high - low) / count
     yield from low + width * (np.arange(count) + rng.uniform(0.35, 0.65, count))
@@ -126,7 +126,7 @@ def _street(site: Site, rng: np.random.Generator) -> list[Spot]:
 
 
 def _park(site: Site, rng: np.random.Generator) -> list[Spot]:
-    """The park: benches before a hedge, and trees behind it."""
+    """The park: benches in front of a hedge, and trees behind it."""
     edge = -site.long - TO_PARK
     spots: list[Spot] = []
     for v in _stations(-site.wide - 2.0, site.wide + 2.0, 7.5, rng):

@@ -1,4 +1,4 @@
-"""Drawn textures: noise and masonry that continue over the border; windows, shop fronts, doors and signs.
+"""Computed textures: noise and masonry that continue across the border; windows, shop fronts, doors and signs.
 
 The pictures stand four to a layer, drawn upside down: row 0 is the foot.
 """
@@ -33,7 +33,7 @@ class Masonry:
     height: FloatArray
 
     def tones(self, rng: np.random.Generator) -> FloatArray:
-        """[S, S] a standard normal number a stone."""
+        """[S, S] one standard normal number per stone."""
         return rng.standard_normal(int(self.stone.max()) + 1)[self.stone]
 
 
@@ -83,7 +83,7 @@ def windows(rng: np.random.Generator, *, old: bool) -> FloatArray:
 
 
 def shops(rng: np.random.Generator) -> FloatArray:
-    """Shop windows some 2.5 m square with goods in them."""
+    """Shop windows of about 2.5 m by 2.5 m with goods in them."""
     pictures = []
     for number in range(4):
         pane = 0.55 * _glass(rng, 0.35)

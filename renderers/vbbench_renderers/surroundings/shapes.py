@@ -1,4 +1,4 @@
-"""What streets are built of: round things as meshes, quadrilaterals as arrays, and how anything is moved to its place.
+"""The elements of streets: round objects as meshes, quadrilaterals as arrays, and how objects are moved to their place.
 
 Quadrilaterals are divided for the panorama and made a mesh at the end. Objects are built in a frame of their own (x to
 the right and y away as seen from the front, z up) and then placed.
@@ -103,7 +103,7 @@ FACES = {
 }
 """Corners of the faces of a box, counter-clockwise seen from outside; bit 0 of a corner is x, bit 1 y, bit 2 z."""
 SEEN = ("left", "right", "front", "back", "top")
-"""The faces of something that stands on the ground."""
+"""The faces of an object that stands on the ground."""
 
 
 @dataclass(frozen=True, kw_only=True)

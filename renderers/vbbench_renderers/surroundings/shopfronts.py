@@ -21,7 +21,7 @@ CLOTHS = [(0.55, 0.07, 0.06), (0.06, 0.22, 0.14), (0.08, 0.14, 0.34), (0.70, 0.5
 """Colours of awnings, linear RGB; every second stripe is pale."""
 PALE = np.array([0.78, 0.75, 0.68])
 DEEP = 0.24
-"""How deep shop windows and doors sit in the wall, m."""
+"""Depth of shop windows and doors in the wall, m."""
 
 
 def ground_floor(front: Front, rng: np.random.Generator, *, shop: bool) -> Quads:
@@ -60,7 +60,7 @@ def _opening(
     tint: object,
     sill: float = 0.0,
 ) -> Quads:
-    """A bay of wall with something set back into it, from the height `sill` to `head`, m."""
+    """A bay of wall with something recessed into it, from the height `sill` to `head`, m."""
     middle, top = 0.5 * (x0 + x1), float(front.floors[0])
     a, b = middle - 0.5 * wide, middle + 0.5 * wide
     tile = TILE[front.wall]
@@ -113,7 +113,7 @@ def _plinth(front: Front, entrance: int, *, shop: bool) -> Quads:
 
 
 def _sign(front: Front, entrance: int, number: int, paint: object) -> Quads:
-    """A fascia over the shop windows with lettering on it."""
+    """A fascia with lettering over the shop windows."""
     runs = [(0, entrance), (entrance + 1, len(front.bays) - 1)]
     parts: list[Quads] = []
     for first, last in runs:

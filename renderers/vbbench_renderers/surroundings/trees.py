@@ -13,7 +13,7 @@ BARK = np.array([0.20, 0.155, 0.115])
 NEAR = 12.0
 """Trees nearer than this are detailed, m."""
 LEAF = 0.40
-"""Length of a leaf card close by, m."""
+"""Length of a leaf card at short distance, m."""
 
 
 def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
@@ -81,7 +81,7 @@ def _crown(
 
 
 def _depth_shade(points: FloatArray, centres: FloatArray, radii: FloatArray) -> FloatArray:
-    """[N] tone by height in the crown: light from above reaches little of the underside."""
+    """[N] tone by height in the crown: little light from above reaches the underside."""
     low, high = float((centres[:, 2] - radii).min()), float((centres[:, 2] + radii).max())
     return np.asarray(0.50 + 0.80 * np.clip((points[:, 2] - low) / (high - low), 0.0, 1.0))
 

@@ -103,15 +103,15 @@ def camera_of(options: HeadOptions) -> SurveillanceCamera:
         raise VbbenchError(str(error)) from error
     size = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", options.size)
     if size is None or min(int(size[1]), int(size[2])) < 1:
-        raise VbbenchError(f"--size is width x height in px such as 1920x1080, not {quoted(options.size)}")
+        raise VbbenchError(f"size must be width x height in px such as 1920x1080, not {quoted(options.size)}")
     if not options.camera_height > HEAD_HEIGHT + 1.0:
         raise VbbenchError(
-            f"--camera-height must be more than a metre above people's heads, not {options.camera_height:g}"
+            f"camera_height must be more than a metre above people's heads, not {options.camera_height:g}"
         )
     for name, value, low, high in (
-        ("--tilt", options.tilt, 0.0, 90.0),
-        ("--roll", options.roll, -45.0, 45.0),
-        ("--fov", options.fov, 0.0, 150.0),
+        ("tilt", options.tilt, 0.0, 90.0),
+        ("roll", options.roll, -45.0, 45.0),
+        ("fov", options.fov, 0.0, 150.0),
     ):
         if not low < value < high:
             raise VbbenchError(f"{name} must be between {low:g} and {high:g} degrees, not {value:g}")

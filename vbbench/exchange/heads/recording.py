@@ -10,12 +10,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.errors import VbbenchError
-from vbbench.exchange.heads.annotating import draw_boxes
+from vbbench.exchange.heads.annotating import PEDESTRIAN, Others, draw_boxes, draw_others
 from vbbench.exchange.heads.camera import SurveillanceCamera, camera_of
-from vbbench.exchange.heads.hiding import draw_screens, visible_fractions
-from vbbench.exchange.heads.others import PEDESTRIAN, Others, draw_others
 from vbbench.exchange.heads.settings import HeadOptions
-from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, see_heads
+from vbbench.exchange.heads.sighting import BELOW_TOP, HEAD, Heads, draw_screens, see_heads, visible_fractions
+from vbbench.exchange.sequence_files import sequence_info
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
@@ -57,11 +56,11 @@ def export_heads(
 
 def _check(options: HeadOptions, seed: int) -> None:
     if seed < 0:
-        raise VbbenchError(f"--seed must be 0 or more, not {seed}")
+        raise VbbenchError(f"seed must be at least 0, not {seed}")
     if options.key_every < 1:
-        raise VbbenchError(f"--key-every is a number of frames, 1 or more, not {options.key_every}")
+        raise VbbenchError(f"key_every must be at least 1 frame, not {options.key_every}")
     if not 0.0 <= options.box_noise < 0.5:
-        raise VbbenchError(f"--box-noise must be 0 or more and below 0.5, not {options.box_noise:g}")
+        raise VbbenchError(f"box_noise must be at least 0 and below 0.5, not {options.box_noise:g}")
 
 
 def _photograph(
@@ -71,14 +70,15 @@ def _photograph(
     station = _station(scene, camera, options)
     heads = see_heads(scene.positions, scene.heights, camera, station, dt=scene.dt, round_heads=options.round_heads)
     if not len(heads):
-        raise VbbenchError("the camera sees nobody; leave --at and --facing out, and it looks at the crowd")
+        raise VbbenchError("the camera sees nobody; without a place and a direction of your own it looks at the crowd")
     rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
     boxes = draw_boxes(heads, options.box_noise, options.key_every, rng)
     screens = draw_screens(camera, rng)
     visible = visible_fractions(heads, scene.heights[heads.person] - BELOW_TOP, camera, screens)
     others = draw_others(camera, scene.frames, scene.dt, rng)
     write_text_atomically(out / "gt" / "gt.txt", _truth_text(heads, boxes, visible, others))
-    write_text_atomically(out / "seqinfo.ini", _sequence_info(out.name, camera, scene))
+    info = sequence_info(out.name, scene.dt, scene.frames, (camera.width, camera.height), ".jpg")
+    write_text_atomically(out / "seqinfo.ini", info)
     write_bytes_atomically(out / TRUTH_TABLE, _truth_table(heads, visible, scene))
     facts = {
         "dataset": dataset.info.id,
@@ -97,7 +97,7 @@ def _photograph(
 def _photographed(dataset: Dataset, sequence: int | None) -> tuple[int, Scene]:
     """The number of the sequence, and its scene in its frames."""
     if sequence is None and len(dataset) > 1:
-        raise VbbenchError(f"{dataset.folder} has {len(dataset)} sequences; say with --sequence which one is recorded")
+        raise VbbenchError(f"{dataset.folder} has {len(dataset)} sequences; say which one is recorded")
     one = dataset.sequence(sequence or 0)
     people, positions, heights = dataset.scene(one.scene)
     frames = slice(one.first_frame, one.first_frame + one.frames)
@@ -130,19 +130,6 @@ def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: Ot
             *(column.tolist() for column in columns), strict=True
         )
     )
-
-
-def _sequence_info(name: str, camera: SurveillanceCamera, scene: Scene) -> str:
-    facts = {
-        "name": name,
-        "imDir": "img1",
-        "frameRate": f"{1.0 / scene.dt:.10g}",
-        "seqLength": scene.frames,
-        "imWidth": camera.width,
-        "imHeight": camera.height,
-        "imExt": ".jpg",
-    }
-    return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
 
 
 def _truth_table(heads: Heads, visible: FloatArray, scene: Scene) -> bytes:

@@ -1,4 +1,4 @@
-"""What a user asks of a recording of heads; the command line shows what stands under each field."""
+"""What a user asks of a recording of heads; apart, so that the command line shows it without importing NumPy."""
 
 from dataclasses import dataclass
 from typing import Annotated

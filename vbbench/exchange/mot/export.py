@@ -1,22 +1,20 @@
 """A dataset's boxes as MOTChallenge folders, one a sequence, with the rendered pictures if wanted."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vbbench.boxes import rectangles
-from vbbench.exchange.mot.file import MotRows, write_mot
-from vbbench.exchange.mot.table import UNLINKED
+from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
+from vbbench.exchange.sequence_files import sequence_info, sequence_name
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.sequence import Sequence
-
-PICTURES = "img1"
-"""Folder of a sequence's pictures, as MOTChallenge calls it."""
 
 
 def export_mot(
@@ -54,19 +52,15 @@ def export_mot(
     chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]
     with loose_files(out):
         for one in chosen:
-            folder = out / folder_name(one.index)
-            tracks = _rows(one)
+            name = sequence_name(one.index)
+            folder, tracks = out / name, _rows(one)
             write_mot(folder / "gt" / "gt.txt", tracks)
-            write_mot(folder / "det" / "det.txt", _unlinked(tracks))
-            write_text_atomically(folder / "seqinfo.ini", _sequence_info(dataset, one))
+            write_mot(folder / "det" / "det.txt", replace(tracks, track=np.full(len(tracks.frame), UNLINKED)))
+            info = sequence_info(name, dataset.info.dt, one.frames, dataset.info.camera.picture_size, ".png")
+            write_text_atomically(folder / "seqinfo.ini", info)
             if backend is not None:
-                _write_pictures(dataset, one, folder / PICTURES, backend, announce)
+                _write_pictures(dataset, one, folder / "img1", backend, announce)
     return out
-
-
-def folder_name(sequence: int) -> str:
-    """What a sequence is called in MOTChallenge folders."""
-    return f"sequence-{sequence:06d}"
 
 
 def _rows(sequence: Sequence) -> MotRows:
@@ -79,24 +73,6 @@ def _rows(sequence: Sequence) -> MotRows:
         visible=sequence.visible[frame, column],
         line=np.arange(1, len(frame) + 1),
     )
-
-
-def _unlinked(rows: MotRows) -> MotRows:
-    return MotRows(**{**vars(rows), "track": np.full(len(rows.frame), UNLINKED)})
-
-
-def _sequence_info(dataset: Dataset, sequence: Sequence) -> str:
-    width, height = dataset.info.camera.picture_size
-    facts = {
-        "name": folder_name(sequence.index),
-        "imDir": PICTURES,
-        "frameRate": f"{1.0 / dataset.info.dt:g}",
-        "seqLength": sequence.frames,
-        "imWidth": width,
-        "imHeight": height,
-        "imExt": ".png",
-    }
-    return "[Sequence]\n" + "".join(f"{name}={value}\n" for name, value in facts.items())
 
 
 def _write_pictures(

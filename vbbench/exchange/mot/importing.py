@@ -1,6 +1,5 @@
 """Any tracker's MOTChallenge files as a dataset of tier `tracked`: its boxes, and who they are by their overlap."""
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,8 +11,8 @@ import numpy as np
 from vbbench.boxes import observations_of
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.matching import LEAST_FRAMES, LEAST_OVERLAP, NOBODY, lasting_tracks, match_tracks, true_rectangles
-from vbbench.exchange.mot.file import MotRows, read_mot
-from vbbench.exchange.mot.table import UNLINKED
+from vbbench.exchange.mot.text import UNLINKED, MotRows, read_mot
+from vbbench.exchange.sequence_files import files_by_sequence
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
@@ -27,9 +26,8 @@ from vbbench.sequence import Sequence, SequenceData, Truth
 REVISION = 1
 """Raised whenever the same files give another dataset, so that ids differ too."""
 PIXEL_STD = {"perspective": 9.0, "panorama": 2.4}
-"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px, as in docs/tiers.md: in pictures
-with borders as in perspective ones, in those that close on themselves as in panoramas."""
-_NAME = re.compile(r"sequence-(\d+)")
+"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px: as in docs/tiers.md, of pictures
+with borders and of those that close on themselves."""
 
 
 def import_mot(
@@ -67,7 +65,7 @@ def import_mot(
     if pixel_std is None:
         pixel_std = PIXEL_STD["perspective" if dataset.info.camera.period is None else "panorama"]
     if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
-        raise VbbenchError(f"--pixel-std is a number of pixels, 0 or more, not {pixel_std:g}")
+        raise VbbenchError(f"pixel_std must be at least 0 px, not {pixel_std:g}")
     plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
     if not any(plan.build(index).sequence.tracks.size for index in range(len(plan))):
         problem = "no track is anybody in three frames; are its boxes in pixels of the rendered pictures?"
@@ -161,17 +159,10 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
     named = {path: path.stem for path in results} or {
         path: path.parent.parent.name for path in sorted(folder.glob("sequence-*/gt/gt.txt"))
     }
-    found: dict[int, Path] = {}
-    for path, stem in named.items():
-        name = _NAME.fullmatch(stem)
-        if name is None or int(name[1]) >= sequences or int(name[1]) in found:
-            known = f"sequences 0 to {sequences - 1}, one file each, are called sequence-000000.txt and so on"
-            raise FileError(path, f"belongs to no sequence of the dataset; {known}")
-        found[int(name[1])] = path
-    if not found:
+    if not named:
         wanted = "sequence-000000.txt, or sequence-000000/gt/gt.txt, for sequence 0, and so on"
         raise FileError(folder, f"holds no tracks; files are called {wanted}")
-    return dict(sorted(found.items()))
+    return files_by_sequence(named, sequences)
 
 
 def _tracks(path: Path, frames: int) -> MotRows:

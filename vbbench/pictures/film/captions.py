@@ -2,15 +2,12 @@
 
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.camera import PerspectiveCamera
-from vbbench.pictures.film import hues, paint
+from vbbench.pictures.film import paint
 from vbbench.pictures.film.paint import Canvas, Colour
-from vbbench.pictures.film.reel import Reel
-from vbbench.pictures.plotting.moment import Moment
+from vbbench.pictures.replay import Replay
 
 TITLE_HEIGHT = 58
 _ROW, _TEXT, _EDGE, _GAP, _MARK = 26, 14, 14, 22, 26  # px
@@ -20,77 +17,60 @@ Mark = Callable[[Canvas, float, float], None]
 """Draws a mark of the legend from a column on around a row."""
 
 
-def draw_title(width: int, moment: Moment) -> Canvas:
+def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
     """What is shown, the time, and how far the estimate is off in this frame."""
-    canvas, info = paint.blank(width, TITLE_HEIGHT), moment.info
+    canvas, info = paint.blank(width, TITLE_HEIGHT), replay.info
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
-    title = "  ·  ".join([info.split, f"sequence {moment.sequence.index}", info.camera.kind, tier])
-    paint.draw_text(canvas, title, (_EDGE, 19), 18, hues.INK, bold=True)
-    time = f"frame {moment.frame} / {moment.sequence.frames - 1}    {moment.frame * info.dt:.2f} s"
-    paint.draw_text(canvas, time, (width - _EDGE, 19), 18, hues.INK, align="right")
-    below = result_line(moment)
-    paint.draw_text(canvas, below, (_EDGE, 44), _TEXT, hues.INK)
+    title = "  ·  ".join([info.split, f"sequence {replay.sequence.index}", info.camera.kind, tier])
+    paint.draw_text(canvas, title, (_EDGE, 19), 18, paint.INK, bold=True)
+    time = f"frame {frame} / {replay.sequence.frames - 1}    {frame * info.dt:.2f} s"
+    paint.draw_text(canvas, time, (width - _EDGE, 19), 18, paint.INK, align="right")
+    below = f"{replay.headline(frame)},  {int(replay.sequence.observed[frame].sum())} people seen"
+    paint.draw_text(canvas, below, (_EDGE, 44), _TEXT, paint.INK)
     room = width - 3 * _EDGE - paint.text_width(below, _TEXT)
     if info.caution:
         text = textwrap.shorten(f"Caution: {info.caution.split('. ')[0]}", max(12, room // 9), placeholder=" …")
-        paint.draw_text(canvas, text, (width - _EDGE, 44), 13, hues.CAUTION, align="right")
+        paint.draw_text(canvas, text, (width - _EDGE, 44), 13, paint.CAUTION, align="right")
     return canvas
 
 
-def result_line(moment: Moment) -> str:
-    """Solver, protocol and this frame's errors."""
-    people = f"{int(moment.observed.sum())} people seen"
-    if moment.estimate is None:
-        return f"truth,  {people}"
-    errors = moment.errors if moment.frame > 1 else {}
-    figures = [f"{name} = {value:.3f} {'rad' if name == 'Δr' else 'm'}" for name, value in errors.items()]
-    return ",  ".join([f"{moment.solver or 'estimate'} ({moment.protocol.name})", *(figures or ["given"]), people])
-
-
-@dataclass(frozen=True)
-class Legend:
+def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
     """Every mark of the film, in as many rows as it takes; it is the same in all frames."""
-
-    canvas: Canvas
-
-    @staticmethod
-    def of(reel: Reel, width: int) -> "Legend":
-        """The legend of a film ``width`` px wide."""
-        rows: list[list[tuple[Mark, str, float]]] = [[]]
-        column = float(_EDGE)
-        for mark, label in _entries(reel):
-            need = _wide(mark) + 6 + paint.text_width(label, _TEXT) + _GAP
-            if column + need - _GAP > width - _EDGE and rows[-1]:
-                rows.append([])
-                column = float(_EDGE)
-            rows[-1].append((mark, label, column))
-            column += need
-        canvas = paint.blank(width, 14 + _ROW * len(rows))
-        for number, row in enumerate(rows):
-            middle = 7.0 + _ROW * (number + 0.5)
-            for mark, label, left in row:
-                mark(canvas, left, middle)
-                paint.draw_text(canvas, label, (left + _wide(mark) + 6, middle), _TEXT, hues.INK)
-        return Legend(canvas)
+    rows: list[list[tuple[Mark, str, float]]] = [[]]
+    column = float(_EDGE)
+    for mark, label in _entries(replay, farthest):
+        need = _wide(mark) + 6 + paint.text_width(label, _TEXT) + _GAP
+        if column + need - _GAP > width - _EDGE and rows[-1]:
+            rows.append([])
+            column = float(_EDGE)
+        rows[-1].append((mark, label, column))
+        column += need
+    canvas = paint.blank(width, 14 + _ROW * len(rows))
+    for number, row in enumerate(rows):
+        middle = 7.0 + _ROW * (number + 0.5)
+        for mark, label, left in row:
+            mark(canvas, left, middle)
+            paint.draw_text(canvas, label, (left + _wide(mark) + 6, middle), _TEXT, paint.INK)
+    return canvas
 
 
-def _entries(reel: Reel) -> list[tuple[Mark, str]]:
-    some = hues.distance_hues(np.array([0.35]), 1.0)[0]
-    entries: list[tuple[Mark, str]] = [(_scale, f"distance told by the box, 0 to {reel.farthest:g} m")]
-    entries += [(_arrow(hues.TRUTH), "true observer"), (_line(hues.TRUTH_TAIL), "true path")]
-    if reel.estimate is None:
-        entries.append((_disc(some, hues.TRUTH), "person"))
+def _entries(replay: Replay, farthest: float) -> list[tuple[Mark, str]]:
+    some = paint.distance_hues(np.array([0.35]), 1.0)[0]
+    entries: list[tuple[Mark, str]] = [(_scale, f"distance told by the box, 0 to {farthest:g} m")]
+    entries += [(_arrow(paint.TRUTH), "true observer"), (_line(paint.TRUTH_TAIL), "true path")]
+    if replay.answer is None:
+        entries.append((_disc(some, paint.TRUTH), "person"))
     else:
         entries += [
-            (_disc(hues.WHITE, hues.TRUTH), "true place"),
-            (_arrow(hues.ESTIMATE), "estimated observer"),
+            (_disc(paint.WHITE, paint.TRUTH), "true place"),
+            (_arrow(paint.ESTIMATE), "estimated observer"),
             (_disc(some, some), "estimated place"),
-            (_line(hues.INK), "error"),
+            (_line(paint.INK), "error"),
         ]
-    entries.append((_disc(hues.WHITE, hues.UNSEEN, 3.5), "there, without a box"))
-    if np.isnan(reel.truth.positions[reel.sequence.observed]).any():
-        entries.append((_box(hues.CAUTION), "false alarm"))
-    if isinstance(reel.dataset.info.camera, PerspectiveCamera):
+    entries.append((_disc(paint.WHITE, paint.UNSEEN, 3.5), "there, without a box"))
+    if replay.false_alarms.any():
+        entries.append((_box(paint.CAUTION), "false alarm"))
+    if replay.camera.view is not None:
         entries.append((_wedge, "field of view"))
     return entries
 
@@ -125,13 +105,13 @@ def _box(colour: Colour) -> Mark:
 
 def _wedge(canvas: Canvas, left: float, row: float) -> None:
     corners = np.array([(left + 3.0, row + 8.0), (left + 23.0, row + 8.0), (left + 13.0, row - 8.0)])
-    paint.draw_polygon(canvas, corners, hues.FIELD)
-    paint.draw_path(canvas, np.vstack([corners, corners[:1]]), hues.FIELD_EDGE)
+    paint.draw_polygon(canvas, corners, paint.FIELD)
+    paint.draw_path(canvas, np.vstack([corners, corners[:1]]), paint.FIELD_EDGE)
 
 
 def _scale(canvas: Canvas, left: float, row: float) -> None:
     x, y = round(left), round(row)
-    canvas[y - 6 : y + 7, x : x + _BAR] = hues.distance_hues(np.arange(_BAR, dtype=np.float64), _BAR - 1.0)
+    canvas[y - 6 : y + 7, x : x + _BAR] = paint.distance_hues(np.arange(_BAR, dtype=np.float64), _BAR - 1.0)
 
 
 def _wide(mark: Mark) -> int:

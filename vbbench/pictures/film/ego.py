@@ -2,62 +2,49 @@
 
 import numpy as np
 
-from vbbench.boxes import rectangles
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.pictures.film import hues, paint
+from vbbench.pictures.film import paint
 from vbbench.pictures.film.paint import Canvas, Colour
-from vbbench.pictures.plotting.moment import Moment
+from vbbench.pictures.replay import Replay
 
 _LABEL = 13  # px
 _ROW = 15  # px from one line of labels to the next
 _ROWS = 5  # lines over a head in which a free place is sought
 
 
-def draw_ego(picture: Canvas, moment: Moment, colours: list[Colour]) -> Canvas:
+def draw_ego(picture: Canvas, replay: Replay, frame: int, colours: list[Colour]) -> Canvas:
     """The picture with boxes in the people's ``colours`` [K] and their ids; false alarms are marked as such.
 
     Boxes have no fill: small ones lie on top, so that none is lost behind somebody near. A box that crosses the seam of
     a panorama is drawn at both ends.
     """
-    canvas = np.array(picture)
-    near_to_far = np.flatnonzero(moment.observed)[np.argsort(-moment.boxes[moment.observed, 2])]
-    boxes = rectangles(moment.boxes)
-    for track in near_to_far:
-        colour = hues.CAUTION if np.isnan(moment.known[track, 0]) else colours[track]
-        for box in _copies(boxes[track], moment.info.camera):
-            thin = box[3] < 60.0
-            paint.draw_box(canvas, box, hues.contrast(colour), 2 if thin else 4)
-            paint.draw_box(canvas, box, colour, 1 if thin else 2)
-    _draw_labels(canvas, boxes, moment, near_to_far)
-    _draw_directions(canvas, moment.info.camera)
+    canvas, camera = np.array(picture), replay.camera
+    seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame]
+    near_to_far = np.flatnonzero(seen)[np.argsort(-observations[seen, 2])]
+    boxes = rectangles(observations)
+    for box, order in zip(*with_seam_copies(boxes[near_to_far], camera.period), strict=True):
+        track = near_to_far[order]
+        colour = paint.CAUTION if replay.false_alarms[frame, track] else colours[track]
+        thin = box[3] < 60.0
+        paint.draw_box(canvas, box, paint.contrast(colour), 2 if thin else 4)
+        paint.draw_box(canvas, box, colour, 1 if thin else 2)
+    _draw_labels(canvas, boxes, replay, near_to_far)
+    for text, column in replay.bearings.items():
+        if text != "behind":
+            place = (column, 0.8 * _ROW)
+            paint.draw_text(canvas, text, place, _LABEL, paint.WHITE, halo=paint.INK, align="centre")
     return canvas
 
 
-def _draw_directions(canvas: Canvas, camera: Camera) -> None:
-    """In a panorama, where its columns look."""
-    if isinstance(camera, PanoramaCamera):
-        for quarter, text in enumerate(("left 90°", "ahead", "right 90°"), 1):
-            place = (0.25 * quarter * camera.width, 0.8 * _ROW)
-            paint.draw_text(canvas, text, place, _LABEL, hues.WHITE, halo=hues.INK, align="centre")
-
-
-def _copies(box: FloatArray, camera: Camera) -> list[FloatArray]:
-    """The box, and where it crosses the seam also a turn to the left or right."""
-    if not isinstance(camera, PanoramaCamera):
-        return [box]
-    turns = [0, *([1] if box[0] < 0.0 else []), *([-1] if box[0] + box[2] > camera.width else [])]
-    return [box + np.array([float(turn * camera.width), 0.0, 0.0, 0.0]) for turn in turns]
-
-
-def _draw_labels(canvas: Canvas, boxes: FloatArray, moment: Moment, order: IntArray) -> None:
+def _draw_labels(canvas: Canvas, boxes: FloatArray, replay: Replay, order: IntArray) -> None:
     """Ids over the heads, the nearest person's first; one that finds no free place within five lines is left out."""
     height, width = canvas.shape[:2]
     taken: list[tuple[float, float, float]] = []
     texts: list[str] = []
     leaders: list[FloatArray] = []
     for track in order:
-        text = str(moment.sequence.tracks[track])
+        text = str(replay.sequence.tracks[track])
         half = 0.5 * paint.text_width(text, _LABEL, bold=True) + 1.0
         column = float(np.clip(boxes[track, 0] + 0.5 * boxes[track, 2], half + 2, width - half - 2))
         head = float(np.clip(boxes[track, 1], 2 * _ROW, height - 2))
@@ -69,9 +56,9 @@ def _draw_labels(canvas: Canvas, boxes: FloatArray, moment: Moment, order: IntAr
         texts.append(text)
         if free[0] != rows[0]:
             leaders.append(np.array([(column, free[0] + 0.5 * _ROW), (column, head)]))
-    paint.draw_lines(canvas, np.array(leaders).reshape(-1, 2, 2), hues.WHITE)
+    paint.draw_lines(canvas, np.array(leaders).reshape(-1, 2, 2), paint.WHITE)
     for text, (column, row, _) in zip(texts, taken, strict=True):
-        paint.draw_text(canvas, text, (column, row), _LABEL, hues.WHITE, halo=hues.INK, bold=True, align="centre")
+        paint.draw_text(canvas, text, (column, row), _LABEL, paint.WHITE, halo=paint.INK, bold=True, align="centre")
 
 
 def _is_free(column: float, row: float, half: float, taken: list[tuple[float, float, float]]) -> bool:

@@ -4,65 +4,65 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from vbbench.camera import PerspectiveCamera
 from vbbench.pictures.film import paint
-from vbbench.pictures.film.captions import TITLE_HEIGHT, Legend, draw_title
-from vbbench.pictures.film.chart import Chart, distance_colours_of
+from vbbench.pictures.film.bird import BirdsEyeView
+from vbbench.pictures.film.captions import TITLE_HEIGHT, draw_legend, draw_title
 from vbbench.pictures.film.ego import draw_ego
 from vbbench.pictures.film.paint import Canvas
-from vbbench.pictures.film.reel import Reel
-from vbbench.pictures.renderer import Renderer
+from vbbench.pictures.rendering import Renderer
+from vbbench.pictures.replay import Replay
 
-_CHART = 560  # px, least height of a map
+_MAP = 560  # px, least height of a map
 _LEAST_WIDTH = 960  # px, for the words
+_FARTHEST = 30.0  # m up to which colours tell distances apart
 
 
 class Film:
     """The frames of a sequence as pictures of one size; nothing is kept of those that were made.
 
-    A perspective picture has the map beside it, a panorama below it.
+    A picture with borders has the map beside it, a panorama below it.
 
     Parameters
     ----------
-    reel : what to show.
+    replay : what to show, with its truth.
     """
 
-    def __init__(self, reel: Reel) -> None:
-        self.reel = reel
-        camera = reel.dataset.info.camera
-        width, height = camera.picture_size
-        self._beside = isinstance(camera, PerspectiveCamera)
+    def __init__(self, replay: Replay) -> None:
+        self.replay = replay
+        self.farthest = float(np.clip(np.ceil(np.nanmax(replay.distances, initial=1.0)), 1.0, _FARTHEST))
+        """Distance in m at the light end of the colours."""
+        width, height = replay.camera.picture_size
+        self._beside = replay.camera.period is None
         if self._beside:
-            tall = max(height, _CHART)
-            self.chart = Chart(reel, max(tall, _LEAST_WIDTH - width), tall)
-            self.width, middle = width + self.chart.width, tall
+            middle = max(height, _MAP)
+            self.bird = BirdsEyeView(replay, self.farthest, max(middle, _LEAST_WIDTH - width), middle)
+            self.width = width + self.bird.width
         else:
             self.width = max(width, _LEAST_WIDTH)
-            self.chart = Chart(reel, self.width, _CHART)
-            middle = height + _CHART
+            self.bird = BirdsEyeView(replay, self.farthest, self.width, _MAP)
+            middle = height + _MAP
         self.width += self.width % 2  # codecs take pairs of columns and rows
-        self._legend = Legend.of(reel, self.width).canvas
+        self._legend = draw_legend(self.width, replay, self.farthest)
         self.height = TITLE_HEIGHT + middle + len(self._legend)
         self.height += self.height % 2
 
     def frames(self, renderer: Renderer, wanted: Iterable[int]) -> Iterator[Canvas]:
         """Pictures [height, width, 3] of the wanted frames of the sequence, each made when it is asked for."""
-        sequence, camera = self.reel.sequence, self.reel.dataset.info.camera
+        sequence, replay = self.replay.sequence, self.replay
         for frame in wanted:
-            pose = self.reel.truth.poses[frame]
-            seen = renderer.render(sequence.first_frame + frame, camera, pose, observer=sequence.observer)
+            pose = replay.known.poses[frame]
+            seen = renderer.render(sequence.first_frame + frame, replay.camera, pose, observer=sequence.observer)
             yield self._compose(seen.rgb, frame)
 
     def _compose(self, picture: Canvas, frame: int) -> Canvas:
-        moment = self.reel.moment(frame)
-        ego = draw_ego(picture, moment, distance_colours_of(moment, self.reel))
-        chart = self.chart.draw(moment)
+        colours = paint.distance_hues(self.replay.distances[frame], self.farthest)
+        ego, bird = draw_ego(picture, self.replay, frame, colours), self.bird.draw(frame, colours)
         canvas = paint.blank(self.width, self.height)
-        canvas[:TITLE_HEIGHT] = draw_title(self.width, moment)
+        canvas[:TITLE_HEIGHT] = draw_title(self.width, self.replay, frame)
         rows, columns = ego.shape[:2]
         canvas[TITLE_HEIGHT : TITLE_HEIGHT + rows, :columns] = ego
         top, left = (TITLE_HEIGHT, columns) if self._beside else (TITLE_HEIGHT + rows, 0)
-        canvas[top : top + self.chart.height, left : left + self.chart.width] = chart
-        bottom = top + self.chart.height
+        bottom = top + self.bird.height
+        canvas[top:bottom, left : left + self.bird.width] = bird
         canvas[bottom : bottom + len(self._legend)] = self._legend
-        return np.ascontiguousarray(canvas)
+        return canvas

@@ -1,14 +1,18 @@
-"""Antialiased marks and words on a picture in memory: what a film needs a few hundred times a frame."""
+"""Colours, and antialiased marks and words on a picture in memory: what a film needs a few hundred times a frame."""
 
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.errors import needs_extra
 from vbbench.geometry import FloatArray
+from vbbench.pictures.plotting import style
+
+with needs_extra("render", "drawing films"):
+    import cv2
 
 Canvas = NDArray[np.uint8]
 """[H, W, 3] uint8 sRGB, row 0 at the top; drawn on in place."""
@@ -32,6 +36,12 @@ def rgb(name: str) -> Colour:
     return red, green, blue
 
 
+INK, WHITE = rgb(style.INK), (255, 255, 255)
+TRUTH, TRUTH_FAINT, TRUTH_TAIL = rgb(style.TRUTH), rgb(style.TRUTH_FAINT), rgb(style.TRUTH_TAIL)
+ESTIMATE, CAUTION, GRID = rgb(style.ESTIMATE), rgb(style.CAUTION), rgb(style.FAINT)
+UNSEEN, FIELD, FIELD_EDGE = rgb(style.UNSEEN), rgb(style.FIELD), rgb(style.FIELD_EDGE)
+
+
 def draw_lines(canvas: Canvas, ends: FloatArray, colour: Colour, width: int = 1) -> None:
     """Draw segments [N, 2, 2] of (column, row); those with a NaN end are left out."""
     whole = ends[np.isfinite(ends).all(axis=(1, 2))]
@@ -45,8 +55,12 @@ def draw_path(canvas: Canvas, points: FloatArray, colour: Colour, width: int = 1
 
 
 def draw_polygon(canvas: Canvas, points: FloatArray, colour: Colour) -> None:
-    """Fill the convex polygon with corners [N, 2]."""
-    cv2.fillConvexPoly(canvas, _fixed(points), colour, cv2.LINE_AA, _BITS)
+    """Fill the polygon with corners [N, 2]."""
+    corners = _fixed(points)
+    if cv2.isContourConvex(corners):
+        cv2.fillConvexPoly(canvas, corners, colour, cv2.LINE_AA, _BITS)
+    else:
+        cv2.fillPoly(canvas, [corners], colour, cv2.LINE_AA, _BITS)
 
 
 def draw_disc(canvas: Canvas, centre: Point, radius: float, colour: Colour, rim: Colour | None = None) -> None:
@@ -98,6 +112,19 @@ def draw_arrow(canvas: Canvas, tail: FloatArray, tip: FloatArray, colour: Colour
     draw_disc(canvas, tail, 6.5, colour, (255, 255, 255))
 
 
+def distance_hues(distances: FloatArray, farthest: float) -> list[Colour]:
+    """Colours of people at distances [K] in m, from dark near to light at ``farthest``; ink where NaN."""
+    place = np.clip(np.asarray(distances) / farthest, 0.0, 1.0)
+    steps = np.where(np.isnan(place), 0.0, np.round(255.0 * place)).astype(int)
+    return [INK if np.isnan(p) else _ramp()[step] for p, step in zip(place, steps, strict=True)]
+
+
+def contrast(colour: Colour) -> Colour:
+    """White or ink, whichever shows beside ``colour`` (luminance as in Rec. 601)."""
+    red, green, blue = colour
+    return WHITE if 0.299 * red + 0.587 * green + 0.114 * blue < 140.0 else INK
+
+
 def _fixed(points: Any) -> NDArray[np.int32]:
     """Coordinates in OpenCV's fixed-point numbers; far outside is far enough."""
     return np.asarray(np.round(np.clip(points, -3e4, 3e4) * (1 << _BITS)), dtype=np.int32)
@@ -137,3 +164,9 @@ def _font(size: int, bold: bool) -> Any:
 
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     return ImageFont.truetype(Path(get_data_path(), "fonts", "ttf", name), size)
+
+
+@cache
+def _ramp() -> list[Colour]:
+    colours = style.distance_colours()(np.linspace(0.0, 1.0, 256))[:, :3]
+    return [(int(r), int(g), int(b)) for r, g, b in np.round(255.0 * colours)]

@@ -10,33 +10,33 @@ from matplotlib.patches import Wedge
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from vbbench.camera import PerspectiveCamera
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import labels, style
-from vbbench.pictures.plotting.moment import Moment
+from vbbench.pictures.replay import Replay
 
 _MARGIN = 1.0  # m around everything drawn
 _ARROW = 0.11  # of the height of the map
 _OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
 
 
-def draw_bird(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
-    """Draw the map of one moment; ``colours`` maps distance in m to the colour a person has in both views."""
-    _set_window(axes, moment)
-    _draw_field_of_view(axes, moment)
-    _draw_tracks(axes, moment, colours)
-    _draw_given(axes, moment)
-    _draw_people(axes, moment, colours)
-    _draw_observer(axes, moment)
-    _draw_labels(axes, moment)
+def draw_bird(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -> None:
+    """Draw the map of one frame; ``colours`` maps distance in m to the colour a person has in both views."""
+    _set_window(axes, replay, frame)
+    _draw_field_of_view(axes, replay, frame)
+    _draw_tracks(axes, replay, frame, colours)
+    _draw_given(axes, replay, frame)
+    _draw_people(axes, replay, frame, colours)
+    _draw_observer(axes, replay, frame)
+    _draw_labels(axes, replay, frame)
 
 
-def _set_window(axes: Axes, moment: Moment) -> None:
-    seen = moment.observed
-    real = np.vstack([moment.known[seen], moment.known_pose[None, :2], moment.given.poses[:, :2]])
-    guessed = moment.estimated[seen]
-    if moment.truth is not None:
-        real = np.vstack([real, moment.truth.poses[:, :2]])
+def _set_window(axes: Axes, replay: Replay, frame: int) -> None:
+    seen = replay.sequence.observed[frame]
+    known = replay.known
+    real = np.vstack([known.positions[frame, seen], known.poses[frame, None, :2], replay.given.poses[:, :2]])
+    guessed = replay.estimated[frame, seen]
+    if replay.truth is not None:
+        real = np.vstack([real, replay.truth.poses[:, :2]])
         guessed = guessed.clip(np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER)
     points = np.vstack([real, guessed])
     low, high = np.nanmin(points, axis=0) - _MARGIN, np.nanmax(points, axis=0) + _MARGIN
@@ -53,52 +53,51 @@ def _set_window(axes: Axes, moment: Moment) -> None:
     axes.set_axisbelow(True)
 
 
-def _draw_field_of_view(axes: Axes, moment: Moment) -> None:
-    camera, pose = moment.info.camera, moment.known_pose
-    if np.isnan(pose[0]) and moment.estimate is not None:
-        pose = moment.estimate.poses[moment.frame]
-    if not isinstance(camera, PerspectiveCamera) or np.isnan(pose).any():
+def _draw_field_of_view(axes: Axes, replay: Replay, frame: int) -> None:
+    camera, pose = replay.camera, replay.known.poses[frame]
+    if np.isnan(pose[0]) and replay.answer is not None:
+        pose = replay.answer.estimate.poses[frame]
+    if camera.view is None or np.isnan(pose).any():
         return
-    right, left = np.degrees(np.arctan([(camera.width - camera.cx) / camera.focal, camera.cx / camera.focal]))
-    yaw, reach = np.degrees(pose[2]), float(np.nanmax(moment.distances, initial=5.0)) + _MARGIN
-    wedge = Wedge(
-        (pose[0], pose[1]), reach, yaw - right, yaw + left, facecolor="#f3efe2", edgecolor="#cbbf98", zorder=0.5
-    )
+    left, right = np.degrees(camera.view)
+    yaw, reach = np.degrees(pose[2]), float(np.nanmax(replay.distances[frame], initial=5.0)) + _MARGIN
+    look: dict[str, Any] = {"facecolor": style.FIELD, "edgecolor": style.FIELD_EDGE, "zorder": 0.5}
+    wedge = Wedge((pose[0], pose[1]), reach, yaw - right, yaw - left, **look)
     axes.add_patch(wedge).set_gid("field-of-view")
 
 
-def _draw_tracks(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
-    now, seen = moment.frame + 1, moment.observed
+def _draw_tracks(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -> None:
+    now, seen = frame + 1, replay.sequence.observed[frame]
     recent = slice(max(0, now - style.TAIL_FRAMES), now)
-    if moment.truth is not None:
-        paths = np.swapaxes(moment.truth.positions, 0, 1)
+    if replay.truth is not None:
+        paths = np.swapaxes(replay.truth.positions, 0, 1)
         _draw_lines(axes, paths, style.TRUTH_FAINT, 0.7, 2.0)
         _draw_lines(axes, paths[seen, recent], style.TRUTH_TAIL, 0.9, 2.1)
-        axes.plot(*moment.truth.poses[:, :2].T, color=style.TRUTH, linewidth=1.4, zorder=2.5)
-    if moment.estimate is not None:
-        shown = np.where(moment.sequence.observed[..., None], moment.estimate.positions, np.nan)
-        hues = colours.to_rgba(moment.distances[seen])
-        _draw_lines(axes, np.swapaxes(shown, 0, 1)[seen, recent], hues, 1.0, 2.6)
-        axes.plot(*moment.estimate.poses[:now, :2].T, color=style.ESTIMATE, linewidth=1.4, zorder=2.7)
+        axes.plot(*replay.truth.poses[:, :2].T, color=style.TRUTH, linewidth=1.4, zorder=2.5)
+    if replay.answer is not None:
+        hues = colours.to_rgba(replay.distances[frame, seen])
+        _draw_lines(axes, np.swapaxes(replay.estimated, 0, 1)[seen, recent], hues, 1.0, 2.6)
+        axes.plot(*replay.answer.estimate.poses[:now, :2].T, color=style.ESTIMATE, linewidth=1.4, zorder=2.7)
 
 
-def _draw_given(axes: Axes, moment: Moment) -> None:
-    given = moment.given
-    points = np.vstack([given.positions[:, moment.observed].reshape(-1, 2), given.poses[:, :2]])
+def _draw_given(axes: Axes, replay: Replay, frame: int) -> None:
+    given = replay.given
+    points = np.vstack([given.positions[:, replay.sequence.observed[frame]].reshape(-1, 2), given.poses[:, :2]])
     look = {"s": 9, "marker": "D", "facecolors": "none", "edgecolors": style.GIVEN, "linewidths": 0.6, "zorder": 2.4}
     _draw_points(axes, points, "given", **look)
 
 
-def _draw_people(axes: Axes, moment: Moment, colours: ScalarMappable) -> None:
-    seen, known = moment.observed, moment.known
-    hues = colours.to_rgba(moment.distances[seen])
-    _draw_points(axes, known[~seen], "unseen", s=12, c="white", edgecolors="#b5b5b5", linewidths=0.8, zorder=3)
-    if moment.estimate is None:
+def _draw_people(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -> None:
+    seen, known = replay.sequence.observed[frame], replay.known.positions[frame]
+    hues = colours.to_rgba(replay.distances[frame, seen])
+    _draw_points(axes, known[~seen], "unseen", s=12, c="white", edgecolors=style.UNSEEN, linewidths=0.8, zorder=3)
+    if replay.answer is None:
         _draw_points(axes, known[seen], "truth", s=26, c=hues, edgecolors=style.TRUTH, linewidths=0.6, zorder=4)
         return
     _draw_points(axes, known[seen], "truth", s=34, c="white", edgecolors=style.TRUTH, linewidths=1.0, zorder=3.5)
-    _draw_lines(axes, np.stack([known[seen], moment.estimated[seen]], axis=1), style.INK, 1.1, 3.8).set_gid("errors")
-    _draw_points(axes, moment.estimated[seen], "estimate", s=16, c=hues, linewidths=0, zorder=4)
+    guessed = replay.estimated[frame, seen]
+    _draw_lines(axes, np.stack([known[seen], guessed], axis=1), style.INK, 1.1, 3.8).set_gid("errors")
+    _draw_points(axes, guessed, "estimate", s=16, c=hues, linewidths=0, zorder=4)
 
 
 def _draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
@@ -111,11 +110,11 @@ def _draw_lines(axes: Axes, lines: FloatArray, colours: Any, width: float, zorde
     return drawn
 
 
-def _draw_observer(axes: Axes, moment: Moment) -> None:
-    _draw_pose(axes, moment.known_pose, style.TRUTH, "observer-truth")
-    if moment.estimate is not None:
-        pose = moment.estimate.poses[moment.frame]
-        ends = np.stack([moment.known_pose[:2], pose[:2]])
+def _draw_observer(axes: Axes, replay: Replay, frame: int) -> None:
+    _draw_pose(axes, replay.known.poses[frame], style.TRUTH, "observer-truth")
+    if replay.answer is not None:
+        pose = replay.answer.estimate.poses[frame]
+        ends = np.stack([replay.known.poses[frame][:2], pose[:2]])
         axes.plot(*ends.T, color=style.INK, linewidth=1.1, zorder=5)
         _draw_pose(axes, pose, style.ESTIMATE, "observer-estimate")
 
@@ -136,16 +135,17 @@ def _arrow(axes: Axes, pose: FloatArray) -> FloatArray:
     return np.asarray(_ARROW * np.ptp(axes.get_ylim()) * np.array([np.cos(pose[2]), np.sin(pose[2])]))
 
 
-def _draw_labels(axes: Axes, moment: Moment) -> None:
-    places = np.where(np.isnan(moment.estimated), moment.known, moment.estimated)
+def _draw_labels(axes: Axes, replay: Replay, frame: int) -> None:
+    known, estimated = replay.known.positions[frame], replay.estimated[frame]
+    places = np.where(np.isnan(estimated), known, estimated)
     inside = [axes.viewLim.contains(x, y) for x, y in places]
-    shown = np.flatnonzero(moment.observed & np.array(inside, bool))
-    order = shown[np.argsort(moment.distances[shown])][: style.MOST_LABELS]
-    texts = [str(track) for track in moment.sequence.tracks[order]]
+    shown = np.flatnonzero(replay.sequence.observed[frame] & np.array(inside, bool))
+    order = shown[np.argsort(replay.distances[frame, shown])][: style.MOST_LABELS]
+    texts = [str(track) for track in replay.sequence.tracks[order]]
     offsets = labels.beside(
         _in_points(axes, places[order]),
         labels.text_extent(texts, style.LABEL_SIZE),
-        _in_points(axes, np.vstack([places[order], moment.known[order], _along_arrow(axes, moment)])),
+        _in_points(axes, np.vstack([places[order], known[order], _along_arrow(axes, replay, frame)])),
         clearance=3.5,
     )
     halo = [withStroke(linewidth=1.6, foreground="white")]
@@ -155,8 +155,8 @@ def _draw_labels(axes: Axes, moment: Moment) -> None:
             axes.annotate(text, (x, y), (right, up), textcoords="offset points", gid=f"id-{text}", zorder=7, **look)
 
 
-def _along_arrow(axes: Axes, moment: Moment) -> FloatArray:
-    pose = moment.known_pose if moment.estimate is None else moment.estimate.poses[moment.frame]
+def _along_arrow(axes: Axes, replay: Replay, frame: int) -> FloatArray:
+    pose = replay.known.poses[frame] if replay.answer is None else replay.answer.estimate.poses[frame]
     return np.asarray(pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose))
 
 

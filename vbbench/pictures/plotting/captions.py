@@ -10,22 +10,21 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vbbench.camera import PerspectiveCamera
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.moment import Moment
+from vbbench.pictures.replay import Replay
 
 _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
 
-def draw_title(figure: Figure, moment: Moment) -> None:
+def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
     """Over everything: what is shown, how far the estimate is off in this frame, and the split's caution."""
-    info, sequence = moment.info, moment.sequence
-    what = [info.split, f"sequence {sequence.index}", f"frame {moment.frame} (0–{sequence.frames - 1})"]
+    info, sequence = replay.info, replay.sequence
+    what = [info.split, f"sequence {sequence.index}", f"frame {frame} (0–{sequence.frames - 1})"]
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
     top, left = 1.0 - 0.32 / figure.get_figheight(), 0.6 / figure.get_figwidth()
     figure.text(left, top, "  ·  ".join([*what, info.camera.kind, tier]), fontsize=12.5, weight="bold")
     below = top - 0.24 / figure.get_figheight()
-    figure.text(left, below, _result_line(moment), fontsize=10, color=style.INK)
+    figure.text(left, below, replay.headline(frame), fontsize=10, color=style.INK)
     if info.caution:
         text = textwrap.shorten(f"Caution: {info.caution.split('. ')[0]}", 70, placeholder=" …")
         right = 1.0 - 0.2 / figure.get_figwidth()
@@ -40,72 +39,65 @@ def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
     axes.set_title("distance told by the box (m)", fontsize=style.TEXT_SIZE, loc="left")
 
 
-def draw_legend(axes: Axes, moment: Moment, more: Sequence[Line2D] = ()) -> None:
+def draw_legend(axes: Axes, replay: Replay, frame: int, more: Sequence[Line2D] = ()) -> None:
     """What every mark of the map means, only marks that are there; and ``more``."""
     axes.set_axis_off()
     axes.legend(
-        handles=[*_handles(moment), *more], loc="upper left", frameon=False, fontsize=style.TEXT_SIZE, borderpad=0.0
+        handles=[*_handles(replay, frame), *more],
+        loc="upper left",
+        frameon=False,
+        fontsize=style.TEXT_SIZE,
+        borderpad=0.0,
     )
 
 
-def draw_facts(axes: Axes, moment: Moment) -> None:
+def draw_facts(axes: Axes, replay: Replay, frame: int) -> None:
     """What the numbers rest on: camera, frame time, people."""
     axes.set_axis_off()
-    info = moment.info
+    info = replay.info
     lines = [
-        f"{int(moment.observed.sum())} people seen, dt = {info.dt:g} s",
+        f"{int(replay.sequence.observed[frame].sum())} people seen, dt = {info.dt:g} s",
         f"f = {info.camera.focal:.4g} px, h₀ = {info.camera.mount_height:g} m",
         f"people's heights {info.height_mean:.2f} ± {info.height_std:.2f} m",
         "dashed: horizon; box widths are made up",
     ]
-    if moment.observed.sum() > style.MOST_LABELS:
+    if replay.sequence.observed[frame].sum() > style.MOST_LABELS:
         lines.append(f"ids of the nearest {style.MOST_LABELS}")
     axes.text(0.03, 1.0, "\n".join(lines), va="top", fontsize=style.TEXT_SIZE, color=style.INK, linespacing=1.4)
 
 
-def _result_line(moment: Moment) -> str:
-    if moment.estimate is None:
-        return "truth" if moment.truth else "no truth at hand: what is given"
-    parts = [f"{moment.solver or 'estimate'} ({moment.protocol.name})"]
-    units = {"Δr": "rad"}
-    parts += [f"{name} = {value:.3f} {units.get(name, 'm')}" for name, value in moment.errors.items()]
-    if moment.truth is None:
-        parts.append("no truth at hand")
-    return ",  ".join(parts)
-
-
-def _handles(moment: Moment) -> list[Line2D]:
-    revealed = moment.protocol.revealed_frames if moment.estimate else 0
+def _handles(replay: Replay, frame: int) -> list[Line2D]:
+    revealed = replay.answer.protocol.revealed_frames if replay.answer else 0
     given = f"given, besides {revealed} frames before" if revealed else "given to the solver"
     handles = [_line(given, color=style.GIVEN, marker="D", markersize=4, linestyle="none", fill=False)]
-    if moment.truth is not None:
-        handles += _truth_handles(moment)
-    elif moment.estimate is None:
+    if replay.truth is not None:
+        handles += _truth_handles(replay, frame)
+    elif replay.answer is None:
         handles += [
             _line("given observer and its viewing direction", color=style.TRUTH, marker="o", markersize=6),
             _line("given position now", **_POINT, color=style.distance_colours()(0.35), markersize=5),
         ]
-    if moment.estimate is not None:
+    if replay.answer is not None:
         handles += [
             _line("estimated observer and its path", color=style.ESTIMATE, marker="o", markersize=6),
             _line("estimated person and its path", color=style.distance_colours()(0.35), marker="o", markersize=4),
         ]
-    if moment.truth is not None and moment.estimate is not None:
+    if replay.truth is not None and replay.answer is not None:
         handles.append(_line("error, truth to estimate", color=style.INK, linewidth=1.1))
-    if isinstance(moment.info.camera, PerspectiveCamera):
-        handles.append(_line("field of view", color="#cbbf98", marker="s", linestyle="none", markersize=8))
+    if replay.camera.view is not None:
+        handles.append(_line("field of view", color=style.FIELD_EDGE, marker="s", linestyle="none", markersize=8))
     return handles
 
 
-def _truth_handles(moment: Moment) -> list[Line2D]:
-    now = {"color": style.TRUTH, "fill": False} if moment.estimate else {"color": style.distance_colours()(0.35)}
+def _truth_handles(replay: Replay, frame: int) -> list[Line2D]:
+    now = {"color": style.TRUTH, "fill": False} if replay.answer else {"color": style.distance_colours()(0.35)}
     handles = [
         _line("true observer and its path", color=style.TRUTH, marker="o", markersize=6),
         _line(f"true tracks, last {style.TAIL_FRAMES} frames darker", color=style.TRUTH_TAIL, linewidth=1.0),
         _line("true position now", **_POINT, markersize=6, **now),
     ]
-    if np.isfinite(moment.known[~moment.observed]).any():
-        handles.append(_line("there, but not observed now", **_POINT, color="#b5b5b5", markersize=4, fill=False))
+    if np.isfinite(replay.known.positions[frame][~replay.sequence.observed[frame]]).any():
+        handles.append(_line("there, but not observed now", **_POINT, color=style.UNSEEN, markersize=4, fill=False))
     return handles
 
 

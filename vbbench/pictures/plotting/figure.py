@@ -1,6 +1,5 @@
 """The whole figure: map, ego view, legend, and a title that states what is shown."""
 
-import io
 from pathlib import Path
 
 import numpy as np
@@ -8,33 +7,27 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from vbbench.camera import PanoramaCamera
-from vbbench.errors import FileError
+from vbbench.errors import VbbenchError
+from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
-from vbbench.files.submission_rows import SubmittedEstimates
-from vbbench.folders.replacing import write_bytes_atomically
-from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_bird
 from vbbench.pictures.plotting.captions import draw_facts, draw_legend, draw_scale, draw_title
 from vbbench.pictures.plotting.ego import STRIP_ASPECT, draw_ego
-from vbbench.pictures.plotting.moment import Moment, gather
-from vbbench.solver import Estimate
+from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out, save_png
+from vbbench.pictures.replay import Replay, load_replay
+from vbbench.protocol import START_FRAMES
+from vbbench.sequence import Sequence
 
-_DPI = 150
-
-Rectangles = dict[str, tuple[float, float, float, float]]
-"""Left, bottom, width and height in inches of every part of a figure, by its label."""
-
-_PANORAMA_SIZE = (11.0, 9.3)
-_PANORAMA: Rectangles = {
+_STRIP_SIZE = (11.0, 9.3)
+_STRIP: Rectangles = {
     "ego": (0.6, 0.55, 10.2, STRIP_ASPECT * 10.2),
     "bird": (0.6, 3.65, 7.3, 4.95),
     "scale": (8.25, 8.1, 2.5, 0.14),
     "legend": (8.15, 5.3, 2.7, 2.4),
     "facts": (8.15, 3.65, 2.7, 1.75),
 }
-_PERSPECTIVE_SIZE = (13.0, 6.3)
-_PERSPECTIVE: Rectangles = {
+_BESIDE_SIZE = (13.0, 6.3)
+_BESIDE: Rectangles = {
     "bird": (0.6, 0.55, 5.6, 5.1),
     "ego": (6.9, 2.3, 5.95, 3.35),
     "scale": (6.9, 1.4, 2.4, 0.14),
@@ -68,33 +61,50 @@ def plot_sequence(
     VbbenchError
         If there is no such sequence, frame or protocol, or the estimate has another shape.
     """
-    moment = gather(dataset, index, estimate, frame=frame, solver=solver, protocol=protocol)
-    colours = person_colours(moment)
-    panorama = isinstance(dataset.info.camera, PanoramaCamera)
-    figure = lay_out(_PANORAMA_SIZE, _PANORAMA) if panorama else lay_out(_PERSPECTIVE_SIZE, _PERSPECTIVE)
+    replay = load_replay(dataset, index)
+    if estimate is not None:
+        replay = replay.with_answer(solver or "estimate", protocol, estimate)
+    return plot_replay(replay, frame)
+
+
+def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
+    """Draw one frame of a replay; see `plot_sequence`."""
+    frame = _checked(replay, frame)
+    colours = person_colours(replay, frame)
+    strip = replay.camera.period is not None
+    figure = lay_out(_STRIP_SIZE, _STRIP) if strip else lay_out(_BESIDE_SIZE, _BESIDE)
     parts = {axes.get_label(): axes for axes in figure.axes}
-    draw_bird(parts["bird"], moment, colours)
-    draw_ego(parts["ego"], moment, colours)
+    draw_bird(parts["bird"], replay, frame, colours)
+    draw_ego(parts["ego"], replay, frame, colours)
     draw_scale(parts["scale"], colours)
-    draw_legend(parts["legend"], moment)
-    draw_facts(parts["facts"], moment)
-    draw_title(figure, moment)
+    draw_legend(parts["legend"], replay, frame)
+    draw_facts(parts["facts"], replay, frame)
+    draw_title(figure, replay, frame)
     return figure
 
 
-def person_colours(moment: Moment) -> ScalarMappable:
+def _checked(replay: Replay, frame: int | None) -> int:
+    """The frame that is drawn where ``frame`` is asked for; by default the fullest frame of the middle third."""
+    sequence = replay.sequence
+    if frame is None:
+        bare = replay.truth is None and not replay.answers
+        return min(START_FRAMES, sequence.frames) - 1 if bare else middle_frame(sequence)
+    if not 0 <= frame < sequence.frames:
+        raise VbbenchError(f"sequence {sequence.index} has frames 0 to {sequence.frames - 1}, not {frame}")
+    return frame
+
+
+def middle_frame(sequence: Sequence) -> int:
+    """The fullest frame of the middle third."""
+    first = sequence.frames // 3
+    people = sequence.observed.sum(axis=1)[first : max(first + 1, 2 * sequence.frames // 3)]
+    return first + int(people.argmax())
+
+
+def person_colours(replay: Replay, frame: int) -> ScalarMappable:
     """The colour that every view gives a person, by distance in m."""
-    farthest = np.ceil(np.nanmax(moment.distances, initial=1.0))
-    return ScalarMappable(Normalize(0.0, farthest), style.distance_colours())
-
-
-def lay_out(size: tuple[float, float], rectangles: Rectangles) -> Figure:
-    """An empty figure of that size in inches, with labelled axes in the rectangles."""
-    figure = Figure(size, dpi=_DPI, facecolor="white")
-    for name, (left, bottom, width, height) in rectangles.items():
-        axes = figure.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]), label=name)
-        axes.tick_params(labelsize=style.TEXT_SIZE)
-    return figure
+    farthest = np.ceil(np.nanmax(replay.distances[frame], initial=1.0))
+    return ScalarMappable(Normalize(0.0, farthest), distance_colours())
 
 
 def plot_to_file(
@@ -107,27 +117,6 @@ def plot_to_file(
     VbbenchError
         If the submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
     """
-    if submission is None:
-        figure = plot_sequence(dataset, index, frame=frame)
-    else:
-        submitted = SubmittedEstimates(dataset, submission)
-        estimate, info = submitted.of(dataset.sequence(index)), submitted.info
-        figure = plot_sequence(dataset, index, estimate, frame=frame, solver=info.solver, protocol=info.protocol)
-    save_png(figure, out)
+    replay = load_replay(dataset, index, [] if submission is None else [submission])
+    save_png(plot_replay(replay, frame), out)
     return Path(out)
-
-
-def save_png(figure: Figure, path: Path | str) -> None:
-    """Write a figure as PNG; the file is there whole or not at all.
-
-    Raises
-    ------
-    FileError
-        If the name does not end in ``.png``.
-    """
-    path = Path(path)
-    if path.suffix.lower() != ".png":
-        raise FileError(path, "pictures are written as PNG; give a name that ends in .png")
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=_DPI, metadata={"Software": None})
-    write_bytes_atomically(path, picture.getvalue())

@@ -16,8 +16,9 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_bird
 from vbbench.pictures.plotting.captions import draw_legend, draw_scale, draw_title
-from vbbench.pictures.plotting.figure import Rectangles, lay_out, person_colours, save_png
-from vbbench.pictures.plotting.moment import Moment, gather, middle_frame
+from vbbench.pictures.plotting.figure import middle_frame, person_colours
+from vbbench.pictures.plotting.style import Rectangles, lay_out, save_png
+from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
 from vbbench.solving.posterior import Posterior, find_posterior
 
@@ -57,18 +58,18 @@ def plot_posterior(
     if frame is None:
         frame = max(START_FRAMES, middle_frame(dataset.sequence(index)))
     posterior = find_posterior(dataset, index, frame, solver=solver, protocol=protocol)
-    moment = gather(dataset, index, posterior.estimate, frame=frame, solver=solver, protocol=protocol)
-    colours = person_colours(moment)
+    replay = load_replay(dataset, index).with_answer(solver, protocol, posterior.estimate)
+    colours = person_colours(replay, frame)
     figure = lay_out(_SIZE, _PARTS)
     parts = {axes.get_label(): axes for axes in figure.axes}
-    draw_bird(parts["bird"], moment, colours)
+    draw_bird(parts["bird"], replay, frame, colours)
     _draw_landscape(parts["bird"], parts["energy"], posterior)
-    grid = _close_up(parts["close"], posterior, moment)
-    _draw_close_up(parts["close"], posterior, moment, *grid)
+    grid = _close_up(parts["close"], posterior, replay.known.poses[frame])
+    _draw_close_up(parts["close"], posterior, replay, frame, *grid)
     _mark_close_up(parts["bird"], *grid)
     draw_scale(parts["scale"], colours)
-    draw_legend(parts["legend"], moment, _handles())
-    draw_title(figure, moment)
+    draw_legend(parts["legend"], replay, frame, _handles())
+    draw_title(figure, replay, frame)
     return figure
 
 
@@ -98,22 +99,22 @@ def _paint(axes: Axes, x: FloatArray, y: FloatArray, values: FloatArray, **look:
     )
 
 
-def _close_up(axes: Axes, posterior: Posterior, moment: Moment) -> tuple[FloatArray, FloatArray]:
+def _close_up(axes: Axes, posterior: Posterior, known: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The grid of the close-up: as far as the posterior reaches, and the true place where it is known."""
-    away = np.nanmax(np.abs(moment.known_pose[:2] - posterior.pose[:2]), initial=0.0)
+    away = np.nanmax(np.abs(known[:2] - posterior.pose[:2]), initial=0.0)
     half = max(posterior.reach(_EDGE), 1.2 * float(away))
     steps = np.linspace(-half, half, _GRID)
     box = axes.get_window_extent()
     return posterior.pose[0] + steps * box.width / box.height, posterior.pose[1] + steps
 
 
-def _draw_close_up(axes: Axes, posterior: Posterior, moment: Moment, x: FloatArray, y: FloatArray) -> None:
+def _draw_close_up(axes: Axes, posterior: Posterior, replay: Replay, frame: int, x: FloatArray, y: FloatArray) -> None:
     density = np.exp(-posterior.excess(x, y))
     _paint(axes, x, y, density, gid="density", cmap=_MAP, vmin=0.0)
     for share, line in _SHARES.items():
         axes.contour(x, y, density, [density_level(density, share)], colors=style.INK, linestyles=line, linewidths=0.9)
-    if moment.truth is not None:
-        _draw_place(axes, moment.known_pose, style.TRUTH, "place-truth")
+    if replay.truth is not None:
+        _draw_place(axes, replay.known.poses[frame], style.TRUTH, "place-truth")
     _draw_place(axes, posterior.pose, style.ESTIMATE, "place-estimate")
     axes.set(xlabel="x (m)", ylabel="y (m)")
     long, short = spread(density, x, y)

@@ -5,37 +5,33 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.boxes import rectangles
-from vbbench.camera import PerspectiveCamera
-from vbbench.geometry import FloatArray, IntArray
-from vbbench.pictures.renderer import NOBODY, Picture
-from vbbench.pictures.viewer import palette
-from vbbench.pictures.viewer.take import Take
-from vbbench.pictures.viewer.tape import Tape
+from vbbench.boxes import rectangles, with_seam_copies
+from vbbench.geometry import IntArray
+from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.replay import Replay
+from vbbench.pictures.viewer import marks
+from vbbench.pictures.viewer.marks import Tape
 from vbbench.pictures.viewer.world import CAMERA
 
 QUALITY = 90
 """Of the JPEG pictures, in percent."""
 CENTIMETRES = 100.0
 """Units of the depth pictures in a metre; 16 bits reach 655 m."""
+_HORIZON_POINTS = 181
 
 
-def ego_root(take: Take) -> str:
+def ego_root(replay: Replay) -> str:
     """Where the picture hangs: on a pinhole camera whose pose is known, else in a plane of its own."""
-    pinhole = isinstance(take.dataset.info.camera, PerspectiveCamera)
-    return CAMERA if pinhole and take.truth is not None else "ego"
+    return CAMERA if replay.camera.intrinsics is not None and replay.truth is not None else "ego"
 
 
-def record_boxes(tape: Tape, take: Take) -> None:
+def record_boxes(tape: Tape, replay: Replay) -> None:
     """Record everybody's box in their colour, false alarms in red; at both ends where it crosses a panorama's seam."""
-    root, sequence, camera = ego_root(take), take.sequence, take.dataset.info.camera
+    root, sequence = ego_root(replay), replay.sequence
     frame, track = np.nonzero(sequence.observed)
-    boxes = rectangles(sequence.observations[frame, track])
-    colours = palette.id_colours(sequence.tracks)[track]
-    colours[take.false_alarms[frame, track]] = palette.ALARM
-    boxes, row = _with_seam(boxes, camera.period)
-    order = np.argsort(frame[row], kind="stable")
-    boxes, row = boxes[order], row[order]
+    colours = marks.id_colours(sequence.tracks)[track]
+    colours[replay.false_alarms[frame, track]] = marks.ALARM
+    boxes, row = with_seam_copies(rectangles(sequence.observations[frame, track]), replay.camera.period)
     tape.many(
         f"{root}/boxes",
         tape.rr.Boxes2D,
@@ -45,13 +41,13 @@ def record_boxes(tape: Tape, take: Take) -> None:
         colors=colours[row],
         labels=sequence.tracks[track[row]].astype(str),
     )
-    _record_frame(tape, take, root)
+    _record_frame(tape, replay, root)
 
 
-def record_pictures(tape: Tape, take: Take, people: IntArray, pictures: Iterable[Picture]) -> None:
+def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iterable[Picture]) -> None:
     """Record rendered pictures, one a frame; an id's number among the ``people`` [N], from 1, is its class."""
-    rr, root = tape.rr, ego_root(take)
-    colours = palette.id_colours(people).tolist()
+    rr, root = tape.rr, ego_root(replay)
+    colours = marks.id_colours(people).tolist()
     classes = [(n, str(person), colour) for n, (person, colour) in enumerate(zip(people, colours, strict=True), 1)]
     tape.always(root, rr.AnnotationContext([(0, "nobody", (0, 0, 0, 0)), *classes]))
     for frame, picture in enumerate(pictures):
@@ -62,32 +58,20 @@ def record_pictures(tape: Tape, take: Take, people: IntArray, pictures: Iterable
         tape.now(frame, f"{root}/ids", rr.SegmentationImage(ids.astype(np.uint16)))
 
 
-def _with_seam(boxes: FloatArray, period: float | None) -> tuple[FloatArray, IntArray]:
-    """Boxes [N, 4], and again a turn further those that cross the seam; and which box each of them is."""
-    rows = np.arange(len(boxes))
-    if period is None:
-        return boxes, rows
-    left, right = boxes[:, 0] < 0.0, boxes[:, 0] + boxes[:, 2] > period
-    shift = np.array([period, 0.0, 0.0, 0.0])
-    return np.concatenate([boxes, boxes[left] + shift, boxes[right] - shift]), np.concatenate(
-        [rows, rows[left], rows[right]]
-    )
-
-
-def _thin(rr: Any) -> Any:
-    """Lines of one pixel of the screen."""
-    return rr.Radius.ui_points(0.5)
-
-
-def _record_frame(tape: Tape, take: Take, root: str) -> None:
-    """The picture's border, and in a panorama the horizon and where its columns look."""
-    rr, camera = tape.rr, take.dataset.info.camera
+def _record_frame(tape: Tape, replay: Replay, root: str) -> None:
+    """The picture's border and the horizon, and in a panorama where its columns look; lines of one pixel."""
+    rr, camera = tape.rr, replay.camera
     width, height = camera.picture_size
-    border = rr.Boxes2D(mins=[(0, 0)], sizes=[(width, height)], colors=[palette.FRAME], radii=_thin(rr))
-    tape.always(f"{root}/border", border)
-    if camera.period is not None:
-        horizon = rr.LineStrips2D([[(0, height / 2), (width, height / 2)]], colors=[palette.FRAME], radii=_thin(rr))
-        tape.always(f"{root}/horizon", horizon)
-        places = [(width * quarter / 4, 0.04 * height) for quarter in (1, 2, 3)]
-        words = ["left 90°", "ahead", "right 90°"]
-        tape.always(f"{root}/directions", rr.Points2D(places, labels=words, colors=[palette.TRUTH] * 3, radii=2.0))
+    look: dict[str, Any] = {"colors": [marks.BORDER], "radii": rr.Radius.ui_points(0.5)}
+    tape.always(f"{root}/border", rr.Boxes2D(mins=[(0, 0)], sizes=[(width, height)], **look))
+    columns = np.linspace(0.0, width, _HORIZON_POINTS)
+    rows = camera.horizon(columns)
+    inside = (rows >= 0.0) & (rows <= height)
+    points = np.stack([columns, rows], axis=-1)
+    pieces = np.stack([points[:-1], points[1:]], axis=1)[inside[:-1] & inside[1:]]
+    tape.always(f"{root}/horizon", rr.LineStrips2D(pieces, **look))
+    ahead = {text: column for text, column in replay.bearings.items() if text != "behind"}
+    if ahead:
+        places = [(column, 0.04 * height) for column in ahead.values()]
+        colours = [marks.TRUTH] * len(ahead)
+        tape.always(f"{root}/directions", rr.Points2D(places, labels=list(ahead), colors=colours, radii=2.0))

@@ -1,25 +1,28 @@
-"""Writes the recording of a sequence, whole or not at all."""
+"""Writes the recording of a sequence, whole or not at all, and the layout in which the viewer opens it."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.replacing import replacing
+from vbbench.geometry import FloatArray
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
-from vbbench.pictures.viewer.ego import record_boxes, record_pictures
-from vbbench.pictures.viewer.estimates import record_estimate
-from vbbench.pictures.viewer.ground import Ground
-from vbbench.pictures.viewer.layout import layout
-from vbbench.pictures.viewer.sdk import rerun, strictly
-from vbbench.pictures.viewer.take import Take, load_take
-from vbbench.pictures.viewer.tape import Tape
-from vbbench.pictures.viewer.words import record_words
-from vbbench.pictures.viewer.world import record_world
+from vbbench.pictures.replay import Replay, load_replay
+from vbbench.pictures.viewer.ego import ego_root, record_boxes, record_pictures
+from vbbench.pictures.viewer.marks import MAP, WORLD, Ground, Tape
+from vbbench.pictures.viewer.rerun_sdk import rerun, strictly
+from vbbench.pictures.viewer.words import FACTS, NOW, record_words
+from vbbench.pictures.viewer.world import ERRORS, record_estimate, record_world
+from vbbench.scoring.metrics import METRICS
 
 SUFFIX = ".rrd"
+_MARGIN = 1.5  # m around everything
+_PICTURES = {"picture": "What the observer sees", "depth": "Depth", "ids": "Ids"}
 
 
 def record_to_file(
@@ -53,48 +56,121 @@ def record_to_file(
         pictures are asked for and the truth is withheld, or ``out`` is no ``.rrd`` file.
     """
     package = rerun()
-    take = load_take(dataset, sequence, submissions)
+    replay = load_replay(dataset, sequence, submissions)
     path = _checked(Path(out or f"{dataset.info.split}-{sequence}{SUFFIX}"))
     with replacing(path) as temporary, strictly():
-        stream = package.RecordingStream(_application(take))
+        stream = package.RecordingStream(_application(replay))
         if not package.is_enabled(stream):
             raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
         stream.save(temporary)
-        stream.send_blueprint(layout(take, pictures=backend is not None), make_active=True, make_default=True)
-        _record(Tape(stream, take.sequence.frames, dataset.info.dt), take, backend, announce)
+        stream.send_blueprint(_layout(replay, pictures=backend is not None), make_active=True, make_default=True)
+        _record(Tape(stream, replay.sequence.frames, dataset.info.dt), replay, backend, announce)
         stream.disconnect()
     return path
 
 
-def _application(take: Take) -> str:
+def _application(replay: Replay) -> str:
     """The viewer remembers a layout for each application; that of another sequence does not fit this one."""
-    return f"vbbench {take.dataset.info.split} {take.dataset.info.camera.kind} {take.sequence.index}"
+    return f"vbbench {replay.info.split} {replay.camera.kind} {replay.sequence.index}"
 
 
-def _record(tape: Tape, take: Take, backend: Backend | None, announce: Callable[[str], object]) -> None:
+def _record(tape: Tape, replay: Replay, backend: Backend | None, announce: Callable[[str], object]) -> None:
     ground = Ground(tape)
-    record_words(tape, take)
-    record_world(ground, take)
-    record_boxes(tape, take)
-    for number in range(len(take.estimates)):
-        record_estimate(ground, take, number)
+    record_words(tape, replay)
+    record_world(ground, replay)
+    record_boxes(tape, replay)
+    for number in range(len(replay.answers)):
+        record_estimate(ground, replay, number)
     if backend is not None:
-        _render(tape, take, backend, announce)
+        _render(tape, replay, backend, announce)
 
 
-def _render(tape: Tape, take: Take, backend: Backend, announce: Callable[[str], object]) -> None:
-    scene, frames = scene_of(take.dataset, take.sequence.scene), take.sequence.frames
+def _render(tape: Tape, replay: Replay, backend: Backend, announce: Callable[[str], object]) -> None:
+    scene, frames = scene_of(replay.dataset, replay.sequence.scene), replay.sequence.frames
     with open_renderer(backend, scene, announce) as renderer, progress_bar(frames, "frames", unit="frame") as bar:
 
         def shown() -> Any:
-            for picture in pictures(take.dataset, take.sequence, renderer):
+            for picture in pictures(replay.dataset, replay.sequence, renderer):
                 yield picture
                 bar.update()
 
-        record_pictures(tape, take, scene.people, shown())
+        record_pictures(tape, replay, scene.people, shown())
 
 
 def _checked(path: Path) -> Path:
     if path.suffix != SUFFIX or path.is_dir():
         raise FileError(path, f"a recording is a file that ends in {SUFFIX}; give it such a name")
     return path
+
+
+def _layout(replay: Replay, *, pictures: bool) -> Any:
+    """The blueprint of a recording; ``pictures`` says whether there are rendered ones."""
+    import rerun.blueprint as rrb
+
+    root = ego_root(replay)
+    hidden = [f"- /{root}/{name}" for name in ("depth", "ids")]
+    world = rrb.Spatial3DView(origin=f"/{WORLD}", contents=["$origin/**", *hidden], name="World", **_eye(rrb, replay))
+    views = [_ego_view(rrb, replay, name) for name in (_PICTURES if pictures else ["picture"])]
+    ego = rrb.Tabs(*views, active_tab=0) if len(views) > 1 else views[0]
+    wide = replay.camera.picture_size[0] > 2.5 * replay.camera.picture_size[1]
+    left = rrb.Vertical(world, ego, row_shares=[3, 1] if wide else [1, 1])
+    words = rrb.Horizontal(
+        rrb.TextDocumentView(origin=f"/{NOW}", name="Frame"), rrb.TextDocumentView(origin=f"/{FACTS}", name="Facts")
+    )
+    right = [_map_view(rrb, replay), *_plots(rrb, replay), words]
+    shares = [6, 4, 3] if len(right) == 3 else [2, 1]
+    return rrb.Blueprint(
+        rrb.Horizontal(left, rrb.Vertical(*right, row_shares=shares), column_shares=[3, 2]),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed"),
+    )
+
+
+def _ego_view(rrb: Any, replay: Replay, shown: str) -> Any:
+    root = ego_root(replay)
+    hidden = [f"- $origin/{name}" for name in _PICTURES if name != shown]
+    width, height = replay.camera.picture_size
+    bounds = rrb.VisualBounds2D(x_range=(-0.01 * width, 1.01 * width), y_range=(-0.01 * height, 1.01 * height))
+    contents = ["$origin/**", *hidden]
+    return rrb.Spatial2DView(origin=f"/{root}", contents=contents, visual_bounds=bounds, name=_PICTURES[shown])
+
+
+def _plots(rrb: Any, replay: Replay) -> list[Any]:
+    """Errors over time, where there are any: all metrics side by side, all submissions in each."""
+    views: list[Any] = []
+    for number, key in enumerate(next((answer.errors for answer in replay.answers if answer.errors), {})):
+        top = max(float(np.nanmax(answer.errors[key], initial=0.0)) for answer in replay.answers)
+        axis, legend = rrb.ScalarAxis(range=(0.0, 1.05 * top or 1.0)), rrb.PlotLegend(visible=number == 0)
+        options = {"origin": f"/{ERRORS}/{key}", "name": METRICS[key].label}
+        views.append(rrb.TimeSeriesView(**options, axis_y=axis, plot_legend=legend))
+    return [rrb.Grid(*views, grid_columns=2)] if views else []
+
+
+def _map_view(rrb: Any, replay: Replay) -> Any:
+    """The map with everything in sight; rows of the plane are −y."""
+    (left, bottom), (right, top) = _extent(replay)
+    bounds = rrb.VisualBounds2D(x_range=(left, right), y_range=(-top, -bottom))
+    return rrb.Spatial2DView(origin=f"/{MAP}", visual_bounds=bounds, name="Map")
+
+
+def _eye(rrb: Any, replay: Replay) -> dict[str, Any]:
+    """Look at the middle of the scene from behind the observer's start, where this rerun lets us choose."""
+    if not hasattr(rrb, "EyeControls3D"):
+        return {}
+    low, high = _extent(replay)
+    middle, reach = 0.5 * (low + high), 0.5 * float(np.hypot(*(high - low)))
+    poses = (replay.truth or replay.sequence.given).poses
+    yaw = float(np.nan_to_num(poses[0, 2]))
+    back = middle - 1.2 * reach * np.array([np.cos(yaw), np.sin(yaw)])
+    eye = rrb.EyeControls3D(position=(*back, 0.9 * reach), look_target=(*middle, 0.0), eye_up=(0.0, 0.0, 1.0))
+    return {"eye_controls": eye}
+
+
+def _extent(replay: Replay) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corner [2] in m of what there is on the ground, with a margin; wild estimates do not count."""
+    sequence, guesses = replay.sequence, [answer.estimate for answer in replay.answers] if replay.truth is None else []
+    sources = [replay.truth or sequence.given, *guesses]
+    places = [one.positions[sequence.observed] for one in sources] + [one.poses[:, :2] for one in sources]
+    low, high = np.nanpercentile(np.concatenate(places), (1.0, 99.0) if guesses else (0.0, 100.0), axis=0)
+    return low - _MARGIN, high + _MARGIN

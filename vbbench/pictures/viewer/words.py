@@ -3,10 +3,10 @@
 import numpy as np
 
 from vbbench.files.dataset_info import describe
-from vbbench.pictures.viewer.take import Answer, Take
-from vbbench.pictures.viewer.tape import Tape
-from vbbench.protocol import get_protocol
-from vbbench.scoring.metrics import LABELS, UNITS
+from vbbench.pictures.replay import Answer, Replay
+from vbbench.pictures.viewer.marks import Tape
+from vbbench.scoring.metrics import METRICS
+from vbbench.sequence import Given
 
 FACTS, NOW = "facts", "now"
 
@@ -17,62 +17,52 @@ blue rings are given positions. The map shows world (x, y) at (x, −y), since r
 are known: widths of bodies and boxes are made up."""
 
 
-def record_words(tape: Tape, take: Take) -> None:
+def record_words(tape: Tape, replay: Replay) -> None:
     """Record the facts, and the words of every frame."""
     rr = tape.rr
-    tape.always(FACTS, rr.TextDocument(_facts(take), media_type=rr.MediaType.MARKDOWN))
-    texts = [_frame_text(take, frame) for frame in range(take.sequence.frames)]
+    tape.always(FACTS, rr.TextDocument(_facts(replay), media_type=rr.MediaType.MARKDOWN))
+    texts = [_frame_text(replay, frame) for frame in range(replay.sequence.frames)]
     media = [str(rr.MediaType.MARKDOWN)] * len(texts)
     tape.each(NOW, rr.TextDocument, text=texts, media_type=media)
 
 
-def _facts(take: Take) -> str:
-    info, sequence = take.dataset.info, take.sequence
+def _facts(replay: Replay) -> str:
+    info, sequence = replay.info, replay.sequence
     heading, *lines = describe(info).splitlines()
     lines = [line.strip() for line in lines if not line.strip().startswith("caution: ")]
     parts = [
         f"**{heading}**",
         f"**Sequence {sequence.index}**: {sequence.frames} frames, {len(sequence.tracks)} tracks, "
         f"observer {sequence.observer} in scene {sequence.scene}"
-        + ("." if take.truth is not None else "; **truth is withheld**."),
+        + ("." if replay.truth is not None else "; **truth is withheld**."),
         *([f"> **Caution:** {info.caution}"] if info.caution else []),
         "\n".join(f"* {line}" for line in lines),
-        *(_answer_text(answer) for answer in take.estimates),
+        *(_answer_text(answer) for answer in replay.answers),
         _READING,
     ]
     return "\n\n".join(parts) + "\n"
 
 
 def _answer_text(answer: Answer) -> str:
-    protocol = get_protocol(answer.info.protocol)
-    means = [f"{LABELS[key]} {np.nanmean(values):.3f} {UNITS[key]}" for key, values in _known(answer).items()]
+    known = {key: values for key, values in answer.errors.items() if np.isfinite(values).any()}
+    means = [f"{METRICS[key].symbol} {np.nanmean(values):.3f} {METRICS[key].unit}" for key, values in known.items()]
     figures = f" Means over the frames scored: {', '.join(means)}." if means else ""
-    return f"**{answer.name}** ({protocol.id}).{figures} {' '.join(protocol.text.split())}"
+    return f"**{answer.name}** ({answer.protocol.id}).{figures} {' '.join(answer.protocol.text.split())}"
 
 
-def _known(answer: Answer) -> dict[str, np.ndarray]:
-    return {key: values for key, values in answer.errors.items() if np.isfinite(values).any()}
+def _frame_text(replay: Replay, frame: int) -> str:
+    seen, seconds = int(replay.sequence.observed[frame].sum()), frame * replay.info.dt
+    lines = [f"**Frame {frame}** of 0–{replay.sequence.frames - 1}, {seconds:.2f} s, {seen} people seen"]
+    if not replay.answers:
+        return "\n\n".join([*lines, f"Given (sequential): {_given_words(replay.given, frame)}"])
+    answers = [
+        ", ".join([f"* **{one.name}**: given {_given_words(one.given, frame)}", *one.figures(frame)])
+        for one in replay.answers
+    ]
+    return "\n\n".join([*lines, "\n".join(answers)])
 
 
-def _frame_text(take: Take, frame: int) -> str:
-    seen, seconds = int(take.sequence.observed[frame].sum()), frame * take.dataset.info.dt
-    lines = [f"**Frame {frame}** of 0–{take.sequence.frames - 1}, {seconds:.2f} s, {seen} people seen"]
-    if not take.estimates:
-        given = int(np.isfinite(take.sequence.given.positions[frame, :, 0]).sum())
-        lines.append(f"Given (sequential): {_given_words(np.isfinite(take.sequence.given.poses[frame, 0]), given)}")
-        return "\n\n".join(lines)
-    return "\n\n".join([*lines, "\n".join(_frame_line(answer, frame) for answer in take.estimates)])
-
-
-def _frame_line(answer: Answer, frame: int) -> str:
-    given = int(np.isfinite(answer.given.positions[frame, :, 0]).sum())
-    parts = [f"given {_given_words(bool(np.isfinite(answer.given.poses[frame, 0])), given)}"]
-    for key, values in answer.errors.items():
-        if np.isfinite(values[frame]):
-            parts.append(f"{LABELS[key]} {values[frame]:.3f} {UNITS[key]}")
-    return f"* **{answer.name}**: {', '.join(parts)}"
-
-
-def _given_words(pose: bool, people: int) -> str:
-    words = [*(["the pose"] if pose else []), *([f"{people} positions"] if people else [])]
-    return " and ".join(words) or "nothing"
+def _given_words(given: Given, frame: int) -> str:
+    people = int(np.isfinite(given.positions[frame, :, 0]).sum())
+    pose = ["the pose"] if np.isfinite(given.poses[frame, 0]) else []
+    return " and ".join([*pose, *([f"{people} positions"] if people else [])]) or "nothing"

@@ -9,9 +9,11 @@ import shutil
 import stat
 import tempfile
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from typing import Any
 
-LOCATOR = "vbbench.solving.isolation.numba_locator.Overlay"
+LOCATOR = "vbbench.solving.isolation.kernel_cache.Overlay"
 CACHES_VARIABLE = "VBBENCH_NUMBA_CACHES"
 """Names the folders of `user_caches` to the solver's process."""
 
@@ -55,3 +57,39 @@ def _read_plain_file(path: Path, most: int) -> bytes:
         return os.read(file, most) if stat.S_ISREG(facts.st_mode) and facts.st_size <= most else b""
     finally:
         os.close(file)
+
+
+def __getattr__(name: str) -> Any:
+    """``Overlay``, which numba asks for by name in the solver's process; elsewhere nothing of numba is imported."""
+    if name != "Overlay":
+        raise AttributeError(f"module '{__name__}' has no attribute {name!r}")
+    from numba.core.caching import UserProvidedCacheLocator
+
+    class Overlay(UserProvidedCacheLocator):  # type: ignore[misc]
+        """A cache in ``$NUMBA_CACHE_DIR`` that begins with links to what other caches hold of the same module.
+
+        What numba adds replaces a link and never what it points to.
+        """
+
+        @classmethod
+        def from_function(cls, py_func: Any, py_file: str) -> Any:
+            """The locator, for a function of a file."""
+            found = super().from_function(py_func, py_file)
+            if found is not None:
+                link_caches(py_file, found.get_cache_path())
+            return found
+
+    return Overlay
+
+
+@cache
+def link_caches(py_file: str, folder: str) -> None:
+    """Link into ``folder`` what caches hold of a module, where it is not there yet."""
+    elsewhere = [
+        Path(path, Path(folder).name) for path in os.environ.get(CACHES_VARIABLE, "").split(os.pathsep) if path
+    ]
+    for source in (Path(py_file).parent / "__pycache__", *elsewhere):
+        for path in source.glob(f"{Path(py_file).stem}.*.nb[ic]"):
+            link = Path(folder, path.name)
+            if not link.is_symlink() and not link.exists():
+                link.symlink_to(path)

@@ -56,7 +56,7 @@ class Child:
                 return RemoteSequenceSolver(self, keep_compiled, held_out)
             case other:
                 kind = plain(str(other), 80)
-                raise VbbenchError(f"{kind} is no solver: it has neither start and step nor solve")
+                raise VbbenchError(f"{kind} is not a solver: it has neither start and step nor solve")
 
     def call(
         self,

@@ -1,4 +1,4 @@
-"""Answers, in the solver's process, what `process` asks over the pipe."""
+"""Answers, in the solver's process, what `solver_process` asks over the pipe."""
 
 import traceback
 from collections.abc import Callable
@@ -79,7 +79,7 @@ def _problem(facts: dict[str, Any], arrays: Arrays) -> Problem:
 def _told(answer: object, kind: type[FrameEstimate] | type[Estimate]) -> Arrays:
     """What a solver reports, by name; marks are bool, everything else is float64."""
     if not isinstance(answer, kind):
-        raise TypeError(f"the solver returned a {type(answer).__name__}, no {kind.__name__}")
+        raise TypeError(f"the solver returned a {type(answer).__name__}, not a {kind.__name__}")
     values = {field.name: getattr(answer, field.name) for field in fields(kind)}
     return {
         name: np.asarray(value, bool if name in ("fallback", "converged") else np.float64)

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from vbbench.errors import needs_extra
 from vbbench.geometry import FloatArray
 from vbbench_generators.crowds.social_force.model import Crowd, Model, Moussaid
 
@@ -79,7 +80,8 @@ def _import_quietly() -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
-            import_module("pysocialforce")
+            with needs_extra("pysocialforce", "engine 'pysocialforce'"):
+                import_module("pysocialforce")
         finally:
             os.chdir(home)
             for logger in {root, named}:

@@ -15,8 +15,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, quoted
-from vbbench.exchange.mot.file import PEDESTRIAN
-from vbbench.exchange.mot.table import COLUMNS, UNLINKED, parse_mot
+from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, parse_mot
 from vbbench.generation.archives import open_archive
 from vbbench.generation.sources import Source, find_source, locate
 from vbbench.parsing.numbers import parse_number

@@ -3,13 +3,13 @@
   "use strict";
   const vbbench = window.vbbench;
   const FALLBACK = "dx";
-  const METRICS = ["dx_rel", "dx", "dr", "dt", "drift_m", "drift_rad"];
   const BIG_IS_GOOD = ["coverage"];
 
   /** @param {string} column @returns {string} the metric that ranks are shown by */
   function metricOf(column) {
     const name = column.replace(/_(median|p95)$/, "");
-    return METRICS.includes(name) ? name : FALLBACK;
+    const row = document.querySelector("#board-rows > tr");
+    return row && Object.hasOwn(JSON.parse(row.cells[0].dataset.ranks), name) ? name : FALLBACK;
   }
 
   /** @param {HTMLTableRowElement} row @param {number} index @param {string} column @param {string} metric */

@@ -10,8 +10,7 @@ from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.scoring.row_grid import RowGrid, rows_by_number
-from vbbench.scoring.scored_rows import ScoredRows
+from vbbench.scoring.scored_rows import RowGrid, ScoredRows, rows_by_number
 
 NOBODY = -1
 """The person behind a false alarm."""
@@ -39,7 +38,8 @@ class TruthRows:
         if not dataset.has_truth:
             place = dataset.table_path("truth/poses")
             raise VbbenchError(
-                f"the truth of {dataset.folder} is not at hand ({place} is missing); name its folder with --truth"
+                f"the truth of {dataset.folder} is not available ({place} is missing); "
+                "name the folder that holds it (truth)"
             )
         self._rows = dataset.rows
         self._poses = SequenceTable(dataset.table_path("truth/poses"), "truth/poses")
@@ -76,7 +76,7 @@ class TruthRows:
         return self._credible(paths.positions.take(row, axis=0), self._scenes)
 
     def _paths(self, first: int, last: int) -> "_Paths":
-        """Everybody's way in the scenes first ≤ scene < last; the last ones asked for are at hand."""
+        """The paths of all people in the scenes first ≤ scene < last; the last ones asked for are kept."""
         if self._paths_in_hand is None or self._paths_in_hand.scenes != (first, last):
             truth = self._scenes.read(first, last)
             length = np.full(last - first, truth["frame"].max(initial=-1) + 1)

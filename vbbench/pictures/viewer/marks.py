@@ -1,16 +1,102 @@
-"""Marks on the ground plane, each drawn twice: in the world, and on the map from above.
+"""How things are marked in a recording: its colours, its columns of frames, and marks on the ground plane.
 
-Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
+Colours show on rerun's dark ground; RGBA, 0 to 255. Each mark on the ground is drawn twice: in the world, and on the
+map from above. Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
 """
 
+import colorsys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.pictures.viewer.palette import Colour, Colours
-from vbbench.pictures.viewer.tape import Tape
+
+Colours = NDArray[np.uint8]
+"""[N, 4]"""
+Colour = tuple[int, int, int, int]
+
+TRUTH, TRAIL, UNSEEN = (214, 214, 214, 255), (150, 150, 150, 255), (110, 110, 110, 255)
+GIVEN, ALARM, BORDER = (64, 156, 255, 255), (255, 80, 60, 255), (90, 90, 90, 255)
+ERROR = (255, 90, 90, 255)
+
+SOLVERS = (
+    (230, 97, 0, 255),
+    (86, 180, 233, 255),
+    (0, 178, 130, 255),
+    (240, 228, 66, 255),
+    (204, 121, 167, 255),
+    (148, 103, 255, 255),
+)
+"""One a submission, in order, told apart by colour-blind eyes (after Okabe and Ito); a seventh begins again."""
+
+_GOLDEN = 0.6180339887
+
+
+def id_colours(ids: Iterable[int]) -> Colours:
+    """The colour [N, 4] that belongs to each id, in every recording; neighbouring ids look different."""
+    return np.array([_id_colour(int(number)) for number in ids], np.uint8).reshape(-1, 4)
+
+
+def solver_colour(number: int) -> Colour:
+    """The colour of submission ``number``."""
+    return SOLVERS[number % len(SOLVERS)]
+
+
+def _id_colour(number: int) -> Colour:
+    hue, light = (number * _GOLDEN) % 1.0, 0.8 + 0.1 * (number % 3)
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.5, light)
+    return round(255 * red), round(255 * green), round(255 * blue), 255
+
+
+_FRAME, _TIME = "frame", "time"
+"""The two timelines: frame of the sequence from 0, and seconds from its start."""
+
+
+class Tape:
+    """Takes what there is to show of an entity in every frame, in columns: no loop over frames, and a small file.
+
+    Parameters
+    ----------
+    stream : a ``rerun.RecordingStream``.
+    frames : number of frames.
+    dt : seconds a frame.
+    """
+
+    def __init__(self, stream: Any, frames: int, dt: float) -> None:
+        from vbbench.pictures.viewer.rerun_sdk import rerun
+
+        self.rr = rerun()
+        self.stream, self.frames, self.dt = stream, frames, dt
+
+    def always(self, path: str, shown: Any) -> None:
+        """Something that is there in every frame."""
+        self.stream.log(path, shown, static=True)
+
+    def now(self, frame: int, path: str, shown: Any) -> None:
+        """Something that is too large for columns, in one frame."""
+        self.stream.set_time(_FRAME, sequence=frame)
+        self.stream.set_time(_TIME, duration=frame * self.dt)
+        self.stream.log(path, shown)
+
+    def each(self, path: str, kind: Any, frames: IntArray | None = None, **values: Any) -> None:
+        """One value of every component in each of the ``frames`` (``None``: in all)."""
+        wanted = np.arange(self.frames) if frames is None else frames
+        if len(wanted):
+            self.stream.send_columns(path, self._times(wanted), kind.columns(**values))
+
+    def many(self, path: str, kind: Any, counts: IntArray, **values: Any) -> None:
+        """So many instances in each frame: counts [T], and components that hold those of all frames on end."""
+        if counts.any():
+            columns = kind.columns(**values).partition(counts)
+            self.stream.send_columns(path, self._times(np.arange(self.frames)), columns)
+
+    def _times(self, frames: IntArray) -> list[Any]:
+        column = self.rr.TimeColumn
+        return [column(_FRAME, sequence=frames), column(_TIME, duration=frames * self.dt)]
+
 
 WORLD, MAP = "world", "map"
 _LIFT = 0.02  # m over the ground, so that marks do not sink into it

@@ -1,6 +1,7 @@
-"""Gives up, for good, what a process may do: Landlock and namespaces, by their system calls. Imports nothing heavy.
+"""How the solver's process begins: it gives up, for good, what it may do, then serves what `solver_process` asks.
 
-Both work on a process of one thread only, so that this comes before NumPy is imported, whose libraries start some.
+Landlock and namespaces, used by their system calls, work on a process of one thread only. So this module imports
+nothing heavy and nothing of the solver's: NumPy, whose libraries start threads, comes afterwards.
 Numbers are those of ``linux/landlock.h``, ``linux/sched.h``, ``linux/prctl.h`` and ``linux/capability.h``.
 """
 
@@ -10,6 +11,9 @@ import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import IO, Any
+
+from vbbench.parallel.stopping import end_with_parent
 
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446
 """System calls, of the same number on every architecture but Alpha."""
@@ -27,7 +31,7 @@ SCOPES_SINCE, SCOPES = 6, 0b11
 """Binding and connecting; abstract sockets and signals of others."""
 
 NEW_USER, NEW_IPC, NEW_NET = 0x10000000, 0x08000000, 0x40000000
-SET_PDEATHSIG, SET_NO_NEW_PRIVS = 1, 38
+SET_NO_NEW_PRIVS = 38
 CAPABILITY_VERSION = 0x20080522
 
 
@@ -40,7 +44,39 @@ class _PathBeneath(ctypes.Structure):
     _fields_ = (("allowed", ctypes.c_uint64), ("parent", ctypes.c_int32))
 
 
-def version() -> int:
+def main(requests: IO[bytes], facts: dict[str, Any]) -> None:
+    """Confine this process and serve the solver that ``facts`` name until ``requests`` end."""
+    answers = _take_stdout()
+    _confine(facts)
+    from vbbench.solving.isolation.serving import serve  # with NumPy, whose libraries start threads
+
+    serve(facts["name"], requests, answers)
+
+
+def _take_stdout() -> IO[bytes]:
+    """The pipe that stdout was: what a solver prints goes to stderr, and it reads nothing."""
+    answers = open(os.dup(1), "wb")  # noqa: PTH123, SIM115
+    os.dup2(2, 1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+    return answers
+
+
+def _confine(facts: dict[str, Any]) -> None:
+    if os.name == "posix":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if sys.platform.startswith("linux"):
+        leave_namespaces()
+        if landlock_version():
+            restrict(facts["readable"], facts["writable"])
+        drop_capabilities()
+    end_with_parent(facts["parent"])  # last: it starts a thread
+
+
+def landlock_version() -> int:
     """Landlock's version in the running kernel; 0 where there is none, or it is switched off."""
     if not sys.platform.startswith("linux"):
         return 0
@@ -58,7 +94,7 @@ def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
     OSError
         If the kernel refuses.
     """
-    found = version()
+    found = landlock_version()
     handled = next(rights for since, rights in sorted(RIGHTS.items(), reverse=True) if since <= found)
     rules = _Ruleset(handled, TCP if found >= TCP_SINCE else 0, SCOPES if found >= SCOPES_SINCE else 0)
     size = 8 if found < TCP_SINCE else 16 if found < SCOPES_SINCE else 24
@@ -91,15 +127,6 @@ def drop_capabilities() -> None:
     _libc().capset((ctypes.c_uint32 * 2)(CAPABILITY_VERSION, 0), nothing)
 
 
-def die_with_parent(parent: int) -> None:
-    """Have the kernel kill this process when its parent, by process id, ends in whatever way."""
-    import signal
-
-    _libc().prctl(SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-    if os.getppid() != parent:
-        os._exit(1)
-
-
 def _forbid_new_privileges() -> None:
     if _libc().prctl(SET_NO_NEW_PRIVS, 1, 0, 0, 0):
         raise _error("prctl")
@@ -108,7 +135,7 @@ def _forbid_new_privileges() -> None:
 def _allow(ruleset: int, path: str, rights: int) -> None:
     try:
         place = os.open(path, os.O_PATH | os.O_CLOEXEC)
-    except OSError:  # gone meanwhile, or not ours to see
+    except OSError:  # it is gone, or not visible to us
         return
     try:
         here = rights if Path(f"/proc/self/fd/{place}").is_dir() else rights & FILE_RIGHTS

@@ -1,16 +1,19 @@
-"""Tells one state of a solver's source from another, without importing it.
+"""What made an answer: the solver's version, the state of its source, and the hardware. No solver is imported for that.
 
-What counts is where the solver lives: its whole package with every file in it (parameters that were learned, compiled
-extensions), or its one module; and, likewise, whatever that imports by name that is not installed. Installed packages
-are told by the solver's version, which the caller knows; the solver's own is read, too, wherever it lies.
+What counts of its source is where it lives: the whole package with every file in it (parameters that were learned,
+compiled extensions), or its one module; and, likewise, whatever that imports by name that is not installed. Installed
+packages are told by their version; the solver's own is read, too, wherever it lies.
 """
 
 import hashlib
+import os
+import platform
 import re
 import sys
 import sysconfig
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -105,3 +108,21 @@ def _spec(name: str) -> ModuleSpec | None:
         return find_spec(name)
     except (ImportError, ValueError):
         return None
+
+
+def solver_version(solver: str) -> str:
+    """Version of the distribution that a solver comes from, or ``unknown``."""
+    point = registered("solver").get(solver)
+    names = [point.dist.name] if point and point.dist else packages_distributions().get(_package(solver), [])
+    try:
+        return version(names[0]) if names else "unknown"
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def hardware() -> str:
+    """What the solver ran on, for readers of its seconds per frame."""
+    path = Path("/proc/cpuinfo")
+    lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0] if names else platform.processor() or platform.machine()}, {os.cpu_count()} cores"

@@ -13,18 +13,18 @@ from contextlib import suppress
 from pathlib import Path
 
 from vbbench.errors import VbbenchWarning
-from vbbench.solving.isolation import landlock
+from vbbench.solving.isolation.confinement import landlock_version
 from vbbench.solving.isolation.grants import device_paths, readable_paths
 from vbbench.solving.isolation.kernel_cache import CACHES_VARIABLE, LOCATOR, keep_files, user_caches
 from vbbench.solving.isolation.remote import Child, RemoteFrameSolver, RemoteSequenceSolver, pipe_of
-from vbbench.solving.solver_source import source_places
+from vbbench.solving.provenance import source_places
 
 BOOT = (
     "import json, os, sys\n"
     "requests = open(os.dup(0), 'rb')\n"
     "facts = json.loads(requests.readline())\n"
     "sys.path[:] = facts['path']\n"
-    "from vbbench.solving.isolation.child import main\n"
+    "from vbbench.solving.isolation.confinement import main\n"
     "main(requests, facts)\n"
 )
 
@@ -72,7 +72,7 @@ class IsolatedSolver:
         """Keep what numba has compiled until now, for the processes that are given the same folder ``compiled``.
 
         No process of another solver loads it, and this one neither. Whatever a solver has seen by now it can tell those
-        processes: nothing but made data.
+        processes: nothing but synthetic data.
         """
         if self._compiled is not None and not self._compiled.exists():
             keep_files(self._folder / "numba", self._compiled)
@@ -121,7 +121,7 @@ class IsolatedSolver:
 
 def warn_of_open_files() -> None:
     """Say so where the kernel cannot keep files from a solver."""
-    if not landlock.version():
+    if not landlock_version():
         warnings.warn(
             "this system cannot keep files from an isolated solver (it takes Linux 5.13 or later, with Landlock): "
             "truth is in neither its memory nor its messages, but it could be read from the disk",

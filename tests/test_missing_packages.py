@@ -1,0 +1,70 @@
+"""A default install: what it lacks is asked for in one line that names the extra, and nothing else needs it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vbbench.cli import main
+
+OPTIONAL = ("cv2", "moderngl", "trimesh", "pyrender", "pysocialforce", "pandas", "distributed", "torch", "rerun")
+WITHOUT = """import sys
+class Missing:
+    def find_spec(self, name, *_):
+        if name in MISSING:
+            raise ModuleNotFoundError("as if it were not installed", name=name)
+sys.meta_path.insert(0, Missing())
+from vbbench.__main__ import main
+sys.exit(main())"""
+
+
+def run_without(missing: tuple[str, ...], *arguments: object) -> "subprocess.CompletedProcess[str]":
+    """Run a command as if packages were not installed."""
+    command = [sys.executable, "-c", WITHOUT.replace("MISSING", str(missing)), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("default") / "data"
+    assert main(["generate", "demo", "--out", str(folder), "--limit", "2"]) == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("missing", "extra", "command"),
+    [
+        ("cv2", "render", ["render", "DATA", "--sequence", "0", "--out", "OUT.mp4"]),
+        ("moderngl", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
+        ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
+        ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
+        ("pysocialforce", "pysocialforce", ["generate", "sim", "--engine", "pysocialforce", "--out", "OUT"]),
+        ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
+        ("distributed", "dask", ["generate", "demo", "--scheduler", "tcp://127.0.0.1:1", "--out", "OUT"]),
+    ],
+)
+def test_what_is_missing_is_one_line_that_names_the_extra(
+    dataset: Path, tmp_path: Path, missing: str, extra: str, command: list[str]
+) -> None:
+    places = {"DATA": str(dataset), "OUT": str(tmp_path / "out")}
+    done = run_without((missing,), *(places.get(word, word.replace("OUT", places["OUT"])) for word in command))
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    line = done.stderr.splitlines()[-1]
+    assert line.startswith("vbbench: ")
+    assert missing in line
+    assert line.endswith(f"pip install 'vbbench[{extra}]'")
+
+
+def test_the_rest_works_without_any_of_them(dataset: Path, tmp_path: Path) -> None:
+    answer = tmp_path / "answer"
+    for command in (
+        ["solve", dataset, "--solver", "cv", "--protocol", "sequential", "--out", answer],
+        ["score", answer, "--dataset", dataset, "--per-sequence", tmp_path / "rows.csv"],
+        ["plot", dataset, "--sequence", "0", "--estimate", answer, "--out", tmp_path / "picture.png"],
+        ["export", "mot", dataset, "--out", tmp_path / "mot"],
+        ["solvers"],
+    ):
+        done = run_without(OPTIONAL, *command)
+        assert done.returncode == 0, done.stderr

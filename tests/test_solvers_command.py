@@ -1,0 +1,134 @@
+"""`vbbench solvers`: what `solve` can run, third parties' included; a broken plugin harms nobody."""
+
+import json
+from collections.abc import Iterator
+from importlib.metadata import Distribution, EntryPoint
+from typing import Any, ClassVar
+
+import pytest
+
+from vbbench import registry
+from vbbench.cli import main
+from vbbench.registry import registered
+
+
+class Theirs:
+    """Answers what it was told.
+
+    More of this is in its paper.
+    """
+
+    held_out: ClassVar = {"eth": f"{__name__}:Theirs", "hotel": "cv"}
+
+    def solve(self, problem: Any, observations: Any, given: Any) -> None: ...
+
+
+class Undocumented:
+    def start(self, problem: Any) -> None: ...
+
+    def step(self, frame: Any) -> None: ...
+
+
+def made() -> Undocumented:
+    """A solver that a function makes."""
+    return Undocumented()
+
+
+def made_of_nothing(colour: str) -> None:
+    """Wants an argument."""
+
+
+class Undecided:
+    """Neither."""
+
+    def start(self, problem: Any) -> None: ...
+
+
+class Entangled(Theirs):
+    """Its variants are a list."""
+
+    held_out: ClassVar = ["eth"]  # type: ignore[assignment]
+
+
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Registers solvers of another package beside those that are there."""
+
+    class Package(Distribution):
+        metadata: ClassVar = {"Name": "theirs", "Version": "3.1"}  # type: ignore[assignment]
+
+        def read_text(self, filename: str) -> None: ...
+
+        def locate_file(self, path: Any) -> Any: ...
+
+    before = registry.entry_points
+
+    def add(**values: str) -> None:
+        points = [EntryPoint(name, value, "vbbench.solvers")._for(Package()) for name, value in values.items()]  # type: ignore[attr-defined]
+        monkeypatch.setattr(
+            registry, "entry_points", lambda group: [*before(group=group), *(p for p in points if p.group == group)]
+        )
+        registry.registered.cache_clear()
+
+    yield add
+    registry.registered.cache_clear()
+
+
+def cards(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    assert main(["solvers", "--json"]) == 0
+    return {card["name"]: card for card in json.loads(capsys.readouterr().out)}
+
+
+def test_every_bundled_solver_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solvers"]) == 0
+    text = capsys.readouterr().out
+    for name in registered("solver"):
+        assert f"{name}: " in text
+    found = cards(capsys)
+    assert list(found) == sorted(registered("solver"))
+    assert found["vb-cv"]["kind"] == "frame by frame"
+    assert found["map-batch"]["kind"] == "whole sequence"
+    assert found["map-causal"]["held_out"]["hotel"]
+    assert all(card["summary"] and card["package"].startswith("vbbench ") for card in found.values())
+
+
+def test_those_of_other_packages_are_listed_too(install: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    install(theirs=f"{__name__}:Theirs", plain=f"{__name__}:Undocumented", made=f"{__name__}:made")
+    found = cards(capsys)
+    assert found["theirs"] == {
+        "name": "theirs",
+        "package": "theirs 3.1",
+        "kind": "whole sequence",
+        "summary": "Answers what it was told.",
+        "held_out": {"eth": f"{__name__}:Theirs", "hotel": "cv"},
+    }
+    assert (found["plain"]["kind"], found["plain"]["summary"]) == ("frame by frame", "")
+    assert (found["made"]["kind"], found["made"]["summary"]) == ("frame by frame", "A solver that a function makes.")
+    assert main(["solvers"]) == 0
+    text = capsys.readouterr().out
+    assert "theirs: Answers what it was told. [whole sequence, theirs 3.1]\n" in text
+    assert "    variants that were not fitted on the split: eth, hotel\n" in text
+
+
+@pytest.mark.filterwarnings("default::vbbench.errors.VbbenchWarning")
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [
+        ("nowhere:Solver", "cannot be imported: ModuleNotFoundError"),
+        (f"{__name__}:NOTHING", "cannot be imported: AttributeError"),
+        (f"{__name__}:Undecided", "has neither start and step nor solve"),
+        (f"{__name__}:made_of_nothing", "no class that is called without arguments"),
+        (f"{__name__}:Entangled", "held_out must map splits to solvers"),
+    ],
+)
+def test_a_broken_one_is_a_warning_that_names_it(
+    install: Any, capsys: pytest.CaptureFixture[str], value: str, reason: str
+) -> None:
+    install(broken=value)
+    assert main(["solvers", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert "broken" not in captured.out
+    assert len(json.loads(captured.out)) >= 6
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("vbbench: warning: solver 'broken'")
+    assert reason in captured.err

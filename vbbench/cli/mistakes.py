@@ -1,0 +1,113 @@
+"""What is wrong with the arguments of a command, in one line that suggests what was meant."""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import is_dataclass
+from itertools import zip_longest
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from vbbench.errors import UnknownNameError, quoted
+
+_FRAME = re.compile(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]|-{3,}|(?<!\S)[|+](?!\S)")
+"""Colours and the lines of a box, as terminals of Unicode and of ASCII get them."""
+
+
+def check_options(command: str, function: Callable[..., Any], arguments: Sequence[str]) -> None:
+    """Refuse options that a command does not have, and words that an option does not know.
+
+    Parameters
+    ----------
+    command : its name, such as ``export csv``.
+    function : what the command calls; its keyword parameters are the options.
+    arguments : what follows the command's name.
+
+    Raises
+    ------
+    UnknownNameError
+        The nearest option, or word, is suggested.
+    """
+    options = dict(_options(function))
+    for given, following in zip_longest(arguments, arguments[1:], fillvalue=""):
+        name, equals, value = given.partition("=")
+        option = name.replace("_", "-")
+        if not option.startswith("--") or option in ("--", "--help"):
+            continue
+        if option not in options:
+            raise UnknownNameError(f"option of '{command}'", name, [*options, "--help"])
+        words = _words(options[option])
+        chosen = value if equals else following
+        if words and chosen and not chosen.startswith("--") and chosen not in words:
+            raise UnknownNameError(f"value of {option}", chosen, words)
+
+
+def explain(complaint: str, command: str, function: Callable[..., Any] | None) -> str:
+    """What tyro complains of in its box, as one line in our words where the mistake is a usual one."""
+    text = " ".join(_FRAME.sub(" ", complaint).split())
+    if function is None:
+        return text
+    see = f"see 'vbbench {command} --help'"
+    if text.startswith("Required options"):
+        missing = ", ".join(name for name in _required(function) if re.search(rf"(?<!\S){name}(?!\S)", text))
+        return f"'{command}' needs {missing}; {see}"
+    if found := re.match(r"Unrecognized options Unrecognized options: (.*?)(?= Perhaps you meant| For full)", text):
+        return f"'{command}' has no use for {quoted(found[1])}; {see}"
+    if found := re.match(r"Value error Error parsing (\S+): .*?invalid literal for int\(\).*?: ('.*?') ", text):
+        return f"{found[1]} must be a whole number, not {found[2]}; {see}"
+    if found := re.match(r"Value error Error parsing (\S+): .*?could not convert string to float: ('.*?') ", text):
+        return f"{found[1]} must be a number, not {found[2]}; {see}"
+    if found := re.match(r"Value error Error parsing (\S+): no type matching .*? from (\[.*?\])\.", text):
+        return f"{found[1]} cannot be {found[2]}; {see}"
+    if found := re.match(r"Missing argument Missing value for argument '(\S+)'", text):
+        return f"{found[1]} needs a value; {see}"
+    return text
+
+
+_IN_PYTHON = (
+    (r"\bset (\w+) to\b", "add {} to"),
+    (r"(?:^|(?<=[:;] ))(\w+) (?=must (?:not )?be\b|is a number of\b)", "{} "),
+    (r"(?<=\bwithout )(\w+)$", "{}"),
+    (r"`(\w+)(?:=True)?`", "{}"),
+)
+"""How messages of the library name a parameter, and what stands there on the command line."""
+
+_ALIASES = {"height_std": "sigma_h"}
+"""Parameters of the library whose options are called otherwise."""
+
+
+def in_options(message: str, function: Callable[..., Any]) -> str:
+    """A message of the library as those read it who type the options of a command: ``--limit`` for ``limit``."""
+    options = dict(_options(function))
+
+    def named(found: re.Match[str], words: str) -> str:
+        option = f"--{_ALIASES.get(found[1], found[1]).replace('_', '-')}"
+        return words.format(option) if option in options else found[0]
+
+    if "--truth" in options:
+        message = re.sub(r"(name the folder that holds (?:it|all of them))$", r"\1 with --truth", message)
+    for pattern, words in _IN_PYTHON:
+        message = re.sub(pattern, lambda found, words=words: named(found, words), message)  # type: ignore[misc]
+    return message
+
+
+def _options(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
+    """Every option with its type; the fields of a dataclass are options like the others."""
+    hints = get_type_hints(function)
+    for name, parameter in inspect.signature(function).parameters.items():
+        if parameter.kind is not parameter.POSITIONAL_ONLY:
+            kinds = get_type_hints(hints[name]) if is_dataclass(hints[name]) else {name: hints[name]}
+            yield from ((f"--{option.replace('_', '-')}", kind) for option, kind in kinds.items())
+
+
+def _words(kind: Any) -> tuple[str, ...]:
+    """The words that a type allows; none where it allows anything else, too."""
+    members = [kind] if get_origin(kind) is Literal else [each for each in get_args(kind) if each is not type(None)]
+    return get_args(members[0]) if len(members) == 1 and get_origin(members[0]) is Literal else ()
+
+
+def _required(function: Callable[..., Any]) -> Iterator[str]:
+    """The names of required arguments as ``--help`` shows them."""
+    for name, parameter in inspect.signature(function).parameters.items():
+        if parameter.default is parameter.empty:
+            positional = parameter.kind is parameter.POSITIONAL_ONLY
+            yield name.upper().replace("_", "-") if positional else f"--{name.replace('_', '-')}"

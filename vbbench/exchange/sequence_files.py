@@ -1,0 +1,51 @@
+"""Files of one sequence each, as MOTChallenge and TUM folders hold them: their names, and ``seqinfo.ini``."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from vbbench.errors import FileError
+
+_NAME = re.compile(r"sequence-(\d+)")
+
+
+def sequence_name(number: int) -> str:
+    """What the file or folder of a sequence is called."""
+    return f"sequence-{number:06d}"
+
+
+def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Path]:
+    """The file of each sequence, by number, ascending.
+
+    Parameters
+    ----------
+    named : files, and the `sequence_name` that each goes by.
+    sequences : how many the dataset has.
+
+    Raises
+    ------
+    FileError
+        At the first file that belongs to no sequence, or to one that has a file already.
+    """
+    found: dict[int, Path] = {}
+    for path, stem in named.items():
+        name = _NAME.fullmatch(stem)
+        if name is None or int(name[1]) >= sequences or int(name[1]) in found:
+            known = f"sequences 0 to {sequences - 1}, one file each, are called {sequence_name(0)}.txt and so on"
+            raise FileError(path, f"belongs to no sequence of the dataset; {known}")
+        found[int(name[1])] = path
+    return dict(sorted(found.items()))
+
+
+def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], extension: str) -> str:
+    """The text of ``seqinfo.ini``, as MOTChallenge has it: ``frames`` pictures of ``size`` px, one every ``dt`` s."""
+    facts = {
+        "name": name,
+        "imDir": "img1",
+        "frameRate": f"{1.0 / dt:.10g}",
+        "seqLength": frames,
+        "imWidth": size[0],
+        "imHeight": size[1],
+        "imExt": extension,
+    }
+    return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())

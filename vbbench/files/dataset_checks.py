@@ -1,0 +1,262 @@
+"""What must hold of a dataset's files: of each key of ``dataset.json``, and of tables that are to fit one another."""
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError, is_printable, quoted
+from vbbench.files.schemas import SCHEMAS
+from vbbench.geometry import IntArray
+
+TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
+"""Names that a table of a dataset can have; any other name is never made a path."""
+
+ALWAYS = tuple(name for name in TABLES if name != "truth/tracks")
+"""The tables that every dataset has."""
+
+COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")
+"""What is counted of every dataset that is whole."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}")
+_ID = re.compile(r"[0-9a-f]{16}")
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+_LARGEST_COUNT = 1 << 53
+_LONGEST_TEXT = 1000
+
+Fault = str | None
+Check = Callable[[Any], Fault]
+
+
+def find_fault(values: Mapping[str, Any]) -> Fault:
+    """The first thing that is wrong with the object in a ``dataset.json``, by its key; ``None`` if nothing is."""
+    for name in values:
+        if name not in _CHECKS and name not in _OPTIONAL:
+            return f"key {quoted(name)} is unknown"
+    for name, check in _CHECKS.items():
+        if name not in values:
+            return f"key '{name}' is missing"
+        fault = check(values[name])
+        if fault is not None:
+            return f"key '{name}' {fault}"
+    for name, check in _OPTIONAL.items():
+        fault = check(values[name]) if name in values else None
+        if fault is not None:
+            return f"key '{name}' {fault}"
+    return None
+
+
+def _text(longest: int = _LONGEST_TEXT) -> Check:
+    def check(value: Any) -> Fault:
+        good = isinstance(value, str) and 0 < len(value) <= longest and is_printable(value)
+        return None if good else f"is {quoted(value)}, not text of 1 to {longest} printable characters"
+
+    return check
+
+
+def _like(pattern: re.Pattern[str], kind: str) -> Check:
+    def check(value: Any) -> Fault:
+        good = isinstance(value, str) and pattern.fullmatch(value)
+        return None if good else f"is {quoted(value)}, not {kind}"
+
+    return check
+
+
+def _number(least: float, most: float, *, above: bool = False) -> Check:
+    """A number from ``least``, or ``above`` it, to ``most``."""
+
+    def check(value: Any) -> Fault:
+        known = isinstance(value, (int, float)) and not isinstance(value, bool)
+        good = known and least <= value <= most and not (above and value == least)
+        return (
+            None if good else f"is {quoted(value)}, not a number {'above' if above else 'from'} {least:g} to {most:g}"
+        )
+
+    return check
+
+
+def _whole(least: int, most: int | None = _LARGEST_COUNT) -> Check:
+    def check(value: Any) -> Fault:
+        known = isinstance(value, int) and not isinstance(value, bool)
+        good = known and value >= least and (most is None or value <= most)
+        return None if good else f"is {quoted(value)}, not a whole number from {least} on"
+
+    return check
+
+
+def _or_null(check: Check) -> Check:
+    return lambda value: None if value is None else check(value)
+
+
+def _object(value: Any) -> Fault:
+    return None if isinstance(value, dict) else f"is {quoted(value)}, not an object"
+
+
+def _each_of(checks: Mapping[str, Check]) -> Check:
+    """An object with exactly these keys."""
+
+    def check(value: Any) -> Fault:
+        if not isinstance(value, dict) or set(value) != set(checks):
+            return f"is {quoted(value)}, not an object with the keys {', '.join(checks)}"
+        faults = ((name, checks[name](value[name])) for name in checks)
+        return next((f"has '{name}', which {fault}" for name, fault in faults if fault), None)
+
+    return check
+
+
+def _scenes(value: Any) -> Fault:
+    if not isinstance(value, list):
+        return f"is {quoted(value)}, not a list of names"
+    fault = next((fault for fault in map(_text(), value) if fault), None)
+    return f"has a name that {fault}" if fault else None
+
+
+def _camera(value: Any) -> Fault:
+    """That its parameters are numbers; kind and ranges are checked when the camera is made."""
+    if not isinstance(value, dict) or not isinstance(value.get("kind"), str):
+        return f"is {quoted(value)}, not a camera: it has a 'kind' and its parameters"
+    number = _number(-1e9, 1e9)
+    faults = ((name, number(part)) for name, part in value.items() if name != "kind")
+    return next((f"has {quoted(name)}, which {fault}" for name, fault in faults if fault), None)
+
+
+def _counts(value: Any) -> Fault:
+    """Counts may be absent: those of a dataset in partitions are not known yet."""
+    return None if value == {} else _each_of(dict.fromkeys(COUNTS, _whole(0)))(value)
+
+
+def _tables(value: Any) -> Fault:
+    if not isinstance(value, dict):
+        return f"is {quoted(value)}, not an object of tables"
+    facts = _each_of({"bytes": _whole(0), "rows": _whole(0), "sha256": _like(_SHA256, "a SHA-256 in hex")})
+    for name, told in value.items():
+        if name not in TABLES:
+            return f"has {quoted(name)}, which is the name of no table; there are {', '.join(TABLES)}"
+        fault = facts(told)
+        if fault is not None:
+            return f"has '{name}', which {fault}"
+    missing = [name for name in ALWAYS if name not in value]
+    return f"lacks {', '.join(missing)}" if value and missing else None
+
+
+def _calibration(value: Any) -> Fault:
+    """Its ``summary`` is printed; the rest is for programs."""
+    if not isinstance(value, dict):
+        return f"is {quoted(value)}, not an object"
+    fault = _text(_LONGEST_TEXT)(value.get("summary"))
+    return f"has 'summary', which {fault}" if fault else None
+
+
+_CHECKS: dict[str, Check] = {
+    "id": _like(_ID, "an id of 16 hex digits"),
+    "split": _like(_NAME, "the name of a split"),
+    "title": _text(),
+    "camera": _camera,
+    "tier": _like(_NAME, "the name of a tier"),
+    "seed": _or_null(_whole(0, None)),
+    "dt": _number(0, 1000, above=True),
+    "height_mean": _number(0, 10, above=True),
+    "height_std": _number(0, 10),
+    "pixel_std": _number(0, 1e6),
+    "scenes": _scenes,
+    "definition": _object,
+    "caution": _or_null(_text()),
+    "counts": _counts,
+    "tables": _tables,
+    "package_version": lambda value: None if value == "" else _text(80)(value),
+    "format_version": _whole(1),
+}
+
+_OPTIONAL: dict[str, Check] = {"calibration": _or_null(_calibration), "digest": _like(_SHA256, "a SHA-256 in hex")}
+
+
+FEW_CELLS, CELLS_PER_ROW = 10**6, 5000
+"""Most frames times people that a sequence or scene has: the first number, or the second for each row of it."""
+
+Rows = dict[str, NDArray[Any]]
+PathOf = Callable[[str], Path]
+
+
+def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given: Rows, tracks: IntArray) -> None:
+    """Check the rows of sequence ``index``.
+
+    Parameters
+    ----------
+    path_of : where a table lies, by name.
+    frames : frames of the sequence.
+    boxes, given : its rows of the tables of these names.
+    tracks : [K] who is observed.
+
+    Raises
+    ------
+    FileError
+        If a row has a frame or a person that the sequence does not have, or nearly all of it would be empty.
+    """
+    for name, rows in (("observations", boxes), ("given", given)):
+        if not _all_below(rows["frame"], frames):
+            raise _contradiction(path_of(name), f"sequence {index} has {frames:,} frames, and a row another one")
+    people = given["track"][given["track"] >= 0]
+    if not np.isin(people, tracks).all():
+        raise _contradiction(path_of("given"), f"in sequence {index} it gives a person who is never observed")
+    if frames * max(1, len(tracks)) > _most_cells(len(boxes["frame"]) + len(given["frame"])):
+        problem = f"sequence {index} has {frames:,} frames with {len(boxes['frame']):,} boxes"
+        raise _contradiction(path_of("sequences"), problem)
+
+
+def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows) -> int:
+    """Check the true rows of a scene with ``people`` [K]; return how many frames it has.
+
+    Raises
+    ------
+    FileError
+        If people are not in order, a row is of an unknown person, or nearly all of the scene would be empty.
+    """
+    if not (np.diff(people) > 0).all() or not np.isin(rows["person"], people).all():
+        raise _contradiction(path_of("truth/people"), f"scene {scene} has people twice, unsorted or unknown")
+    if not _all_below(rows["frame"], _most_cells(len(rows["frame"])) // max(1, len(people))):
+        raise _contradiction(path_of("truth/scenes"), f"scene {scene} has a frame far from all others, or below 0")
+    return int(rows["frame"].max(initial=-1)) + 1
+
+
+def check_truth_rows(
+    path_of: PathOf, index: int, frames: range, poses: Rows, scene_frames: int, people: IntArray
+) -> None:
+    """Check that sequence ``index``, ``frames`` of a scene, has a true pose in each, and lies in the scene.
+
+    Raises
+    ------
+    FileError
+        If it does not.
+    """
+    if not np.array_equal(poses["frame"], np.arange(len(frames))):
+        raise _contradiction(path_of("truth/poses"), f"sequence {index} has {len(frames):,} frames")
+    if not len(people) or frames.stop > scene_frames:
+        raise _contradiction(path_of("truth/scenes"), f"sequence {index} outlasts its scene, or the scene is empty")
+
+
+def check_tracks(path_of: PathOf, index: int, frames: int, tracks: IntArray, rows: Rows) -> None:
+    """Check that the true persons of sequence ``index`` are those of ``tracks`` [K] in its ``frames`` frames.
+
+    Raises
+    ------
+    FileError
+        If they are not.
+    """
+    if not _all_below(rows["frame"], frames) or not np.isin(rows["track"], tracks).all():
+        raise _contradiction(path_of("truth/tracks"), f"it names a box that sequence {index} does not have")
+
+
+def _all_below(values: NDArray[Any], end: int) -> bool:
+    """Whether all are indices of ``end`` things."""
+    return bool(((values >= 0) & (values < end)).all())
+
+
+def _most_cells(rows: int) -> int:
+    return max(FEW_CELLS, CELLS_PER_ROW * rows)
+
+
+def _contradiction(path: Path, problem: str) -> FileError:
+    return FileError(path, f"does not fit the other tables: {problem}; generate the dataset again")

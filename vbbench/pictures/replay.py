@@ -1,0 +1,199 @@
+"""One sequence made ready to be shown: what was observed, where people really are, and what solvers answer.
+
+Plots show one frame of a `Replay`, films and recordings for the viewer all of them.
+"""
+
+from collections.abc import Sequence as Several
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError
+from vbbench.estimate import Estimate
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.submission import SubmissionInfo
+from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.protocol import START_FRAMES, Protocol, get_protocol, scored_frames, scored_positions
+from vbbench.scoring.metrics import METRICS, frame_errors
+from vbbench.sequence import Given, Sequence, Truth
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What a solver answers.
+
+    Parameters
+    ----------
+    name : what it is called in the picture; no two answers of a replay have the same name.
+    protocol : the protocol that it was solved under.
+    estimate : its poses and positions, what was given filled in, NaN = no answer.
+    given : what its protocol hands over.
+    errors : [T] of scored frames by metric, NaN elsewhere; empty without truth.
+    """
+
+    name: str
+    protocol: Protocol
+    estimate: Estimate
+    given: Given
+    errors: dict[str, FloatArray]
+
+    @property
+    def title(self) -> str:
+        """Name and protocol."""
+        return f"{self.name} ({self.protocol.name})"
+
+    def figures(self, frame: int) -> list[str]:
+        """The errors of a frame in words; none where it is not scored."""
+        return [
+            f"{METRICS[key].symbol} = {values[frame]:.3f} {METRICS[key].unit}"
+            for key, values in self.errors.items()
+            if np.isfinite(values[frame])
+        ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replay:
+    """What is shown of a sequence; ``truth`` is ``None`` where it is withheld."""
+
+    dataset: Dataset
+    sequence: Sequence
+    truth: Truth | None
+    answers: tuple[Answer, ...] = ()
+
+    def with_answer(self, name: str, protocol: str, estimate: Estimate) -> "Replay":
+        """The same with one answer more; its errors are there where the truth is available.
+
+        Raises
+        ------
+        VbbenchError
+            If there is no such protocol, or the estimate has another shape than the sequence.
+        """
+        sequence, truth, rules = self.sequence, self.truth, get_protocol(protocol)
+        found, wanted = list(estimate.positions.shape), [*sequence.observed.shape, 2]
+        if found != wanted:
+            raise VbbenchError(f"the estimate has positions {found}, sequence {sequence.index} has {wanted}")
+        given = rules.select_given(sequence.given)
+        errors: dict[str, FloatArray] = {}
+        if truth is not None:
+            counted = scored_positions(sequence.observed, given)
+            every = frame_errors(estimate.poses, estimate.positions, truth.poses, truth.positions, counted)
+            errors = {key: np.where(scored_frames(sequence.observed), values, np.nan) for key, values in every.items()}
+        answer = Answer(name=name, protocol=rules, estimate=estimate, given=given, errors=errors)
+        return replace(self, answers=(*self.answers, answer))
+
+    @property
+    def info(self) -> DatasetInfo:
+        """The facts of the dataset."""
+        return self.dataset.info
+
+    @property
+    def camera(self) -> Camera:
+        """The observer's camera."""
+        return self.dataset.info.camera
+
+    @property
+    def answer(self) -> Answer | None:
+        """The answer that pictures of one answer show: the first."""
+        return self.answers[0] if self.answers else None
+
+    @property
+    def given(self) -> Given:
+        """What the first answer was given, frames revealed one by one left out; without one as in `sequential`."""
+        return self.answers[0].given if self.answers else self.sequence.given
+
+    @property
+    def known(self) -> Truth | Given:
+        """Poses and positions to draw as the real ones: truth where it is available, else what is given."""
+        return self.given if self.truth is None else self.truth
+
+    @property
+    def bearings(self) -> dict[str, float]:
+        """The columns in px of a picture that closes on itself that look behind, left, ahead and right; else none."""
+        if self.camera.period is None:
+            return {}
+        azimuth = np.radians([-180.0, -90.0, 0.0, 90.0])
+        level = np.stack([np.sin(azimuth), np.zeros(4), np.cos(azimuth)], axis=-1)
+        columns = self.camera.pixels(self.camera.to_camera(level))[:, 0].round(6).tolist()
+        return dict(zip(("behind", "left 90°", "ahead", "right 90°"), columns, strict=True))
+
+    @cached_property
+    def distances(self) -> FloatArray:
+        """[T, K] distance in m that a box shows of somebody of mean height."""
+        boxes = self.sequence.observations
+        return self.camera.depth(self.camera.unproject(boxes, np.full(boxes.shape[:-1], self.info.height_mean)))
+
+    @cached_property
+    def estimated(self) -> FloatArray:
+        """[T, K, 2] positions in m that the first answer has of the people observed, NaN elsewhere."""
+        if self.answer is None:
+            return np.full((*self.sequence.observed.shape, 2), np.nan)
+        return np.where(self.sequence.observed[..., None], self.answer.estimate.positions, np.nan)
+
+    @cached_property
+    def false_alarms(self) -> BoolArray:
+        """[T, K] which boxes are known to show nobody."""
+        if self.truth is None:
+            return np.zeros(self.sequence.observed.shape, np.bool_)
+        return np.asarray(self.sequence.observed & np.isnan(self.truth.positions[..., 0]))
+
+    @cached_property
+    def bystanders(self) -> tuple[FloatArray, FloatArray]:
+        """People of the scene without a box: positions [T, N, 2] in m, NaN while seen or absent, and heights [N] in m.
+
+        Raises
+        ------
+        VbbenchError
+            If the truth is withheld.
+        """
+        sequence = self.sequence
+        people, positions, heights = self.dataset.scene(sequence.scene)
+        places = positions[sequence.first_frame : sequence.first_frame + sequence.frames].copy()
+        frame, track = np.nonzero(sequence.observed)
+        seen = self.dataset.track_persons(sequence)[frame, track]
+        column = np.searchsorted(people, seen).clip(max=len(people) - 1)
+        real = people[column] == seen
+        places[frame[real], column[real]] = np.nan
+        places[:, people == sequence.observer] = np.nan
+        ever = np.isfinite(places[..., 0]).any(axis=0)
+        return places[:, ever], np.where(np.isfinite(heights), heights, self.info.height_mean)[ever]
+
+    def headline(self, frame: int) -> str:
+        """What is drawn, and how far off the first answer is in a frame."""
+        if self.answer is None:
+            return "truth" if self.truth else "no truth available: what is given"
+        figures = self.answer.figures(frame) or (["given"] if frame < START_FRAMES else [])
+        return ",  ".join([self.answer.title, *figures, *([] if self.truth else ["no truth available"])])
+
+
+def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] = ()) -> Replay:
+    """Read a sequence, and the answers of submissions to it.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence, or a submission cannot be read or answers another dataset.
+    """
+    sequence = dataset.sequence(index)
+    truth = dataset.truth(sequence) if dataset.has_truth else None
+    opened = [SubmittedEstimates(dataset, folder) for folder in submissions]
+    names = _names([one.info for one in opened], [Path(folder).resolve().name for folder in submissions])
+    replay = Replay(dataset=dataset, sequence=sequence, truth=truth)
+    for name, one in zip(names, opened, strict=True):
+        replay = replay.with_answer(name, one.info.protocol, one.of(sequence))
+    return replay
+
+
+def _names(infos: list[SubmissionInfo], folders: list[str]) -> list[str]:
+    """The solver; where that is not enough with its protocol, else with the folder, and if need be with a number."""
+    protocols = [f"{info.solver} {info.protocol}" for info in infos]
+    solvers = [info.solver for info in infos]
+    with_folder = [f"{name} ({folder})" for name, folder in zip(solvers, folders, strict=True)]
+    for names in (solvers, protocols, with_folder):
+        if len(set(names)) == len(names):
+            return names
+    return [f"{name} {number}" for number, name in enumerate(with_folder, 1)]

@@ -1,0 +1,257 @@
+"""A submission's answers to the scored rows: found, checked, and filled where its failure policy says so.
+
+Every fault is reported, all at once.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError, SubmissionError
+from vbbench.estimate import LARGEST, is_credible
+from vbbench.files.dataset import OBSERVER, Dataset
+from vbbench.files.schemas import FALLBACK
+from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo, read_info
+from vbbench.files.submission_tables import SubmissionTable, open_table
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
+from vbbench.scoring.scored_rows import ScoredRows, rows_by_number, scored_rows
+from vbbench.scoring.truth import NOBODY, TruthRows
+
+Arrays = dict[str, NDArray[Any]]
+
+_BOTTOM, _TOP = -(2**31), 2**31
+_NO_ROWS: Arrays = {
+    **{name: np.empty(0, dtype=np.int32) for name in ("sequence", "frame", "track")},
+    **{name: np.empty(0) for name in ("x", "y", "yaw")},
+}
+_MISSING = "the row is missing; add it, or declare the failure policy 'hold'"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answers:
+    """A submission's answers to scored rows.
+
+    Parameters
+    ----------
+    poses : [P, 3] in m and rad, NaN where there is none.
+    positions : [Q, 2] in m, NaN where there is none.
+    posed, placed : [P], [Q] whether the submission holds the row.
+    fallback : [P] whether the solver fell back on the observer's prior; ``None`` = not reported.
+    """
+
+    poses: FloatArray
+    positions: FloatArray
+    posed: BoolArray
+    placed: BoolArray
+    fallback: BoolArray | None
+
+
+def match(rows: ScoredRows, poses: tuple[str, Arrays], positions: tuple[str, Arrays], faults: Faults) -> Answers:
+    """Answers to the scored rows, from the file name and columns of the two tables.
+
+    Rows that exist in the dataset and are not scored are ignored; ids that do not exist, rows given twice and values
+    that cannot be an answer (`vbbench.estimate.is_credible`) go to ``faults``. Missing rows do not (`require_poses`).
+    """
+    pose_values, posed = _match_poses(rows, *poses, faults)
+    position_values, placed = _match_positions(rows, *positions, faults)
+    fallback = posed & (pose_values[:, 3] != 0.0) if FALLBACK in poses[1] else None
+    return Answers(poses=pose_values[:, :3], positions=position_values, posed=posed, placed=placed, fallback=fallback)
+
+
+def require_poses(rows: ScoredRows, answers: Answers, file: str, faults: Faults) -> None:
+    """Every scored pose without an answer goes to ``faults``."""
+    faults.add_rows(file, _MISSING, {"sequence": rows.pose_sequence, "frame": rows.pose_frame}, ~answers.posed)
+
+
+def require_positions(rows: ScoredRows, answers: Answers, file: str, faults: Faults) -> None:
+    """Every scored position without an answer goes to ``faults``."""
+    ids = {"sequence": rows.sequence, "frame": rows.frame, "track": rows.track}
+    faults.add_rows(file, _MISSING, ids, ~answers.placed)
+
+
+def _match_poses(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:
+    slot = rows.grid.slot(columns["sequence"], columns["frame"])
+    faults.add_rows(file, "its sequence has no such frame; remove the row", columns, slot < 0)
+    names = ("x", "y", "yaw", *([FALLBACK] if FALLBACK in columns else []))
+    return _gather(file, columns, names, (slot, rows.grid.slots, rows.pose_slot), faults)
+
+
+def _match_positions(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:
+    grid, ids = rows.grid, [columns[name] for name in ("sequence", "frame", "track")]
+    cell = grid.cell(*ids)
+    if np.any(cell < 0):
+        no_frame = grid.slot(ids[0], ids[1]) < 0
+        faults.add_rows(file, "its sequence has no such frame; remove the row", columns, no_frame)
+        no_track = grid.column(ids[0], ids[2]) < 0
+        faults.add_rows(file, "its sequence never sees such a track; remove the row", columns, no_track)
+    return _gather(file, columns, ("x", "y"), (cell, grid.cells, rows.cell), faults)
+
+
+def _gather(
+    file: str, columns: Arrays, names: tuple[str, ...], numbers: tuple[IntArray, int, IntArray], faults: Faults
+) -> tuple[FloatArray, BoolArray]:
+    """Values [W, len(names)] of the rows whose numbers are wanted, and whether they are there [W]."""
+    number, size, wanted = numbers
+    row_of = rows_by_number(number, size)
+    again = (number >= 0) & (row_of[number] != np.arange(len(number)))
+    faults.add_rows(file, "is given again further on; keep one of the rows", columns, again)
+    row = row_of[wanted]
+    there = row >= 0
+    values = np.full((len(wanted), len(names)), np.nan)
+    for c, name in enumerate(names):
+        values[there, c] = columns[name][row[there]]
+    broken = ~is_credible(values).all(axis=1) & there
+    if broken.any():
+        problem = f"{', '.join(names)} must be finite numbers within ±{LARGEST:.0f} m or rad; fix the row"
+        faults.add_rows(file, problem, {name: column[row] for name, column in columns.items()}, broken)
+    return values, there
+
+
+def fill_gaps(rows: ScoredRows, answers: Answers) -> Answers:
+    """The answers with every gap filled.
+
+    A missing pose is the observer's last one, a missing position the track's last one, given or estimated, at an
+    earlier frame of the sequence; a track never known before is put where the observer is.
+    """
+    if answers.posed.all() and answers.placed.all():
+        return answers
+    poses = _fill_poses(rows, answers)
+    return replace(answers, poses=poses, positions=_fill_positions(rows, answers, poses))
+
+
+def _fill_poses(rows: ScoredRows, answers: Answers) -> FloatArray:
+    own = rows.given["track"] == OBSERVER
+    given = np.stack([rows.given[name][own] for name in ("x", "y", "yaw")], axis=-1)
+    group = np.concatenate([rows.given["sequence"][own], rows.pose_sequence[answers.posed]])
+    frame = np.concatenate([rows.given["frame"][own], rows.pose_frame[answers.posed]])
+    known = np.concatenate([given, answers.poses[answers.posed]])
+    gap = ~answers.posed
+    poses = answers.poses.copy()
+    poses[gap] = _last_known(group, frame, known, rows.pose_sequence[gap], rows.pose_frame[gap])
+    return poses
+
+
+def _fill_positions(rows: ScoredRows, answers: Answers, poses: FloatArray) -> FloatArray:
+    grid, placed = rows.grid, answers.placed
+    people = rows.given["track"] != OBSERVER
+    given = {name: values[people] for name, values in rows.given.items()}
+    own_group = grid.group(rows.sequence, rows.track)
+    group = np.concatenate([grid.group(given["sequence"], given["track"]), own_group[placed]])
+    frame = np.concatenate([given["frame"], rows.frame[placed]])
+    known = np.concatenate([np.stack([given["x"], given["y"]], axis=-1), answers.positions[placed]])
+    last = _last_known(group, frame, known, own_group[~placed], rows.frame[~placed])
+    observer = poses[rows.pose_of_position[~placed], :2]
+    positions = answers.positions.copy()
+    positions[~placed] = np.where(np.isnan(last), observer, last)
+    return positions
+
+
+def _last_known(
+    group: IntArray, frame: IntArray, values: FloatArray, wanted_group: IntArray, wanted_frame: IntArray
+) -> FloatArray:
+    """For each wanted group and frame [M] the value [M, C] of the group's latest earlier row; NaN if it has none."""
+    stride = int(max(frame.max(initial=0), wanted_frame.max(initial=0))) + 1
+    key = group.astype(np.int64) * stride + frame
+    order = np.argsort(key)
+    place = np.searchsorted(key[order], wanted_group.astype(np.int64) * stride + wanted_frame) - 1
+    if not len(key):
+        return np.full((len(place), values.shape[1]), np.nan)
+    row = order[place]
+    found = (place >= 0) & (group[row] == wanted_group)
+    return np.where(found[:, None], values[row], np.nan)
+
+
+class CheckedSubmission:
+    """A submission folder opened against a dataset; faults gather while its rows are read.
+
+    Parameters
+    ----------
+    folder : the submission folder.
+    dataset : the dataset it answers.
+    truth : where it is available, tracks of false alarms need no answer.
+    """
+
+    def __init__(self, folder: Path, dataset: Dataset, truth: TruthRows | None) -> None:
+        self.folder, self.dataset, self.truth = folder, dataset, truth
+        self.faults = Faults()
+        self.info: SubmissionInfo = read_info(folder, self.faults)
+        self._check_dataset_id()
+        self._tables: dict[str, SubmissionTable | None] = {
+            name: open_table(folder, name, dataset, self.faults) for name in ("poses", "positions")
+        }
+
+    @property
+    def protocol(self) -> Protocol:
+        """The protocol named, or, where there is none of that name, the one that scores no row that others do not."""
+        return get_protocol(self.info.protocol if self.info.protocol in PROTOCOLS else "sequential")
+
+    def chunks(self) -> Iterator[tuple[ScoredRows, Answers]]:
+        """Scored rows and the answers to them, gaps filled where the submission's policy is to hold.
+
+        Raises
+        ------
+        SubmissionError
+            After the last row, if there was any fault; the answers are of use only when there was none.
+        """
+        for rows in scored_rows(self.dataset, self.protocol):
+            scored = rows if self.truth is None else rows.where(self.truth.persons(rows) != NOBODY)
+            answers = self._answers(scored)
+            if not self.faults:
+                yield scored, fill_gaps(scored, answers)
+        self._check_sequences()
+        if self.faults:
+            raise SubmissionError(self.folder, self.faults.listing())
+
+    def _answers(self, rows: ScoredRows) -> Answers:
+        first, last = rows.grid.first, rows.grid.first + len(rows.grid.frames)
+        (poses_file, poses), (positions_file, positions) = (self._read(name, first, last) for name in self._tables)
+        answers = match(rows, (poses_file, poses), (positions_file, positions), self.faults)
+        if self.info.failure_policy == "refuse":
+            if self._tables["poses"]:
+                require_poses(rows, answers, poses_file, self.faults)
+            if self._tables["positions"]:
+                require_positions(rows, answers, positions_file, self.faults)
+        return answers
+
+    def _read(self, name: str, first: int, last: int) -> tuple[str, Arrays]:
+        table = self._tables[name]
+        try:
+            return (table.file, table.read(first, last)) if table else (name, _NO_ROWS)
+        except FileError as error:
+            self.faults.add_error(error)
+            self._tables[name] = None
+            return name, _NO_ROWS
+
+    def _check_dataset_id(self) -> None:
+        wanted = self.dataset.info.id
+        if self.info.dataset and self.info.dataset != wanted:
+            self.faults.add(
+                f"{SUBMISSION_FILE}: made for dataset '{self.info.dataset}', this one is '{wanted}'; "
+                "solve this dataset, or score against that one"
+            )
+
+    def _check_sequences(self) -> None:
+        for name in self._tables:
+            for first, last in ((_BOTTOM, 0), (len(self.dataset), _TOP)):
+                file, columns = self._read(name, first, last)
+                problem = f"the dataset has sequences 0 to {len(self.dataset) - 1}; remove the row"
+                self.faults.add_rows(file, problem, columns, np.ones(len(columns["sequence"]), dtype=bool))
+
+
+def check_submission(submission: Path | str, dataset: Dataset) -> SubmissionInfo:
+    """Check a submission without truth; rows of false alarms, which are never scored, are then asked for as well.
+
+    Raises
+    ------
+    SubmissionError
+        With every fault, if there is any.
+    """
+    checked = CheckedSubmission(Path(submission), dataset, None)
+    for _ in checked.chunks():
+        pass
+    return checked.info

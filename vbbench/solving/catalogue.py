@@ -1,0 +1,82 @@
+"""Every solver that is registered: who brings it, how it works, and what it runs on splits that it was fitted on."""
+
+import inspect
+import json
+import warnings
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.registry import load_all, make_solver, registered
+from vbbench.solver import FrameSolver, SequenceSolver
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolverCard:
+    """What there is to know about a solver before it runs.
+
+    Parameters
+    ----------
+    name : what ``solve`` calls it.
+    package : the distribution that registers it, with its version.
+    kind : ``frame by frame``, or ``whole sequence``.
+    summary : the first line of its docstring; empty where it has none.
+    held_out : what runs in its place, by split; see `vbbench.registry.held_out`.
+    """
+
+    name: str
+    package: str
+    kind: str
+    summary: str
+    held_out: Mapping[str, str]
+
+
+def solver_cards() -> list[SolverCard]:
+    """The cards of all solvers, by name; a broken one is a warning that names it."""
+    cards = []
+    for name, factory in sorted(load_all("solver").items()):
+        try:
+            cards.append(_card(name, factory))
+        except VbbenchError as error:
+            warnings.warn(str(error), VbbenchWarning, stacklevel=2)
+    return cards
+
+
+def describe_solvers() -> str:
+    """All solvers as text."""
+    return "\n".join(_describe(card) for card in solver_cards())
+
+
+def solvers_json() -> str:
+    """All solvers as a JSON list of cards."""
+    return json.dumps([asdict(card) for card in solver_cards()], indent=2, ensure_ascii=False)
+
+
+def _card(name: str, factory: Any) -> SolverCard:
+    solver = factory if inspect.isclass(factory) else make_solver(name)  # only what is no class must be made to tell
+    held_out = getattr(factory, "held_out", {})
+    if not isinstance(held_out, Mapping):
+        raise VbbenchError(f"solver '{name}': held_out must map splits to solvers, not be {type(held_out).__name__}")
+    distribution = registered("solver")[name].dist
+    return SolverCard(
+        name=name,
+        package=f"{distribution.name} {distribution.version}" if distribution else "",
+        kind=_kind(name, solver),
+        summary=(inspect.getdoc(factory) or "").partition("\n")[0],
+        held_out={str(split): str(variant) for split, variant in held_out.items()},
+    )
+
+
+def _kind(name: str, solver: Any) -> str:
+    for protocol, kind in ((FrameSolver, "frame by frame"), (SequenceSolver, "whole sequence")):
+        if all(callable(getattr(solver, method, None)) for method in vars(protocol) if not method.startswith("_")):
+            return kind
+    raise VbbenchError(f"solver '{name}' has neither start and step nor solve")
+
+
+def _describe(card: SolverCard) -> str:
+    lines = [f"{card.name}: {card.summary} [{', '.join(filter(None, (card.kind, card.package)))}]"]
+    if card.held_out:
+        lines.append(f"    variants that were not fitted on the split: {', '.join(sorted(card.held_out))}")
+    return "\n".join(lines)
