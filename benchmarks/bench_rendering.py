@@ -44,7 +44,7 @@ def crowd(people: int, seed: int = 0) -> Scene:
 
 def pose_of(scene: Scene, camera: Camera) -> Any:
     """At the crowd's border, looking in; in its middle for a panorama."""
-    edge = 0.0 if isinstance(camera, PanoramaCamera) else np.nanmin(scene.positions[..., 0])
+    edge = 0.0 if camera.period is not None else np.nanmin(scene.positions[..., 0])
     return np.array((edge, 0.0, 0.0))
 
 

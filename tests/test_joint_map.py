@@ -15,7 +15,7 @@ from vbbench.solving.runner import frames_of
 from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.measurement.boxes import Eye, Statures, horizon, inform, statures_of
+from vbbench_baselines.joint_map.measurement.boxes import Eye, Statures, inform, statures_of
 from vbbench_baselines.joint_map.measurement.window import Measurements, gather
 from vbbench_baselines.joint_map.motion.walks import add_walk, innovation, reweigh, walk_of
 from vbbench_baselines.joint_map.optimiser.banded import BAND, factor, invert, solve
@@ -109,7 +109,7 @@ def test_feet_tell_the_distance_without_the_height(camera: Camera) -> None:
     truth = walk(3)
     sequence = see(truth, camera)
     problem = problem_of(sequence, camera)
-    assert horizon(camera) == pytest.approx(vars(camera)["cy"])
+    assert camera.horizon(np.zeros(())) == pytest.approx(vars(camera)["cy"])
     rays = Eye(problem, feet=True).sight(sequence.observations).rays
     expected = world_to_relative(truth.positions, truth.poses)
     seen = ~np.isnan(rays[..., 0])

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.extensions.fisheye import Fisheye
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, world_to_relative
 from vbbench_generators.splits import demo
 from vbbench_generators.tiers.corruption import Hiding
 from vbbench_generators.tiers.occlusion import Outline, see
@@ -155,20 +155,21 @@ def test_outlines_that_cannot_be() -> None:
             Outline(half=half, top=top)
 
 
-def test_a_camera_of_another_kind_is_refused() -> None:
-    class Fisheye(PanoramaCamera):
-        kind = "fisheye"
+TILTED = [
+    PerspectiveCamera(pitch=-0.2, roll=0.1, vertical_focal=500.0),
+    PanoramaCamera(pitch=-0.1),
+    Fisheye(pitch=-0.2),
+]
 
-    assert see(ahead((0.0, 4.0)), np.array([1.7]), HERE, Fisheye()).visible[0, 0] == 1.0
 
-    class Other:
-        kind, focal, mount_height = "other", 300.0, 1.6
-
-        def depth(self, relative: FloatArray) -> FloatArray:
-            return relative[..., 1]
-
-    with pytest.raises(VbbenchError, match="not known for a 'other' camera"):
-        see(ahead((0.0, 4.0)), np.array([1.7]), HERE, Other())  # type: ignore[arg-type]
+@pytest.mark.parametrize("camera", TILTED, ids=lambda camera: camera.kind)
+def test_tilted_and_other_cameras_hide_people_too(camera: Camera) -> None:
+    places, heights = ahead((0.0, 4.0), (0.1, 8.0), (2.0, 8.0)), np.array([1.7, 1.7, 1.7])
+    found = see(places, heights, HERE, camera)
+    assert found.visible[0, 0] == found.visible[0, 2] == 1.0
+    assert found.visible[0, 1] < 0.3
+    whole = camera.project(world_to_relative(places, HERE), heights)
+    np.testing.assert_allclose(found.boxes[0, [0, 2]], whole[0, [0, 2]], atol=0.3)
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)

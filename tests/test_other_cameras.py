@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.fisheye import Fisheye
+from tests.extensions.fisheye import Fisheye
 from tests.flat_renderer import FlatRenderer
 from tests.test_plotting import FOCUS, boxes, gids, make, part
 from vbbench import registry
@@ -33,7 +33,7 @@ CAMERAS = {
 
 @pytest.fixture(scope="module", params=CAMERAS)
 def dataset(request: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    point = EntryPoint("fisheye", "tests.fisheye:Fisheye", "vbbench.cameras")
+    point = EntryPoint("fisheye", "tests.extensions.fisheye:Fisheye", "vbbench.cameras")
     cameras, found = {**registry.registered("camera"), "fisheye": point}, registry.registered
     with pytest.MonkeyPatch.context() as patch:
         for module in (registry, making):

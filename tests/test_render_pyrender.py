@@ -10,11 +10,11 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.rendering import NOBODY
+from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
 from vbbench_renderers.pyrender_backend import PyrenderRenderer
-from vbbench_renderers.pyrender_backend.views import resample, views_of
 from vbbench_renderers.raster import RasterRenderer
+from vbbench_renderers.views import resample, views_of
 
 pytestmark = pytest.mark.extra("pyrender")
 AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
@@ -113,7 +113,8 @@ def test_depth_of_a_wall_becomes_its_range() -> None:
     assert view.turn == 0.0
     shape = view.camera.height, view.camera.width
     blank = np.zeros(shape, np.int32)
-    _, reach, ids = resample(view, np.zeros((*shape, 3), np.uint8), np.full(shape, 5.0, np.float32), blank)
+    wall = Picture(rgb=np.zeros((*shape, 3), np.uint8), depth=np.full(shape, 5.0, np.float32), ids=blank)
+    found = resample(view, wall)
     azimuth = 2 * np.pi * (view.columns + 0.5) / AROUND.width - np.pi
-    assert np.allclose(reach, 5.0 / np.cos(azimuth), rtol=1e-5)
-    assert (ids == 0).all()
+    assert np.allclose(found.depth, 5.0 / np.cos(azimuth), rtol=1e-5)
+    assert (found.ids == 0).all()

@@ -75,7 +75,7 @@ def draw(corners: list[list[float]], camera: Camera, pose: np.ndarray = ORIGIN) 
     """Triangles that belong to person 3, over a plain ground."""
     scene = crowd([(0.0, 0.0)])
     drawer = Drawer(Solids(triangle_mesh(np.array(corners))), plain_surroundings((-2.0, -2.0, 2.0, 2.0)))
-    return drawer.draw(0, camera, pose, scene, None)
+    return drawer.draw(0, camera.focal, scene, None, camera, pose)
 
 
 @pytest.mark.parametrize("camera", CAMERAS)

@@ -5,17 +5,15 @@ from typing import Annotated, ClassVar, cast
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.numbers import Within, check_ranges
 
 NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
 
-NEWTON_STEPS, EXACT, DIFFERENCE = 30, 1e-9, 1e-6
-"""Most steps to find a vertical that is curved in the picture, px that need none, and rad by which slopes are taken."""
-
-RIDGE = 1e-9
-"""px per rad that keep slopes invertible where a box says nothing."""
+NEWTON_STEPS, EXACT, DIFFERENCE, RIDGE = 30, 1e-9, 1e-6, 1e-9
+"""Most steps to find a vertical that is curved in the picture; px that need none; rad by which slopes are taken; px
+per rad that keep them invertible where a box says nothing."""
 
 Size = Annotated[int, Within(1, 1e6, "px")]
 Focal = Annotated[float, Within(0.01, 1e7, "px")]
@@ -65,6 +63,11 @@ class CentralCamera:
         return None
 
     @property
+    def cylinder(self) -> FloatArray | None:
+        """See `Camera.cylinder`; none unless a model says otherwise."""
+        return None
+
+    @property
     def level(self) -> bool:
         """Whether the camera has neither pitch nor roll."""
         return self.pitch == 0.0 and self.roll == 0.0
@@ -81,41 +84,42 @@ class CentralCamera:
         """See `Camera.project`."""
         boxes = self.project_unbounded(relative, heights)
         if self.period is None:
-            width, height = self.picture_size
-            u, v = boxes[..., 0], boxes[..., 1]
-            boxes[~((u >= 0) & (u < width) & (v >= 0) & (v < height))] = np.nan
+            shown = self._in_picture(boxes)
+            if self.intrinsics is None:  # a box may be about a bend that leads around the picture
+                shown &= self._in_picture(self._pixels_of(relative, self.mount_height - 0.5 * heights))
+            boxes[~shown] = np.nan
         return boxes
 
     def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.project_unbounded`: from the pixels of feet and top of the head."""
-        depth = self.depth(relative)
-        reach = np.where(np.isnan(depth), np.nan, np.hypot(relative[..., 0], relative[..., 1]))
-        azimuth = np.arctan2(relative[..., 0], relative[..., 1])
-        return self._box(azimuth, self.mount_height / reach, (self.mount_height - heights) / reach)
+        below = np.where(np.isnan(self.depth(relative)), np.nan, self.mount_height)
+        return self._box(*(self._pixels_of(relative, down) for down in (below, below - heights)))
 
     def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.unproject`: the distance at which feet and head are as far apart as the box says.
 
-        They lie on the picture of the vertical at one azimuth. Where that is straight over the box, as in a pinhole's
-        picture, it is found at once; where it is curved, by Newton's method.
+        Exact for a pinhole, tilted or not, and to rounding where pictures of verticals bend.
         """
-        vertical = self._straight_vertical(observations)
-        off, share = self._off(observations, vertical), np.ones((*observations.shape[:-1], 1))
-        for _ in range(NEWTON_STEPS):
-            open_ = (np.abs(off) > EXACT).any(axis=-1)
-            if not open_.any():
-                break
-            slopes = [(off - self._off(observations, vertical + DIFFERENCE * axis)) / DIFFERENCE for axis in np.eye(3)]
-            jacobian = np.where(open_[..., None, None], np.stack(slopes, axis=-1), 0.0) + RIDGE * np.eye(3)
-            step = np.linalg.solve(jacobian, np.where(open_[..., None], off, 0.0)[..., None])[..., 0]
-            moved = vertical + share * step
-            left = self._off(observations, moved)
-            better = np.linalg.norm(left, axis=-1, keepdims=True) < np.linalg.norm(off, axis=-1, keepdims=True)
-            vertical, off = np.where(better, moved, vertical), np.where(better, left, off)
-            share = np.where(better, 1.0, 0.5 * share)
-        azimuth, bottom, top = np.moveaxis(vertical, -1, 0)
-        reach = heights / (bottom - top)
-        return np.stack([reach * np.sin(azimuth), reach * np.cos(azimuth)], axis=-1)
+        ahead, foot, head = self._sightlines(observations)
+        return ahead * (heights / (foot - head))[..., None]
+
+    def to_horizon(self, observations: FloatArray) -> FloatArray:
+        """See `Camera.to_horizon`."""
+        if self._plumb:
+            horizon = self.horizon(observations[..., 0])
+            length = observations[..., 1] + 0.5 * observations[..., 2] - horizon
+            return np.stack([observations[..., 0], horizon + 0.5 * length, length], axis=-1)
+        ahead, foot, _ = self._sightlines(observations)
+        reach = self.mount_height / np.maximum(foot, 1.0 / self.focal)
+        return self.project_unbounded(ahead * reach[..., None], np.full(reach.shape, self.mount_height))
+
+    def statures(self, observations: FloatArray) -> FloatArray:
+        """See `Camera.statures`."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # of boxes that end on the horizon
+            if self._plumb:
+                return self.mount_height * observations[..., 2] / self.to_horizon(observations)[..., 2]
+            _, foot, head = self._sightlines(observations)
+            return self.mount_height * (foot - head) / foot
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Horizontal range, NaN on top of the camera."""
@@ -161,31 +165,64 @@ class CentralCamera:
         right, down = np.array([1.0, 0.0, 0.0]), np.array([0.0, c, s])
         return np.stack([cr * right + sr * down, cr * down - sr * right, np.array([0.0, -s, c])])
 
-    def _straight_vertical(self, boxes: FloatArray) -> FloatArray:
-        """Verticals [..., 3] (azimuth, slopes down to bottom and top) seen in boxes, if they are straight over each."""
-        centre, half = boxes[..., :2], 0.5 * boxes[..., 2:]
+    def _in_picture(self, pixels: FloatArray) -> BoolArray:
+        """Whether (u, v), the first two of ``pixels`` [..., ≥ 2], are within the borders."""
+        (u, v), (width, height) = np.moveaxis(pixels[..., :2], -1, 0), self.picture_size
+        inside: BoolArray = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        return inside
+
+    def _pixels_of(self, relative: FloatArray, down: FloatArray) -> FloatArray:
+        """Pixels [..., 2] of points ``down`` m [...] below the camera at ``relative`` [..., 2]."""
+        points = np.stack(np.broadcast_arrays(relative[..., 0], down, relative[..., 1]), axis=-1)
+        return self.pixels(self.to_camera(points))
+
+    @property
+    def _plumb(self) -> bool:
+        """Whether whatever is upright stands in one column, in which rows count metres down per metre of depth."""
+        return self.cylinder is not None or (self.level and self.intrinsics is not None)
+
+    def _sightlines(self, observations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Way along the ground [..., 2], a unit vector, to people, and the slopes [...] down to their feet and heads.
+
+        The vertical through the box's centre is taken to be straight in the picture, as a pinhole's is; where verticals
+        bend, Newton's method goes on from there.
+        """
+        centre, half = observations[..., :2], 0.5 * observations[..., 2:]
         middle = self.to_level(self.directions(centre))
         middle = middle / np.hypot(middle[..., 0], middle[..., 2])[..., None]
         step = np.array([0.0, 1e-4, 0.0])
         lower, upper = (self.pixels(self.to_camera(middle + sign * step)) for sign in (1, -1))
         lean = self._apart(lower[..., 0], upper[..., 0]) / (lower[..., 1] - upper[..., 1])
         along = np.concatenate([lean[..., None] * half, half], axis=-1)
-        bottom, top = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
-        return np.stack([np.arctan2(middle[..., 0], middle[..., 2]), bottom, top], axis=-1)
+        foot, head = (self._slope(self.directions(centre + sign * along)) for sign in (1, -1))
+        if self.intrinsics is not None:
+            return middle[..., ::2], foot, head
+        vertical = np.stack([np.arctan2(middle[..., 0], middle[..., 2]), foot, head], axis=-1)
+        off, share = self._off(observations, vertical), np.ones((*observations.shape[:-1], 1))
+        for _ in range(NEWTON_STEPS):
+            far = np.abs(off).max(axis=-1, keepdims=True) > EXACT
+            if not far.any():
+                break
+            slopes = [(off - self._off(observations, vertical + DIFFERENCE * axis)) / DIFFERENCE for axis in np.eye(3)]
+            jacobian: FloatArray = np.where(far[..., None], np.stack(slopes, axis=-1), 0.0) + RIDGE * np.eye(3)
+            moved = vertical + share * np.linalg.solve(jacobian, np.where(far, off, 0.0)[..., None])[..., 0]
+            left = self._off(observations, moved)
+            better = np.linalg.norm(left, axis=-1, keepdims=True) < np.linalg.norm(off, axis=-1, keepdims=True)
+            vertical, off = np.where(better, moved, vertical), np.where(better, left, off)
+            share = np.where(better, 1.0, 0.5 * share)
+        azimuth, foot, head = np.moveaxis(vertical, -1, 0)
+        return np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1), foot, head
 
     def _off(self, boxes: FloatArray, verticals: FloatArray) -> FloatArray:
-        """How far boxes [..., 3] are from those of verticals [..., 3], in px."""
-        seen = self._box(*np.moveaxis(verticals, -1, 0))
+        """How far boxes [..., 3] are from those of verticals [..., 3] (azimuth, slopes to feet and head), in px."""
+        way = np.stack([np.sin(verticals[..., 0]), np.cos(verticals[..., 0])], axis=-1)
+        seen = self._box(*(self._pixels_of(way, verticals[..., end]) for end in (1, 2)))
         off = boxes - seen
         off[..., 0] = self._apart(boxes[..., 0], seen[..., 0])
         return off
 
-    def _box(self, azimuth: FloatArray, bottom: FloatArray, top: FloatArray) -> FloatArray:
-        """Boxes [..., 3] of verticals at an azimuth between two slopes down."""
-        foot, head = (
-            self.pixels(self.to_camera(np.stack([np.sin(azimuth), slope, np.cos(azimuth)], axis=-1)))
-            for slope in (bottom, top)
-        )
+    def _box(self, foot: FloatArray, head: FloatArray) -> FloatArray:
+        """Boxes [..., 3] from the pixels of feet and head."""
         u = foot[..., 0] + 0.5 * self._apart(head[..., 0], foot[..., 0])
         length = foot[..., 1] - head[..., 1]
         return np.stack([self.wrap_column(u), head[..., 1] + 0.5 * length, length], axis=-1)

@@ -9,6 +9,9 @@ from vbbench.geometry import FloatArray
 class Camera(Protocol):
     """Intrinsics, mount height and tilt. All methods take any leading shape and map NaN to NaN."""
 
+    def __hash__(self) -> int:
+        """Cameras are values: what follows from one is kept by it."""
+
     @property
     def kind(self) -> str:
         """Name used on the command line and in files."""
@@ -37,10 +40,18 @@ class Camera(Protocol):
     def intrinsics(self) -> FloatArray | None:
         """[3, 3] matrix K in px of a pinhole camera; ``None`` for other models, whose pictures bend straight lines."""
 
+    @property
+    def cylinder(self) -> FloatArray | None:
+        """[2] focal length of the rows and row of the horizon, in px, of a panorama on a level upright cylinder.
+
+        Its columns are even in azimuth, from straight behind clockwise. ``None`` for other models and tilted cameras.
+        """
+
     def project(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
         """Boxes of people: relative [..., 2] (right, forward) m, heights [...] m → [..., 3] (u, v, l) px.
 
-        NaN where the person is behind the camera or absent, or the box's centre lies outside the picture.
+        NaN where the person is behind the camera or absent, or the box's centre lies outside the picture; where
+        pictures of verticals bend, also where the middle of the body does.
         """
 
     def project_unbounded(self, relative: FloatArray, heights: FloatArray) -> FloatArray:
@@ -51,6 +62,15 @@ class Camera(Protocol):
 
         They are linear in the heights.
         """
+
+    def to_horizon(self, observations: FloatArray) -> FloatArray:
+        """Boxes [..., 3] of people as tall as the mount whose feet are where these boxes end: they reach the horizon.
+
+        Boxes that end above the horizon, as noise may have it, become about a pixel high or have no height above 0.
+        """
+
+    def statures(self, observations: FloatArray) -> FloatArray:
+        """Heights [...] in m of people who stand where their boxes [..., 3] end, by the rows of both their edges."""
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Distance [...] in m by which people hide one another; NaN behind the camera and on top of it."""

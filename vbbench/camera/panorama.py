@@ -42,6 +42,11 @@ class PanoramaCamera(CentralCamera):
         """The full circle."""
         return float(self.width)
 
+    @property
+    def cylinder(self) -> FloatArray | None:
+        """See `Camera.cylinder`."""
+        return np.array([self.focal, self.cy]) if self.level else None
+
     def pixels(self, directions: FloatArray) -> FloatArray:
         """See `Camera.pixels`; u is in [0, W)."""
         right, down, forward = np.moveaxis(directions, -1, 0)

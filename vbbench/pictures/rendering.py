@@ -40,8 +40,8 @@ class Picture:
     Parameters
     ----------
     rgb : [H, W, 3] uint8, sRGB.
-    depth : [H, W] float32 in m: along the optical axis for a perspective camera, horizontal range for a panorama;
-        infinite in the sky.
+    depth : [H, W] float32 in m: along the optical axis for a pinhole (`Camera.intrinsics`), horizontal range for other
+        cameras; infinite in the sky.
     ids : [H, W] int32 person id, `NOBODY` where no person shows.
     """
 

@@ -1,7 +1,7 @@
 """Boxes as measurements on the ground: the viewing ray of a box, and how pixel noise moves it.
 
-Both cameras of `vbbench.camera` place a person of height h at z = h·ρ(u, l), linear in h: ρ, the ray, is the place of
-a person one metre tall. To first order, noise in u and l and the height's variance s² give z the covariance
+Every camera of `vbbench.camera` places a person of height h at z = h·ρ(u, v, l), linear in h: ρ, the ray, is the place
+of a person one metre tall. To first order, noise in u and l and the height's variance s² give z the covariance
 
     N = (s² + h²·2σ²/l²)·ρρᵀ + h²σ²·ρ'ρ'ᵀ,   ρ' = ∂ρ/∂u,
 

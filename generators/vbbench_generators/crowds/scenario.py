@@ -81,7 +81,7 @@ class Scenario:
     flow: tuple[Flow, ...] = ()
     step: Annotated[float, Within(0.001, 10.0, "s")] = 0.05
     warm_up: Annotated[float, Within(0.0, 3600.0, "s")] = 0.0
-    camera: Literal["panorama", "perspective"] = "perspective"
+    camera: str = "perspective"
     min_seen: Annotated[int, Within(0, MOST_PEOPLE)] = 0
     forces: Literal["moussaid", "helbing-molnar"] = "moussaid"
     turn_rate: Annotated[float, Within(0.01, 100.0, "rad/s")] = 3.0

@@ -1,18 +1,18 @@
 """Who hides whom, without rendering: people are outlines that stand on level ground, nearer ones before farther ones.
 
 An outline is as many upright bands as it has steps: within ``half`` · height of its axis it rises to ``top`` · height.
-All stand on the same ground and all cameras are level, so the nearer somebody is, the lower the feet in the picture:
-in every column of the picture the people before somebody hide everything below the highest of their outlines (their
-*skyline*) and nothing above. So one sweep from near to far, which keeps the skyline, tells of everybody what shows.
-Rows are exact; columns are sampled `SAMPLES` to the pixel.
+All stand on the same ground, so the nearer somebody is, the lower the feet in the picture: in every column of the
+picture the people before somebody hide everything below the highest of their outlines (their *skyline*) and nothing
+above. So one sweep from near to far, which keeps the skyline, tells of everybody what shows.
+Rows are exact; columns are sampled `SAMPLES` to the pixel. Where the camera
+is tilted or bends straight lines, outlines stand upright about their boxes all the same.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.errors import VbbenchError
+from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.kernels import kernel
 
@@ -65,40 +65,30 @@ def see(
     ----------
     positions, heights : [T, K, 2] and [K] in m of everybody who can hide anybody; NaN = absent.
     poses : [T, 3] (x, y, yaw) of the camera.
-    camera : perspective, whose borders cut people off; or panorama, which has none.
+    camera : the borders of its picture cut people off; a picture that closes on itself has none, up and down either.
     outline : everybody's.
     """
     outline = outline or Outline()
-    columns, bottom = _picture(camera)
+    columns, rows = camera.picture_size
+    wraps = camera.period is not None
     relative = world_to_relative(positions, poses)
     figures = _figures(relative, np.broadcast_to(heights, relative.shape[:-1]), camera)
     distances = np.ascontiguousarray(camera.depth(relative))
     halves, tops = np.array(outline.half), np.array(outline.top)
-    wraps = isinstance(camera, PanoramaCamera)
-    visible, boxes = _sweep(figures, distances, halves, tops, columns, bottom, wraps)
+    visible, boxes = _sweep(figures, distances, halves, tops, columns, np.inf if wraps else float(rows), wraps)
     boxes[..., 0] = camera.wrap_column(boxes[..., 0])
     return Showing(visible, boxes[..., :3], boxes[..., 3])
 
 
-def _picture(camera: Camera) -> tuple[int, float]:
-    """Width in px and last row: the cylinder has neither upper nor lower border."""
-    if isinstance(camera, PerspectiveCamera):
-        return camera.width, float(camera.height)
-    if isinstance(camera, PanoramaCamera):
-        return camera.width, np.inf
-    raise VbbenchError(f"who hides whom is not known for a '{camera.kind}' camera; use perspective or panorama")
-
-
 def _figures(relative: FloatArray, heights: FloatArray, camera: Camera) -> FloatArray:
     """Boxes [T, K, 3] (u, row of the feet, l) in px as if the picture had no borders; NaN behind the camera."""
-    scale = camera.focal / camera.depth(relative)
-    if isinstance(camera, PerspectiveCamera):
-        u = camera.cx + scale * relative[..., 0]
-        horizon = np.full_like(u, camera.cy)
-    else:
-        boxes = camera.project(relative, heights)
-        u, horizon = boxes[..., 0], boxes[..., 1] - scale * (camera.mount_height - 0.5 * heights)
-    return np.ascontiguousarray(np.stack([u, horizon + scale * camera.mount_height, scale * heights], axis=-1))
+    figures = camera.project_unbounded(relative, heights)
+    if camera.cylinder is None:
+        figures[..., 1] = camera.project_unbounded(relative, np.zeros(heights.shape))[..., 1]
+    else:  # the same but for the last bit, which stays as it was in datasets that were made before
+        scale = camera.cylinder[0] / camera.depth(relative)
+        figures[..., 1] = figures[..., 1] - scale * (camera.mount_height - 0.5 * heights) + scale * camera.mount_height
+    return figures
 
 
 @kernel

@@ -32,6 +32,12 @@ _SMOOTH = 2
 
 _ORDERS = (0, 1, 2)
 
+ABOVE, BELOW = 60.0, 190.0
+"""Rows above and below the horizon that are shown of a picture that closes on itself, in px."""
+
+HORIZON_POINTS = 33
+"""At so many columns the row of the horizon is told where it is not level, from the left border to the right one."""
+
 LARGEST = 100_000_000
 """Quanta beyond which a number is cut off, so that the page can count in 32 bits; 100 km in mm."""
 
@@ -59,9 +65,34 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
         "frames": sequence.frames,
         "dt": dt,
         "camera": camera_to_dict(camera),
+        "picture": picture_of(camera),
         "tracks": sequence.tracks.tolist(),
         "origin": _origin(truth)[:2].tolist(),
         **_packed(columns, CLIP_SIZE),
+    }
+
+
+def picture_of(camera: Camera) -> dict[str, Any]:
+    """What the player draws of a camera, whatever its model.
+
+    ``width``, and ``top`` and ``height`` of the rows that are shown, in px; ``round``, whether the picture closes on
+    itself; ``horizon``, its rows at columns evenly from border to border; ``view``, the azimuths of left and right
+    border in rad clockwise from forward, or None.
+    """
+    width, height = camera.picture_size
+    horizon = camera.horizon(np.linspace(0.0, width, HORIZON_POINTS))
+    if np.ptp(horizon) == 0.0:
+        horizon = horizon[:2]
+    top, bottom = 0.0, float(height)
+    if camera.period is not None:
+        top, bottom = float(horizon.min()) - ABOVE, float(horizon.max()) + BELOW
+    return {
+        "width": width,
+        "top": top,
+        "height": bottom - top,
+        "round": camera.period is not None,
+        "horizon": np.round(horizon, 2).tolist(),
+        "view": camera.view,
     }
 
 

@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.camera import Camera
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Float32, Mesh
 
@@ -101,8 +101,11 @@ def in_view(spheres: Float32, camera: Camera, pose: NDArray[np.float64]) -> tupl
     dx, dy = (spheres[:, :2] - pose[:2]).T
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     right, forward, radius = dx * sin - dy * cos, dx * cos + dy * sin, spheres[:, 3]
-    if isinstance(camera, PerspectiveCamera):
-        sides = (camera.cx / camera.focal, (camera.width - camera.cx) / camera.focal)
+    if camera.intrinsics is not None:
+        seen_from = np.stack([right, camera.mount_height - spheres[:, 2], forward], axis=-1)
+        right, _, forward = camera.to_camera(seen_from).T
+        focal, _, cx = camera.intrinsics[0]
+        sides = (cx / focal, (camera.picture_size[0] - cx) / focal)
         seen = forward > -radius
         for side, sign in zip(sides, (-1.0, 1.0), strict=True):
             seen &= sign * right - side * forward < radius * np.hypot(1.0, side)
@@ -131,7 +134,8 @@ def draw_commands(
 def lens(camera: Camera, size: tuple[int, int]) -> tuple[float, float, float, float]:
     """Clip x = a right + b w and clip y = c drop + d w (see ``frame.glsl``); a panorama needs c and d only."""
     width, height = size
-    if isinstance(camera, PanoramaCamera):
-        return 0.0, 0.0, 2.0 * camera.focal / height, 2.0 * camera.cy / height - 1.0
-    cx, cy = getattr(camera, "cx", 0.5 * width), getattr(camera, "cy", 0.5 * height)
-    return 2.0 * camera.focal / width, 2.0 * cx / width - 1.0, 2.0 * camera.focal / height, 2.0 * cy / height - 1.0
+    if camera.cylinder is not None:
+        focal, row = camera.cylinder
+        return 0.0, 0.0, 2.0 * focal / height, 2.0 * row / height - 1.0
+    (across, _, cx), (_, down, cy) = np.asarray(camera.intrinsics)[:2]
+    return 2.0 * across / width, 2.0 * cx / width - 1.0, 2.0 * down / height, 2.0 * cy / height - 1.0

@@ -1,15 +1,17 @@
 """Backend ``moderngl``: one indirect draw for all limbs, one for everything that stands still, one for the sky."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
+from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.opengl import light
 from vbbench_renderers.opengl.context import device_name, open_context
 from vbbench_renderers.opengl.packing import lens
@@ -17,8 +19,9 @@ from vbbench_renderers.opengl.probing import find_device
 from vbbench_renderers.opengl.stage import Stage
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster.rays import NEAR
+from vbbench_renderers.raster.rays import NEAR, tilt_of
 from vbbench_renderers.surroundings import surroundings_of
+from vbbench_renderers.views import assemble, drawn_natively
 
 if TYPE_CHECKING:
     import moderngl
@@ -56,19 +59,30 @@ class OpenGLRenderer:
         """See `vbbench.pictures.rendering.Renderer.render`."""
         if self._context is None:
             raise VbbenchError("this renderer was closed")
-        size, pose = camera.picture_size, np.asarray(pose, dtype=np.float64)
+        pose = np.asarray(pose, dtype=np.float64)
         without = None if observer is None else self._scene.column_of(observer)
         drawn = self._walkers.limbs(frame, pose[:2], camera.focal, without=without)
         here = self._scene.present[frame].copy()
         if without is not None:
             here[without] = False
-        with self._context as context:
+        shoot = partial(self._shoot, self._context, drawn, self._scene.positions[frame][here])
+        return shoot(camera, pose) if drawn_natively(camera) else assemble(camera, pose, shoot)
+
+    def _shoot(
+        self,
+        context: "moderngl.Context",
+        drawn: list[tuple[int, Limbs]],
+        bodies: FloatArray,
+        camera: Camera,
+        pose: FloatArray,
+    ) -> Picture:
+        """What a pinhole or an upright cylinder sees of limbs, by level of detail, of people who are at ``bodies``."""
+        size = camera.picture_size
+        with context:
             if size not in self._targets:
                 self._targets[size] = Targets(context, size, self._stage.fine_place)
             targets = self._targets[size]
-            self._stage.draw(
-                targets, self._frame(camera, size, pose), drawn, camera, pose, self._scene.positions[frame][here]
-            )
+            self._stage.draw(targets, self._frame(camera, size, pose), drawn, camera, pose, bodies)
             colours, truth = targets.read(self._stage.compose)
         columns = truth[..., 0].astype(np.int32)
         rgb = cv2.cvtColor(colours, cv2.COLOR_RGBA2RGB).astype(np.uint8, copy=False)
@@ -83,15 +97,18 @@ class OpenGLRenderer:
         del self._stage, self._targets
 
     def _frame(self, camera: Camera, size: tuple[int, int], pose: FloatArray) -> dict[str, Any]:
-        sky = self._sky
+        sky, tilt = self._sky, tilt_of(camera)
         return {
             "eye": (*pose[:2], camera.mount_height, NEAR),
             "heading": (np.cos(pose[2]), np.sin(pose[2]), 0.0, 0.0),
             "lens": lens(camera, size),
+            "tilt_right": (*tilt[0], 0.0),
+            "tilt_down": (*tilt[1], 0.0),
+            "tilt_forward": (*tilt[2], 0.0),
             "sun_direction": (*sky.sun_direction, sky.haze_distance),
             "sun_colour": (*sky.sun_colour, 0.0),
             "zenith": (*sky.zenith, 0.0),
             "horizon": (*sky.horizon, 0.0),
             "ground_glow": (*sky.ground_glow, 0.0),
-            "window": light.people_window(pose, not isinstance(camera, PanoramaCamera)),
+            "window": light.people_window(pose, camera.cylinder is None),
         }

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
 from vbbench_renderers.drawing import Limbs, Surroundings
 from vbbench_renderers.mesh import Int32
@@ -22,8 +22,8 @@ FRAME = np.dtype(
     [
         (name, np.float32, 4)
         for name in (
-            "eye", "heading", "lens", "sun_direction", "sun_colour", "zenith", "horizon", "ground_glow",
-            "window", "fixed_window",
+            "eye", "heading", "lens", "tilt_right", "tilt_down", "tilt_forward", "sun_direction", "sun_colour",
+            "zenith", "horizon", "ground_glow", "window", "fixed_window",
         )
     ]
 )  # fmt: skip
@@ -128,7 +128,7 @@ class Stage:
         camera, pose : where the picture is taken.
         bodies : [N, 2] where people stand.
         """
-        context, panorama = self._context, isinstance(camera, PanoramaCamera)
+        context, panorama = self._context, camera.cylinder is not None
         record = np.zeros((), dtype=FRAME)
         for name, value in frame.items():
             record[name] = value
@@ -194,7 +194,7 @@ class Stage:
         """Upload static objects in view; return how many chunks are not refined, and how many corners were."""
         chunks, corners = self._chunks, 0
         whole = np.arange(len(chunks.spheres))
-        if isinstance(camera, PanoramaCamera):
+        if camera.cylinder is not None:
             narrow = chunks.narrow(pose)
             whole = np.nonzero(narrow)[0]
             corners = self._upload_refined(camera, pose, chunks.triangles_of(~narrow))
@@ -204,8 +204,9 @@ class Stage:
         self._fill(self._chunk_commands, commands)
         return len(commands), corners
 
-    def _upload_refined(self, camera: PanoramaCamera, pose: FloatArray, triangles: Int32) -> int:
-        eye, slope = np.array((*pose[:2], camera.mount_height)), (camera.cy + 2.0) / camera.focal
+    def _upload_refined(self, camera: Camera, pose: FloatArray, triangles: Int32) -> int:
+        focal, row = np.asarray(camera.cylinder).tolist()
+        eye, slope = np.array((*pose[:2], camera.mount_height)), (row + 2.0) / focal
         corners = len(self._refined) + 1
         while corners > len(self._refined):
             corners = refine(self._place, triangles, eye, float(pose[2]), -slope, slope, self._refined)

@@ -6,19 +6,15 @@ Depth and ids of the colour pass would be mixed from several samples at silhouet
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.scene import Scene
-from vbbench_renderers.mesh import Float32
 from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
 from vbbench_renderers.pyrender_backend.stage import Stage
-from vbbench_renderers.pyrender_backend.views import View, resample, views_of
-
-Layers = tuple[NDArray[np.uint8], Float32, NDArray[Any]]
+from vbbench_renderers.views import assemble
 
 
 class PyrenderRenderer:
@@ -36,7 +32,6 @@ class PyrenderRenderer:
         self._screen: Any = open_off_screen(64, 64)
         self._device = device_name()
         self._stage = Stage(scene, seed, surroundings)
-        self._views: dict[Camera, list[View]] = {}
 
     @property
     def device(self) -> str:
@@ -47,19 +42,10 @@ class PyrenderRenderer:
         """See `vbbench.pictures.rendering.Renderer`."""
         if self._screen is None:
             raise VbbenchError("this renderer was closed")
-        width, height = camera.picture_size
         pose = np.asarray(pose, np.float64)
         without = None if observer is None else self._scene.column_of(observer)
         self._stage.set_people(frame, pose, camera.focal, without)
-        if isinstance(camera, PerspectiveCamera):
-            rgb, depth, ids = self._shoot(camera, pose)
-            return Picture(rgb=rgb, depth=depth, ids=ids)
-        rgb, depth = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
-        ids = np.empty((height, width), np.int32)
-        for view in self._views_of(camera):
-            layers = self._shoot(view.camera, pose - np.array([0.0, 0.0, view.turn]))
-            rgb[:, view.columns], depth[:, view.columns], ids[:, view.columns] = resample(view, *layers)
-        return Picture(rgb=rgb, depth=depth, ids=ids)
+        return self._shoot(camera, pose) if camera.intrinsics is not None else assemble(camera, pose, self._shoot)
 
     def close(self) -> None:
         """Give back the context."""
@@ -67,14 +53,9 @@ class PyrenderRenderer:
             self._screen.delete()
             self._screen = None
 
-    def _views_of(self, camera: Camera) -> list[View]:
-        if isinstance(camera, PanoramaCamera) and camera not in self._views:
-            self._views[camera] = views_of(camera)
-        return self._views[camera]
-
-    def _shoot(self, camera: PerspectiveCamera, pose: FloatArray) -> Layers:
-        """Colour, depth and ids of a perspective view."""
-        self._screen.viewport_width, self._screen.viewport_height = camera.width, camera.height
+    def _shoot(self, camera: Camera, pose: FloatArray) -> Picture:
+        """What a pinhole sees."""
+        self._screen.viewport_width, self._screen.viewport_height = camera.picture_size
         self._stage.set_camera(camera, pose)
         scene, flags = self._stage.scene, load_pyrender().RenderFlags
         rgb, _ = self._screen.render(scene, flags=flags.NONE)
@@ -83,4 +64,4 @@ class PyrenderRenderer:
         empty = depth == 0.0
         depth = np.where(empty, np.inf, depth).astype(np.float32)
         ids = np.append(NOBODY, self._scene.people).astype(np.int32)[rows]
-        return self._stage.with_sky(rgb, empty, camera, pose), depth, ids
+        return Picture(rgb=self._stage.with_sky(rgb, empty, camera, pose), depth=depth, ids=ids)

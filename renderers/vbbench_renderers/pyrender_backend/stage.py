@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.camera import PerspectiveCamera
+from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Surroundings
@@ -65,7 +65,7 @@ class Stage:
             self.codes[node] = (row >> 16, row >> 8 & 255, row & 255)
             self._drawn.append(node)
 
-    def set_camera(self, camera: PerspectiveCamera, pose: FloatArray) -> None:
+    def set_camera(self, camera: Camera, pose: FloatArray) -> None:
         """Look from a pose (x, y, yaw)."""
         if self._camera is not None:
             self.scene.remove_node(self._camera)
@@ -73,14 +73,11 @@ class Stage:
         matrix = np.eye(4)
         matrix[:3, :3] = (_AXES @ eye[:, :3]).T
         matrix[:3, 3] = -eye[:, :3].T @ eye[:, 3]
-        lens = self._pyrender.IntrinsicsCamera(
-            fx=camera.focal, fy=camera.focal, cx=camera.cx, cy=camera.cy, znear=NEAR, zfar=FAR
-        )
+        (fx, _, cx), (_, fy, cy) = np.asarray(camera.intrinsics)[:2].tolist()
+        lens = self._pyrender.IntrinsicsCamera(fx=fx, fy=fy, cx=cx, cy=cy, znear=NEAR, zfar=FAR)
         self._camera = self.scene.add(lens, pose=matrix)
 
-    def with_sky(
-        self, rgb: NDArray[np.uint8], empty: BoolArray, camera: PerspectiveCamera, pose: FloatArray
-    ) -> NDArray[np.uint8]:
+    def with_sky(self, rgb: NDArray[np.uint8], empty: BoolArray, camera: Camera, pose: FloatArray) -> NDArray[np.uint8]:
         """Colours with the sky where nothing was drawn."""
         sky = sky_picture(self._light, self._table, camera_rays(camera), eye_transform(camera, pose))
         return np.where(empty[..., None], sky, rgb)

@@ -105,7 +105,7 @@ def face_columns(points: Float32, columns: Float32, a: int, b: int, c: int, rays
         if (points[start, 2] >= NEAR) != (points[stop, 2] >= NEAR):
             share = (NEAR - points[start, 2]) / (points[stop, 2] - points[start, 2])
             side = points[start, 0] + share * (points[stop, 0] - points[start, 0])
-            column = rays.centre + rays.focal * side / NEAR
+            column = rays.centre + rays.across * side / NEAR
             low, high = min(low, column), max(high, column)
     return low, high
 

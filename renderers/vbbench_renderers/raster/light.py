@@ -140,8 +140,10 @@ def sky_picture(table: FloatArray, srgb: NDArray[np.uint8], rays: Rays, eye: Flo
         for column in range(width):
             x, up, z = rays.side[column], (rays.horizon - row) / rays.focal, rays.ahead[column]
             length = math.sqrt(x * x + up * up + z * z)
-            east, north = (eye[0, 0] * x + eye[2, 0] * z) / length, (eye[0, 1] * x + eye[2, 1] * z) / length
-            colour = sky_colour(light, east, north, up / length)
+            east = (eye[0, 0] * x + eye[2, 0] * z + eye[1, 0] * up) / length
+            north = (eye[0, 1] * x + eye[2, 1] * z + eye[1, 1] * up) / length
+            high = (eye[0, 2] * x + eye[2, 2] * z + eye[1, 2] * up) / length
+            colour = sky_colour(light, east, north, high)
             for band in range(3):
                 picture[row, column, band] = encode(colour[band], srgb)
     return picture

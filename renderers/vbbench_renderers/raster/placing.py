@@ -100,9 +100,9 @@ def _in_sight(sphere: Float32, joined: FloatArray, rays: Rays) -> bool:
     right, left = len(rays.side) - rays.centre, rays.centre
     if centre[2] + radius < NEAR:
         return False
-    if rays.focal * centre[0] + left * centre[2] < -radius * math.hypot(rays.focal, left):
+    if rays.across * centre[0] + left * centre[2] < -radius * math.hypot(rays.across, left):
         return False
-    return bool(right * centre[2] - rays.focal * centre[0] >= -radius * math.hypot(rays.focal, right))
+    return bool(right * centre[2] - rays.across * centre[0] >= -radius * math.hypot(rays.across, right))
 
 
 @kernel
@@ -121,7 +121,7 @@ def _columns_ahead(points: Float32, columns: Float32, rays: Rays) -> tuple[float
         if points[point, 2] < NEAR:
             behind = True
         else:
-            columns[point] = rays.centre + rays.focal * (points[point, 0] / points[point, 2])
+            columns[point] = rays.centre + rays.across * (points[point, 0] / points[point, 2])
             low, high = min(low, columns[point]), max(high, columns[point])
     if behind and low <= high:
         return 0.0, float(len(rays.side))

@@ -1,5 +1,6 @@
 """Backend ``raster``, without a GPU: place the limbs, fill the z-buffer, cast shadows, shade, smooth the edges."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from vbbench_renderers.raster.shading import Seen, looks_of, shade
 from vbbench_renderers.raster.shadows import ShadowMap, darken_contacts, draw_map
 from vbbench_renderers.raster.smoothing import finish
 from vbbench_renderers.raster.textures import build_textures
+from vbbench_renderers.views import assemble, drawn_natively
 
 
 class RasterRenderer:
@@ -57,7 +59,8 @@ class RasterRenderer:
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
         """See `vbbench.pictures.rendering.Renderer`."""
         without = None if observer is None else self._scene.column_of(observer)
-        return self._drawer.draw(frame, camera, pose, self._scene, without)
+        shoot = partial(self._drawer.draw, frame, camera.focal, self._scene, without)
+        return shoot(camera, pose) if drawn_natively(camera) else assemble(camera, pose, shoot)
 
     def close(self) -> None:
         """Nothing is held."""
@@ -76,10 +79,15 @@ class Drawer:
         self._meshes = len(people.library(0))
         self._static_shadows = self._draw_static_shadows(surroundings.mesh.vertices)
 
-    def draw(self, frame: int, camera: Camera, pose: FloatArray, scene: Scene, without: int | None) -> Picture:
-        """The picture of a frame, without the person in column ``without``."""
+    def draw(
+        self, frame: int, focal: float, scene: Scene, without: int | None, camera: Camera, pose: FloatArray
+    ) -> Picture:
+        """The picture of a frame by a pinhole or an upright cylinder, without the person in column ``without``.
+
+        A focal length of ``focal`` px decides people's level of detail.
+        """
         rays, eye = camera_rays(camera), eye_transform(camera, pose)
-        people = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), camera.focal, without)
+        people = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), focal, without)
         limbs = Limbs(**{k: np.concatenate([getattr(people, k), v]) for k, v in vars(self._static).items()})
         placed = place(self._parts, limbs.mesh, limbs.transform, limbs.pattern < 0, eye, rays)
         shape = len(rays.side), rays.height

@@ -110,16 +110,18 @@ def _shade_column(
     light = light_of(sky_light)
     x, z = rays.side[column], rays.ahead[column]
     flat = x * x + z * z
-    ray_x, ray_y = eye[0, 0] * x + eye[2, 0] * z, eye[0, 1] * x + eye[2, 1] * z
-    eye_x = -(eye[0, 0] * eye[0, 3] + eye[2, 0] * eye[2, 3])
-    eye_y = -(eye[0, 1] * eye[0, 3] + eye[2, 1] * eye[2, 3])
-    eye_z = -eye[1, 3]
+    flat_x, flat_y = eye[0, 0] * x + eye[2, 0] * z, eye[0, 1] * x + eye[2, 1] * z
+    flat_z = eye[0, 2] * x + eye[2, 2] * z
+    eye_x = -(eye[0, 0] * eye[0, 3] + eye[1, 0] * eye[1, 3] + eye[2, 0] * eye[2, 3])
+    eye_y = -(eye[0, 1] * eye[0, 3] + eye[1, 1] * eye[1, 3] + eye[2, 1] * eye[2, 3])
+    eye_z = -(eye[0, 2] * eye[0, 3] + eye[1, 2] * eye[1, 3] + eye[2, 2] * eye[2, 3])
     old_limb, old_face, a, b, c, face = -1, -1, 0, 0, 0, 0
     e0 = e1 = e2 = (0.0, 0.0, 0.0)
     for row in range(rays.height):
         up = (rays.horizon - row) / rays.focal
         stretch = math.sqrt(flat + up * up)
-        towards = (-ray_x / stretch, -ray_y / stretch, -up / stretch)
+        ray_x, ray_y, ray_z = flat_x + eye[1, 0] * up, flat_y + eye[1, 1] * up, flat_z + eye[1, 2] * up
+        towards = (-ray_x / stretch, -ray_y / stretch, -ray_z / stretch)
         if nearness[column, row] == 0.0:
             colour = sky_colour(light, -towards[0], -towards[1], -towards[2])
         else:
@@ -156,7 +158,7 @@ def _shade_column(
                 v = w0 * parts.uv[a, 1] + w1 * parts.uv[b, 1] + w2 * parts.uv[c, 1]
                 paint = read_texture(textures, parts.layers[face], u, v, spread)
                 albedo = (albedo[0] * paint[0], albedo[1] * paint[1], albedo[2] * paint[2])
-            world = (eye_x + depth * ray_x, eye_y + depth * ray_y, eye_z + depth * up)
+            world = (eye_x + depth * ray_x, eye_y + depth * ray_y, eye_z + depth * ray_z)
             sun = 0.0
             if normal[0] * light.sun[0] + normal[1] * light.sun[1] + normal[2] * light.sun[2] > 0.0:
                 sun = _sun_at(people, world, normal, 0.03, 0.03)

@@ -1,12 +1,14 @@
 """Boxes as the joint solver sees them: rays that know their range from the feet, or from the height of the box.
 
 A box's bottom stands at v + l/2 = c_y + f·h_0/r, whoever it shows: it measures the distance as a box of height
-v + l/2 − c_y of somebody as tall as the camera's mount would, with the noise of one edge instead of two. What the top
+v + l/2 − c_y of somebody as tall as the camera's mount would, with the noise of one edge instead of two; so in a level
+camera, and `Camera.to_horizon` makes that box in any. What the top
 adds, (h_0 − h)²/h_0² of that information where the height h is known, is under one per cent for people about as tall
 as the mount; it is left out, and no height is unknown any more. Without feet, the box height l = f·h/r and the prior of
 h are all there is.
 
-The same two edges tell how tall people are, wherever the camera is: h = h_0·l/(v + l/2 − c_y). With independent errors
+The same two edges tell how tall people are, wherever the camera is: h = h_0·l/(v + l/2 − c_y) in a level camera,
+`Camera.statures` in any. With independent errors
 of σ px in top and bottom edge,
 
     var h = σ² (h_0² + (h_0 − h)²)/(v + l/2 − c_y)².
@@ -18,7 +20,6 @@ from typing import NamedTuple, TypedDict
 
 import numpy as np
 
-from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench.solver import Problem
@@ -50,11 +51,6 @@ class Statures(NamedTuple):
     variance: FloatArray
 
 
-def horizon(camera: Camera) -> float:
-    """Row in px in which everything as high as the camera's mount appears: c_y."""
-    return float(camera.project(np.array((0.0, 1.0)), np.array(2.0 * camera.mount_height))[1])
-
-
 class Eye:
     """What turns boxes into rays.
 
@@ -66,15 +62,12 @@ class Eye:
 
     def __init__(self, problem: Problem, feet: bool) -> None:
         self._camera, self._pixel_std, self._feet = problem.camera, problem.pixel_std, feet
-        self._horizon = horizon(problem.camera)
 
     def sight(self, boxes: FloatArray) -> Sightings:
         """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
         if not self._feet:
             return sight(self._camera, boxes, self._pixel_std)
-        upright = boxes.copy()
-        upright[..., 2] = boxes[..., 1] + 0.5 * boxes[..., 2] - self._horizon
-        rays, sideways, stretch = sight(self._camera, upright, self._pixel_std)
+        rays, sideways, stretch = sight(self._camera, self._camera.to_horizon(boxes), self._pixel_std)
         return Sightings(rays, sideways, stretch * np.sqrt(0.5))
 
 
@@ -128,11 +121,13 @@ class BoxHeights:
         people, known = len(problem.tracks), 1.0 / max(problem.height_std, HEIGHT_FLOOR) ** 2
         self.precision = np.full(people, known)
         self.weighted = np.full(people, known * problem.height_mean)
-        self._facts = horizon(problem.camera), problem.camera.mount_height, problem.pixel_std
+        self._camera, self._pixel_std = problem.camera, problem.pixel_std
 
     def learn(self, boxes: FloatArray) -> None:
         """Take in the boxes [K, 3] of a frame, or [T, K, 3], in px; NaN = none."""
-        _learn(boxes if boxes.ndim == 3 else boxes[None], *self._facts, self.precision, self.weighted)
+        boxes = boxes if boxes.ndim == 3 else boxes[None]
+        feet, heights = self._camera.to_horizon(boxes)[..., 2], self._camera.statures(boxes)
+        _learn(feet, heights, self._camera.mount_height, self._pixel_std, self.precision, self.weighted)
 
     def report(self) -> Report:
         """What is believed so far."""
@@ -141,13 +136,12 @@ class BoxHeights:
 
 @kernel
 def _learn(
-    boxes: FloatArray, horizon: float, mount: float, std: float, precision: FloatArray, weighted: FloatArray
+    feet: FloatArray, heights: FloatArray, mount: float, std: float, precision: FloatArray, weighted: FloatArray
 ) -> None:
-    for t in range(boxes.shape[0]):
-        for k in range(boxes.shape[1]):
-            foot = boxes[t, k, 1] + 0.5 * boxes[t, k, 2] - horizon
+    for t in range(feet.shape[0]):
+        for k in range(feet.shape[1]):
+            foot, height = feet[t, k], heights[t, k]
             if foot >= LOWEST_FOOT:
-                height = mount * boxes[t, k, 2] / foot
                 known = 1.0 / (HEIGHT_FLOOR**2 + (std / foot) ** 2 * (mount**2 + (mount - height) ** 2))
                 precision[k] += known
                 weighted[k] += known * height

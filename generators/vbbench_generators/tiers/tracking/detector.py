@@ -115,10 +115,13 @@ def _false_alarms(
     before = int(np.ceil(5.0 * lasting))  # frames ahead of the first, so that it has its share
     count = int(rng.poisson(model.false_alarms / lasting * (len(watched) + before)))
     begins, lives = rng.integers(-before, len(watched), count), rng.geometric(1.0 / lasting, count)
-    scale = camera.focal / rng.uniform(NEAREST_ALARM, FARTHEST_ALARM, count)
+    away = rng.uniform(NEAREST_ALARM, FARTHEST_ALARM, count)
     tall = np.maximum(rng.normal(ALARM_HEIGHT, ALARM_SPREAD, count), 0.5)
-    row = _horizon(camera) + scale * (camera.mount_height - 0.5 * tall)
     column = rng.uniform(0.0, camera.picture_size[0], count)
+    horizon = camera.horizon(column)
+    of_a_metre = np.stack([column, horizon, np.ones(count)], axis=-1)  # boxes of 1 px, to know px per m at 1 m
+    scale = camera.depth(camera.unproject(of_a_metre, np.ones(count))) / away
+    row = horizon + scale * (camera.mount_height - 0.5 * tall)
     boxes = np.stack([column, row, model.aspect * scale * tall, scale * tall], axis=-1)
     scores = _shares(model.false_alarm_score + model.score_std * rng.standard_normal(count))
     alarm = np.repeat(np.arange(count), lives)
@@ -141,9 +144,3 @@ def _stds(model: DetectorModel) -> FloatArray:
 def _shares(odds: FloatArray) -> FloatArray:
     """Scores of log-odds."""
     return 1.0 / (1.0 + np.exp(-odds))
-
-
-def _horizon(camera: Camera) -> float:
-    """Row of the horizon: that of the centre of somebody twice as tall as the camera is high, anywhere ahead."""
-    boxes = camera.project(np.array([[0.0, 5.0]]), np.array([2.0 * camera.mount_height]))
-    return float(boxes[0, 1])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from vbbench.camera import Camera, PanoramaCamera
+from vbbench.camera import Camera
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled, read_toml
 
@@ -97,7 +97,14 @@ class TrackerSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackingSettings:
-    """Detector, tracker, and what solvers are told of their noise in px, by kind of camera."""
+    """Detector, tracker, and what solvers are told of their noise in px.
+
+    Parameters
+    ----------
+    perspective_std : in a picture with borders, which cut off the feet of people who are near.
+    panorama_std : in a picture that closes on itself.
+    detector, tracker : how they err.
+    """
 
     perspective_std: Positive
     panorama_std: Positive
@@ -109,7 +116,7 @@ class TrackingSettings:
 
     def pixel_std(self, camera: Camera) -> float:
         """Standard deviation in px of column, top and bottom of tracked boxes."""
-        return self.panorama_std if isinstance(camera, PanoramaCamera) else self.perspective_std
+        return self.perspective_std if camera.period is None else self.panorama_std
 
 
 def get_tracking() -> TrackingSettings:

@@ -1,17 +1,10 @@
-/* What the observer sees: boxes on a strip of the panorama, or in the picture of a perspective camera. */
+/* What the observer sees: boxes on a strip of the panorama, or in the picture of a camera with borders. */
 "use strict";
 (function (parts) {
   const ASPECT = 0.38; // width of a person's box over its height
   const FILL = 0.22, FILL_ON_PICTURE = 0.1; // opacity
   const SMALL = 6; // half the width in CSS px under which boxes have corners
-  const ABOVE = 60, BELOW = 190; // rows of a panorama that are shown above and below the horizon
   const MARKS = [["back", 0], ["left", 0.25], ["ahead", 0.5], ["right", 0.75], ["back", 1]];
-
-  /** The rows and columns of a camera's picture that are shown, in px of the camera. */
-  function frameOf(camera) {
-    if (camera.kind !== "panorama") return { width: camera.width, top: 0, height: camera.height };
-    return { width: camera.width, top: camera.cy - ABOVE, height: ABOVE + BELOW };
-  }
 
   /** Picture shown behind the boxes, loaded when first asked for. */
   class Pictures {
@@ -42,11 +35,11 @@
     start(clip, pictures) {
       this.clip = clip;
       this.pictures = pictures;
-      this.shown = frameOf(clip.camera);
+      this.shown = clip.picture; // rows and columns in px of the camera, as player/clip.py chose them
       this.order = Array.from({ length: clip.K }, (_, k) => k);
       this.canvas.style.aspectRatio = `${this.shown.width} / ${this.shown.height}`;
       const around = this.canvas.parentElement;
-      around.classList.toggle("player-round", clip.camera.kind === "panorama");
+      around.classList.toggle("player-round", clip.picture.round);
       around.scrollLeft = (around.scrollWidth - around.clientWidth) / 2; // ahead
     }
 
@@ -62,13 +55,13 @@
       context.setTransform(scale, 0, 0, scale, 0, -shown.top * scale);
       this.order.sort((a, b) => (moment.boxes.l[a] || 0) - (moment.boxes.l[b] || 0));
       for (const k of this.order) this.drawBox(moment, k, theme, scale);
-      if (clip.camera.kind === "panorama") this.drawCompass(theme);
+      if (clip.picture.round) this.drawCompass(theme);
       if (options.selected >= 0) this.drawSelected(moment, theme, options);
       else if (options.ids) this.drawIds(moment, theme);
     }
 
     drawGround(moment, theme) {
-      const { context, canvas, clip, shown, scale } = this;
+      const { context, canvas, shown, scale } = this;
       const picture = this.pictures && this.pictures.of(moment.frame);
       if (picture) {
         const rate = picture.naturalWidth / shown.width;
@@ -76,22 +69,33 @@
           0, 0, canvas.width, canvas.height);
         return;
       }
-      const horizon = (clip.camera.cy - shown.top) * scale;
-      context.globalAlpha = 0.06;
+      const rows = shown.horizon.map((row) => (row - shown.top) * scale);
+      const level = rows.every((row) => row === rows[0]), at = (row) => (level ? Math.round(row) : row);
+      const thick = Math.max(1, canvas.ratio);
       context.fillStyle = theme.ink;
-      context.fillRect(0, horizon, canvas.width, canvas.height - horizon);
-      context.globalAlpha = 1;
+      this.fillBelow(rows, rows.map(() => canvas.height), 0.06);
       context.fillStyle = theme.line;
-      context.fillRect(0, Math.round(horizon), canvas.width, Math.max(1, canvas.ratio));
+      this.fillBelow(rows.map(at), rows.map((row) => at(row) + thick), 1);
+    }
+
+    /** Fill the canvas between two lines, given by their rows at columns evenly from border to border. */
+    fillBelow(rows, bottoms, alpha) {
+      const { context, canvas } = this, step = canvas.width / (rows.length - 1);
+      context.globalAlpha = alpha;
+      context.beginPath();
+      rows.forEach((row, n) => context.lineTo(n * step, row));
+      bottoms.forEach((_, n) => context.lineTo(canvas.width - n * step, bottoms[bottoms.length - 1 - n]));
+      context.fill();
+      context.globalAlpha = 1;
     }
 
     drawBox(moment, k, theme, scale) {
       const { u, v, l } = moment.boxes;
       if (l[k] !== l[k]) return;
-      const { context, clip } = this, half = 0.5 * ASPECT * l[k], thin = this.canvas.ratio / scale;
-      const copies = clip.camera.kind === "panorama" && (u[k] < half || u[k] > clip.camera.width - half) ? 2 : 1;
+      const { context, clip } = this, { round, width } = clip.picture, half = 0.5 * ASPECT * l[k], thin = this.canvas.ratio / scale;
+      const copies = round && (u[k] < half || u[k] > width - half) ? 2 : 1;
       for (let copy = 0; copy < copies; copy++) {
-        const centre = copy ? u[k] + (u[k] < half ? 1 : -1) * clip.camera.width : u[k];
+        const centre = copy ? u[k] + (u[k] < half ? 1 : -1) * width : u[k];
         context.fillStyle = context.strokeStyle = theme.people[k];
         context.lineWidth = 1.4 * thin;
         if (half < SMALL * thin) this.drawRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);

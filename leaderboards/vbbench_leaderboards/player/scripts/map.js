@@ -120,13 +120,12 @@
     }
 
     drawSight(moment, theme) {
-      const { context, k } = this, { camera } = this.clip, { x, y, yaw } = moment.truth;
-      const round = camera.kind === "panorama";
-      const half = round ? 0.35 : Math.atan(camera.width / 2 / camera.focal), reach = (round ? 2.2 : 12) * k;
+      const { context, k } = this, { round, view } = this.clip.picture, { x, y, yaw } = moment.truth;
+      const [left, right] = view || [-0.35, 0.35], reach = (round ? 2.2 : 12) * k;
       context.fillStyle = context.strokeStyle = theme.accent;
       context.beginPath();
       context.moveTo(this.sx(x), this.sy(y));
-      context.arc(this.sx(x), this.sy(y), reach, -yaw - half, -yaw + half);
+      context.arc(this.sx(x), this.sy(y), reach, -yaw + left, -yaw + right);
       context.closePath();
       context.globalAlpha = 0.12;
       context.fill();

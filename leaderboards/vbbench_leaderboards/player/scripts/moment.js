@@ -72,7 +72,7 @@
       this.fill(this.truth, whole, share);
       for (const room of this.estimates) this.fill(room, whole, share);
       const boxShare = pictured ? 0 : share;
-      const turn = clip.camera.kind === "panorama" ? clip.camera.width : 0;
+      const turn = clip.picture.round ? clip.picture.width : 0;
       blend(clip.u, this.boxes.u, whole * clip.K, clip.K, boxShare, turn);
       blend(clip.v, this.boxes.v, whole * clip.K, clip.K, boxShare, 0);
       blend(clip.l, this.boxes.l, whole * clip.K, clip.K, boxShare, 0);

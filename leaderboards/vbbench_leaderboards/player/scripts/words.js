@@ -44,7 +44,7 @@
       .map((estimate, n) => `${drawn[n].name}: people off by ${number(estimate.dx[t])} m, camera by ${number(estimate.dt[t])} m`).join("; ");
     const said = `Frame ${t} of ${clip.T - 1}, ${seen} people seen${errors && ": "}${errors}.`;
     if (ui.said.textContent !== said) ui.said.textContent = said;
-    const camera = clip.camera.kind === "panorama" ? "the panorama around the observer" : "the observer's picture";
+    const camera = clip.picture.round ? "the panorama around the observer" : "the observer's picture";
     ui.ego.setAttribute("aria-label", `Boxes of ${seen} people in ${camera}.`);
     ui.map.setAttribute("aria-label", `Map from above: the observer, the people around, and the estimates of ${
       drawn.map(({ name }) => name).join(", ") || "no solver"}.`);

@@ -2,7 +2,10 @@
 layout(std140) uniform Frame {
     vec4 eye;             // x, y, height; w: nearest distance drawn
     vec4 heading;         // cos yaw, sin yaw
-    vec4 lens;            // clip x = lens.x right + lens.y w, clip y = lens.z (eye.z - z) + lens.w w
+    vec4 lens;            // clip x = lens.x right + lens.y w, clip y = lens.z down + lens.w w
+    vec4 tilt_right;      // the camera's right, down and forward among those of a level one; level in a panorama
+    vec4 tilt_down;
+    vec4 tilt_forward;
     vec4 sun_direction;   // w: haze distance
     vec4 sun_colour;
     vec4 zenith;

@@ -6,11 +6,14 @@ vec4 project(vec3 point, float base) {
     float w = length(seen);
     float turn = atan(seen.x, seen.y) - base;
     float x = (base + turn - 2.0 * PI * round(turn / (2.0 * PI))) / PI * w;
+    float down = eye.z - point.z;
 #else
-    float w = seen.y;
-    float x = lens.x * seen.x + lens.y * w;
+    vec3 level = vec3(seen.x, eye.z - point.z, seen.y);
+    float w = dot(tilt_forward.xyz, level);
+    float x = lens.x * dot(tilt_right.xyz, level) + lens.y * w;
+    float down = dot(tilt_down.xyz, level);
 #endif
-    float y = lens.z * (eye.z - point.z) + lens.w * w;
+    float y = lens.z * down + lens.w * w;
     float z = w - 2.0 * eye.w;  // near at eye.w, far at infinity
     return vec4(vec2(x, y) + shift * w, z, w);
 }

@@ -4,13 +4,14 @@ layout(location = 1) out float depth;
 
 void main() {
     vec2 at = place - shift;
-    float up = (lens.w - at.y) / lens.z;
+    float down = (at.y - lens.w) / lens.z;
 #ifdef PANORAMA
-    vec2 seen = vec2(sin(at.x * PI), cos(at.x * PI));
+    vec3 seen = vec3(sin(at.x * PI), down, cos(at.x * PI));
 #else
-    vec2 seen = vec2((at.x - lens.y) / lens.x, 1.0);
+    float right = (at.x - lens.y) / lens.x;
+    vec3 seen = right * tilt_right.xyz + down * tilt_down.xyz + tilt_forward.xyz;
 #endif
-    vec2 flat_way = seen.y * heading.xy + seen.x * vec2(heading.y, -heading.x);
-    picture = vec4(encode(sky(normalize(vec3(flat_way, up)))), 1.0);
+    vec2 flat_way = seen.z * heading.xy + seen.x * vec2(heading.y, -heading.x);
+    picture = vec4(encode(sky(normalize(vec3(flat_way, -seen.y)))), 1.0);
     depth = 1.0 / 0.0;
 }
