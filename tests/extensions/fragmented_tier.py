@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.generation.tier import Observations, Sight
+from vbbench.generation.tier import Observations, Sight, Tier
 
 LIFE = 6
 """Frames of a track."""
@@ -13,12 +13,9 @@ MISSED = 0.1
 """Share of boxes that are missing."""
 
 
-class Fragmented:
+class Fragmented(Tier):
     """Everybody is somebody new every `LIFE` frames."""
 
-    name = "fragmented"
-    summary = "People are lost every six frames and found again as somebody new; one box of ten is missing."
-    hides = False
     tracks = True
 
     @property
@@ -44,4 +41,7 @@ class Fragmented:
         return Observations(boxes=boxes[:, kept], visible=visible[:, kept], persons=persons[:, kept])
 
 
-fragmented = Fragmented()
+fragmented = Fragmented(
+    name="fragmented",
+    summary="People are lost every six frames and found again as somebody new; one box of ten is missing.",
+)

@@ -105,6 +105,12 @@ def test_its_own_name_and_that_of_its_registration_are_one(install: Install) -> 
         get_tier("broken-up")
 
 
+def test_what_is_not_a_tier_is_refused(install: Install) -> None:
+    install("vbbench.tiers", "life", "tests.extensions.fragmented_tier:LIFE")
+    with pytest.raises(VbbenchError, match="tier 'life' is 6; register an object of a subclass of Tier"):
+        get_tier("life")
+
+
 def test_the_nearest_name_is_suggested(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["generate", "sim", "--tier", "nosy", "--out", str(tmp_path / "out")]) == 2
     assert "no tier is called 'nosy'; did you mean 'noisy'?" in capsys.readouterr().err

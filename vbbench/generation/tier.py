@@ -7,12 +7,12 @@ reading needs stands in its files, so that a dataset of a tier that is not insta
 from dataclasses import dataclass
 from functools import cached_property
 from textwrap import fill
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import UnknownNameError, VbbenchError, quoted
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.registry import load, load_all, registered
 from vbbench.sequence import Truth
@@ -67,34 +67,36 @@ class Observations:
     persons: IntArray | None = None
 
 
-class Tier(Protocol):
-    """What is done to exact boxes."""
+@dataclass(frozen=True, kw_only=True)
+class Tier:
+    """What is done to exact boxes: a subclass says what it observes, and whatever is not as here.
 
-    @property
-    def name(self) -> str:
-        """What it is called: in ``--tier``, in ``dataset.json`` and where it is registered."""
+    Parameters
+    ----------
+    name : what it is called: in ``--tier``, in ``dataset.json`` and where it is registered.
+    summary : what it does to boxes, in one sentence.
+    """
 
-    @property
-    def summary(self) -> str:
-        """What it does to boxes, in one sentence."""
+    name: str
+    summary: str
 
-    @property
-    def hides(self) -> bool:
-        """Whether people may stand in the way of others; a sight then holds everybody who is there."""
-
-    @property
-    def tracks(self) -> bool:
-        """Whether boxes are those of tracks, not of people; the dataset then has the table ``truth/tracks``."""
+    hides: ClassVar[bool] = False
+    """Whether people may stand in the way of others; a sight then holds everybody who is there."""
+    tracks: ClassVar[bool] = False
+    """Whether boxes are those of tracks, not of people; the dataset then has the table ``truth/tracks``."""
 
     @property
     def definition(self) -> dict[str, Any]:
         """What boxes follow from beside the name and `pixel_std`, as JSON: part of a dataset's definition and id."""
+        return {}
 
-    def pixel_std(self, camera: Camera) -> float:
+    def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
         """What solvers are told: the standard deviation in px of a box's column, top and bottom."""
+        return 0.0
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Make the boxes; ``rng`` holds the sequence's random numbers."""
+        raise NotImplementedError
 
 
 def get_tier(name: str) -> Tier:
@@ -107,11 +109,13 @@ def get_tier(name: str) -> Tier:
     UnknownNameError
         If no tier is called so; the nearest name is suggested.
     VbbenchError
-        If it is broken, or registered under a name that is not its own.
+        If it is broken, not a `Tier`, or registered under a name that is not its own.
     """
     if name not in registered("tier"):
         raise UnknownNameError("tier", name, registered("tier"))
-    found: Tier = load("tier", name)
+    found = load("tier", name)
+    if not isinstance(found, Tier):
+        raise VbbenchError(f"tier '{name}' is {quoted(found)}; register an object of a subclass of Tier")
     if found.name != name:
         raise VbbenchError(f"tier '{name}' calls itself '{found.name}': register it under that name")
     return found
@@ -124,7 +128,7 @@ def has_tracks(name: str) -> bool:
 
 def all_tiers() -> list[Tier]:
     """Every tier, those of vbbench first; a broken one is left out with a warning."""
-    return list(load_all("tier").values())
+    return [tier for tier in load_all("tier").values() if isinstance(tier, Tier)]
 
 
 def describe_tiers() -> str:

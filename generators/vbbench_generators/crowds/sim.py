@@ -176,4 +176,5 @@ class StreetSplit:
         tier = get_tier(options.tier)
         if tier.hides:
             return plan_simulation(self.card, options, STREET_SCENARIO, tier, input=tier.name)
-        return plan_simulation(self.card, options, STREET_SCENARIO, BehindOthers(tier=tier), input="cline")
+        hidden = BehindOthers(name=tier.name, summary=tier.summary, tier=tier)
+        return plan_simulation(self.card, options, STREET_SCENARIO, hidden, input="cline")

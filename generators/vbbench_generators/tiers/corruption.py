@@ -10,7 +10,7 @@ from vbbench.generation.tier import Observations, Sight, Tier
 from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
 from vbbench_generators.tiers.tracking.observing import track_people
-from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
+from vbbench_generators.tiers.tracking.settings import get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,19 +34,10 @@ def _showing(sight: Sight, outline: Outline) -> Showing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Noise:
+class Noise(Tier):
     """Boxes of whole people, with Gaussian noise of ``std`` px on column, top and bottom; nobody hides anybody."""
 
-    name: str
-    summary: str
     std: float
-    hides: bool = False
-    tracks: bool = False
-
-    @property
-    def definition(self) -> dict[str, Any]:
-        """Nothing: all of it stands in the dataset's ``pixel_std``."""
-        return {}
 
     def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
         """The noise that there is."""
@@ -61,23 +52,16 @@ class Noise:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Occlusion:
-    """Nearer people hide those behind; who shows too little has no box."""
+class Occlusion(Tier):
+    """Nearer people hide those behind; who shows too little has no box, and what shows of others is exact."""
 
-    name: str
-    summary: str
     hiding: Hiding = field(default_factory=Hiding)
-    hides: bool = True
-    tracks: bool = False
+    hides = True
 
     @property
     def definition(self) -> dict[str, Any]:
         """How people hide one another."""
         return {"hiding": asdict(self.hiding)}
-
-    def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
-        """None: what shows of people is exact."""
-        return 0.0
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:  # noqa: ARG002
         """Boxes about what shows of everybody who shows enough."""
@@ -89,27 +73,12 @@ class Occlusion:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BehindOthers:
-    """A tier on a split whose people hide one another: who shows too little has no box, and others a whole one."""
+class BehindOthers(Tier):
+    """A ``tier`` on a split whose people hide one another: who shows too little has no box, and others a whole one."""
 
     tier: Tier
     hiding: Hiding = field(default_factory=lambda: Hiding(cut=False))
-    hides: bool = True
-
-    @property
-    def name(self) -> str:
-        """That of the tier."""
-        return self.tier.name
-
-    @property
-    def summary(self) -> str:
-        """That of the tier."""
-        return self.tier.summary
-
-    @property
-    def tracks(self) -> bool:
-        """Whether the tier does."""
-        return self.tier.tracks
+    hides = True
 
     @property
     def definition(self) -> dict[str, Any]:
@@ -123,51 +92,34 @@ class BehindOthers:
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """What the tier makes of everybody who shows enough."""
         showing = _showing(sight, self.hiding.outline)
-        seen = sight.seen & enough(showing, self.hiding.least_visible)
-        made = self.tier.observe(replace(sight, seen=seen), rng)
+        made = self.tier.observe(replace(sight, seen=sight.seen & enough(showing, self.hiding.least_visible)), rng)
         if made.persons is not None:
             return made
         return replace(made, visible=np.where(np.isnan(made.boxes[..., 2]), np.nan, showing.visible))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tracking:
+class Tracking(Tier):
     """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file."""
 
-    name: str
-    summary: str
     outline: Outline = field(default_factory=Outline)
-    hides: bool = True
-    tracks: bool = True
-
-    @property
-    def settings(self) -> TrackingSettings:
-        """The detector and the tracker that come with this package."""
-        return get_tracking()
+    hides = True
+    tracks = True
 
     @property
     def definition(self) -> dict[str, Any]:
         """What people look like, and all settings."""
-        return {"outline": asdict(self.outline), "tracking": asdict(self.settings)}
+        return {"outline": asdict(self.outline), "tracking": asdict(get_tracking())}
 
     def pixel_std(self, camera: Camera) -> float:
         """As measured of this detector and tracker."""
-        return self.settings.pixel_std(camera)
+        return get_tracking().pixel_std(camera)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """The boxes of tracks, and who is behind them."""
-        showing = _showing(sight, self.outline)
-        tracked = track_people(
-            sight.boxes,
-            showing,
-            sight.people,
-            sight.camera,
-            sight.dt,
-            sight.watched,
-            self.settings,
-            self.outline,
-            rng,
-        )
+        showing, settings = _showing(sight, self.outline), get_tracking()
+        where = (sight.people, sight.camera, sight.dt, sight.watched)
+        tracked = track_people(sight.boxes, showing, *where, settings, self.outline, rng)
         return Observations(boxes=tracked.boxes, visible=tracked.scores, persons=tracked.persons)
 
 
