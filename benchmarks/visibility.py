@@ -20,7 +20,7 @@ from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
 from vbbench_renderers.raster.filling import MARGIN, STRIP, cross, face_columns, reaches, trim
 from vbbench_renderers.raster.parts import Parts, join_parts
 from vbbench_renderers.raster.placing import Placed, place
-from vbbench_renderers.raster.rays import NEAR, Rays, camera_rays, eye_transform
+from vbbench_renderers.rays import NEAR, Rays, camera_rays, eye_transform
 
 ALL, INSIDE, ON_BORDER = range(3)
 """Columns of the counts: pixels, those inside the window, those on its border."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.commands import ended, start
 from tests.extensions import fisheye
 from tests.flat_renderer import FlatRenderer
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera, camera_from_dict, camera_to_dict, make_camera
@@ -64,6 +65,13 @@ def test_it_is_registered_and_survives_files() -> None:
     camera = make_camera("fisheye", pitch=-0.2)
     assert type(camera).__module__ == "strange_lens"
     assert camera_from_dict(camera_to_dict(camera)) == camera
+
+
+def test_the_command_line_takes_its_name(tmp_path: Path) -> None:
+    words = ["generate", "sim", "--camera", "fisheye", "--sequences", "1", "--people", "6", "--out", tmp_path / "sim"]
+    command = start(*words)
+    assert ended(command) == (0, "")
+    assert Dataset(tmp_path / "sim").info.camera == make_camera("fisheye")
 
 
 @pytest.mark.parametrize("tier", TIERS)

@@ -15,7 +15,7 @@ from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench_renderers.mesh import Float32
-from vbbench_renderers.raster.rays import camera_rays
+from vbbench_renderers.rays import camera_rays
 
 AROUND = 6
 """Views that make a panorama."""

@@ -19,7 +19,7 @@ from vbbench_renderers.opengl.probing import find_device
 from vbbench_renderers.opengl.stage import Stage
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster.rays import NEAR, tilt_of
+from vbbench_renderers.rays import NEAR, tilt_of
 from vbbench_renderers.surroundings import surroundings_of
 from vbbench_renderers.views import assemble, drawn_natively
 

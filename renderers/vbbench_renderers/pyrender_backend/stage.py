@@ -16,7 +16,7 @@ from vbbench_renderers.pyrender_backend.loading import load_pyrender
 from vbbench_renderers.raster.crowd import joined_library, joined_limbs
 from vbbench_renderers.raster.light import light_table, sky_picture, srgb_table
 from vbbench_renderers.raster.parts import join_parts
-from vbbench_renderers.raster.rays import NEAR, camera_rays, eye_transform
+from vbbench_renderers.rays import NEAR, camera_rays, eye_transform
 from vbbench_renderers.surroundings import surroundings_of
 
 FAR = 1000.0

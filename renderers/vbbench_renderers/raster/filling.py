@@ -15,7 +15,7 @@ from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.parts import Parts
 from vbbench_renderers.raster.placing import Placed
-from vbbench_renderers.raster.rays import NEAR, Rays
+from vbbench_renderers.rays import NEAR, Rays
 
 STRIP = 32
 """Columns that one thread draws at a time; the picture does not depend on it."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_renderers.drawing import Sky
-from vbbench_renderers.raster.rays import Rays
 from vbbench_renderers.raster.textures import linear_to_srgb
+from vbbench_renderers.rays import Rays
 
 SRGB_STEPS = 4096
 Colour = tuple[float, float, float]

@@ -10,7 +10,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.parts import Parts
-from vbbench_renderers.raster.rays import NEAR, Rays
+from vbbench_renderers.rays import NEAR, Rays
 
 
 class Placed(NamedTuple):

@@ -26,11 +26,11 @@ from vbbench_renderers.raster.filling import fill
 from vbbench_renderers.raster.light import light_table, srgb_table
 from vbbench_renderers.raster.parts import join_parts, split_mesh
 from vbbench_renderers.raster.placing import place
-from vbbench_renderers.raster.rays import camera_rays, eye_transform
 from vbbench_renderers.raster.shading import Seen, looks_of, shade
 from vbbench_renderers.raster.shadows import ShadowMap, darken_contacts, draw_map
 from vbbench_renderers.raster.smoothing import finish
 from vbbench_renderers.raster.textures import build_textures
+from vbbench_renderers.rays import camera_rays, eye_transform
 from vbbench_renderers.views import assemble, drawn_natively
 
 

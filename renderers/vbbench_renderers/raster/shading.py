@@ -15,9 +15,9 @@ from vbbench_renderers.raster.filling import STRIP, cross
 from vbbench_renderers.raster.light import Colour, encode, light_of, lit, sky_colour, through_air
 from vbbench_renderers.raster.parts import Parts
 from vbbench_renderers.raster.placing import Placed
-from vbbench_renderers.raster.rays import Rays
 from vbbench_renderers.raster.shadows import ShadowMap, smooth_value, sun_share
 from vbbench_renderers.raster.textures import Textures, read_texture
+from vbbench_renderers.rays import Rays
 
 RINGS, STRIPES, CHECKS, LOWER_HALF = (
     int(pattern) for pattern in (Pattern.RINGS, Pattern.STRIPES, Pattern.CHECKS, Pattern.LOWER_HALF)
