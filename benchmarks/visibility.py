@@ -135,12 +135,13 @@ def _wider(rays: Rays) -> tuple[Rays, Int32]:
     focal, horizon = rays.focal / COARSE, (rays.horizon + 0.5) / COARSE + rows - 0.5
     if rays.closed:
         azimuth = 2.0 * np.pi * (np.arange(width // COARSE) + 0.5) / (width // COARSE) - np.pi
-        wider = Rays(np.sin(azimuth), np.cos(azimuth), focal, horizon, 0.0, 3 * rows, True)
+        wider = Rays(np.sin(azimuth), np.cos(azimuth), focal, 1.0, horizon, 0.0, 3 * rows, True)
         return wider, _window(wider, 0, rows)
     columns = -(-width // COARSE)
     centre = rays.centre / COARSE + columns
-    side = (np.arange(3 * columns, dtype=np.float64) + 0.5 - centre) / focal
-    wider = Rays(side, np.ones(len(side)), focal, horizon, centre, 3 * rows, False)
+    across = rays.across / COARSE
+    side = (np.arange(3 * columns, dtype=np.float64) + 0.5 - centre) / across
+    wider = Rays(side, np.ones(len(side)), focal, across, horizon, centre, 3 * rows, False)
     return wider, _window(wider, columns, rows)
 
 

@@ -126,3 +126,17 @@ def test_an_index_never_names_code_of_an_older_source(tmp_path: Path) -> None:
     killed = "from vbbench import kernels; import os; kernels._CacheFile._save_data = lambda *_: os._exit(9)\n"
     assert run([sys.executable, "-c", killed + call]).returncode == 9
     assert run([sys.executable, "-c", call]).stdout == "4.0\n"
+
+
+def test_a_cache_that_names_a_class_that_has_moved_is_compiled_anew(tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    pair = "from typing import NamedTuple\nclass Pair(NamedTuple):\n    left: float\n    right: float\n"
+    total = "from vbbench.kernels import kernel\n@kernel\ndef total(pair):\n    return pair.left + pair.right\n"
+    call = "import sys; sys.path.insert(0, '.'); import sums; print(sums.total(sums.Pair(2.0, 3.0)))"
+    run = partial(subprocess.run, [sys.executable, "-c", call], capture_output=True, text=True, env=environment)
+    for place in ("pairs", "moved"):
+        (tmp_path / "pairs.py").unlink(missing_ok=True)
+        (tmp_path / f"{place}.py").write_text(pair)
+        (tmp_path / "sums.py").write_text(f"from {place} import Pair\n{total}")
+        done = run(cwd=tmp_path)
+        assert done.stdout == "5.0\n", done.stderr

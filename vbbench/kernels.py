@@ -58,8 +58,23 @@ class _CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     """Numba's cache of a function, in which the index never names code that is not there yet.
 
     Numba writes the index first. A process that is killed then leaves an index that names what an older version of the
-    source left under that name, and the next process would run it.
+    source left under that name, and the next process would run it. What an older version left may also name classes
+    that have moved since: a cache that cannot be read is empty, and its function is compiled again.
     """
+
+    def load(self, key: Any) -> Any:
+        """The code of one signature; ``None`` where there is none that can be read."""
+        try:
+            return super().load(key)
+        except Exception:  # whatever unpickling raises
+            return None
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            index: dict[Any, str] = super()._load_index()
+        except Exception:
+            return {}
+        return index
 
     def save(self, key: Any, data: Any) -> None:
         """Save the code of one signature; one process at a time does so."""
