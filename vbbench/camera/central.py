@@ -106,9 +106,10 @@ class CentralCamera:
     def to_horizon(self, observations: FloatArray) -> FloatArray:
         """See `Camera.to_horizon`."""
         if self._plumb:
-            horizon = self.horizon(observations[..., 0])
-            length = observations[..., 1] + 0.5 * observations[..., 2] - horizon
-            return np.stack([observations[..., 0], horizon + 0.5 * length, length], axis=-1)
+            boxes, horizon = np.array(observations), self.horizon(observations[..., 0])
+            boxes[..., 2] = boxes[..., 1] + 0.5 * boxes[..., 2] - horizon
+            boxes[..., 1] = horizon + 0.5 * boxes[..., 2]
+            return boxes
         ahead, foot, _ = self._sightlines(observations)
         reach = self.mount_height / np.maximum(foot, 1.0 / self.focal)
         return self.project_unbounded(ahead * reach[..., None], np.full(reach.shape, self.mount_height))
@@ -176,7 +177,7 @@ class CentralCamera:
         points = np.stack(np.broadcast_arrays(relative[..., 0], down, relative[..., 1]), axis=-1)
         return self.pixels(self.to_camera(points))
 
-    @property
+    @cached_property
     def _plumb(self) -> bool:
         """Whether whatever is upright stands in one column, in which rows count metres down per metre of depth."""
         return self.cylinder is not None or (self.level and self.intrinsics is not None)

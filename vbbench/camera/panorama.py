@@ -82,6 +82,8 @@ class PanoramaCamera(CentralCamera):
 
     def horizon(self, u: FloatArray) -> FloatArray:
         """See `Camera.horizon`."""
+        if self.level:
+            return np.full(np.shape(u), self.cy)
         azimuth = np.asarray(u) * (2.0 * np.pi / self.width) - np.pi
         right, down, forward = self.to_camera(np.array([0.0, 1.0, 0.0]))
         rows: FloatArray = self.cy - self.focal * (np.sin(azimuth) * right + np.cos(azimuth) * forward) / down

@@ -90,6 +90,8 @@ class PerspectiveCamera(CentralCamera):
 
     def horizon(self, u: FloatArray) -> FloatArray:
         """See `Camera.horizon`; a straight line."""
+        if self.level:
+            return np.full(np.shape(u), self.cy)
         right, down, forward = self.to_camera(np.array([0.0, 1.0, 0.0]))
         rows: FloatArray = self.cy - self.rows_focal * ((np.asarray(u) - self.cx) / self.focal * right + forward) / down
         return rows
