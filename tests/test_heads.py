@@ -288,4 +288,4 @@ def test_mistakes_are_one_line(crowd, tmp_path, capsys, arguments, problem):
 def test_of_several_sequences_one_must_be_chosen(tmp_path, capsys):
     generate("demo", tmp_path / "demo", Options(limit=2))
     assert main(["export", "mot", str(tmp_path / "demo"), "--heads", "--out", str(tmp_path / "x")]) == 2
-    assert "has 2 sequences; say which one is recorded" in capsys.readouterr().err
+    assert "has 2 sequences; choose the one to record" in capsys.readouterr().err

@@ -250,7 +250,7 @@ def packed(facts: Any, body: bytes = b"") -> bytes:
         (packed({"arrays": [["pose", "<f8", [3.0]]]}), "list of arrays is garbled"),
         (packed({"arrays": [["pose", "<f8", [True]]]}), "list of arrays is garbled"),
         (packed({"arrays": [["pose", "<f8", [3]], ["pose", "<f8", [3]]]}), "list of arrays is garbled"),
-        (packed({"arrays": [["loss\x1b", "<f8", [3]]]}), "an array 'loss ', which nobody asked for"),
+        (packed({"arrays": [["loss\x1b", "<f8", [3]]]}), "an array 'loss ', which was not requested"),
         (packed({"arrays": [["pose", "|O", [3]]]}), r"'pose' of type \|O, not <f8"),
         (packed({"arrays": [["pose", "<f4", [3]]]}), "'pose' of type <f4, not <f8"),
         (packed({"arrays": [["pose", "<f8", [4]]]}), r"'pose' of shape \[4\], not \[3\]"),

@@ -114,12 +114,12 @@ def test_what_the_evaluation_of_motchallenge_leaves_out_is_left_out(file, line, 
         ("3,7,left,1,20,60", "left is 'left'; write a number"),
         ("3,7,nan,1,20,60", "left is nan"),
         ("3,7,1,inf,20,60", "top is inf"),
-        ("0,7,1,1,20,60", "frame 0 is none of the sequence; its frames are 1 to 9"),
-        ("10,7,1,1,20,60", "frame 10 is none"),
-        ("2.5,7,1,1,20,60", "frame 2.5 is none"),
-        ("3,1.5,1,1,20,60", "id 1.5 is no whole number"),
-        ("3,-2,1,1,20,60", "id -2 is no whole number"),
-        ("3,9999999999,1,1,20,60", "id 9999999999 is no whole number"),
+        ("0,7,1,1,20,60", "frame 0 is not in the sequence; its frames are 1 to 9"),
+        ("10,7,1,1,20,60", "frame 10 is not in the sequence"),
+        ("2.5,7,1,1,20,60", "frame 2.5 is not in the sequence"),
+        ("3,1.5,1,1,20,60", "id 1.5 is not a whole number"),
+        ("3,-2,1,1,20,60", "id -2 is not a whole number"),
+        ("3,9999999999,1,1,20,60", "id 9999999999 is not a whole number"),
         ("3,7,1,1,0,60", "the box is 0 x 60 px"),
         ("3,7,1,1,20,-60", "the box is 20 x -60 px"),
         ("3,7,1,1,20,60,1,1,1.5", "visibility is 1.5"),
@@ -251,8 +251,8 @@ def test_another_file_is_another_dataset_and_the_same_file_the_same(dataset, fil
     ("name", "text", "problem"),
     [
         ("sequence-000000.txt", "1,-1,1,1,20,60,1,-1,-1,-1\n", "line 1: id is -1: these are detections"),
-        ("sequence-000000.txt", "1,1,1,1,2,6\n", "no track is anybody in three frames"),
-        ("sequence-000000.txt", "", "no track is anybody in three frames"),
+        ("sequence-000000.txt", "1,1,1,1,2,6\n", "no track matches a person in three frames"),
+        ("sequence-000000.txt", "", "no track matches a person in three frames"),
         ("sequence-000900.txt", GOOD, "belongs to no sequence"),
         ("MOT17-02.txt", GOOD, "belongs to no sequence"),
         ("notes.md", "", "holds no tracks; files are called sequence-000000.txt"),
@@ -281,7 +281,7 @@ def test_the_command_line_says_what_was_kept(dataset, files, tmp_path, capsys):
     assert main(["import", "mot", str(files), "--dataset", str(dataset.folder), "--out", str(tmp_path / "made")]) == 0
     shown = capsys.readouterr()
     assert shown.out.splitlines() == [str(tmp_path / "files"), str(tmp_path / "made")]
-    assert "boxes kept: of tracks that are somebody in 3 frames or more" in shown.err
+    assert "boxes kept: of tracks that match a person in 3 frames or more" in shown.err
     assert main(["import", "mot", str(tmp_path), "--dataset", str(dataset.folder), "--out", str(tmp_path / "x")]) == 2
 
 

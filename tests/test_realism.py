@@ -250,8 +250,8 @@ def test_the_command_without_recordings_says_how_to_get_them(
 ) -> None:
     status, out, err = run(capsys, "info", tiny, "--realism")
     assert (status, err) == (0, "")
-    assert "students: source not at hand (vbbench fetch students)" in out
-    assert "eth-15fps: source not at hand (vbbench fetch eth-15fps)" in out
+    assert "students: source not available (vbbench fetch students)" in out
+    assert "eth-15fps: source not available (vbbench fetch eth-15fps)" in out
     assert out.splitlines()[-1] == "realism.png"
     assert Path("realism.png").read_bytes().startswith(b"\x89PNG")
 

@@ -145,7 +145,7 @@ def test_another_definition_is_refused_unless_it_may_overwrite(tmp_path: Path) -
     out = tmp_path / "out"
     measure_sigma(SMALL, out)
     other = SigmaStudy(**{**vars(SMALL), "seed": 1})
-    with pytest.raises(VbbenchError, match=r"is dataset \w{16}, wanted is \w{16}; .* add --overwrite"):
+    with pytest.raises(VbbenchError, match=r"is dataset \w{16}, wanted is \w{16}; .* set overwrite to replace it"):
         measure_sigma(other, out)
     assert measure_sigma(other, out, overwrite=True).study == other
 

@@ -90,9 +90,9 @@ def test_either_sign_of_a_quaternion_and_few_digits_are_read(file):
         ("0.8 1 2 1.6 0.7071068 0 0 0.7071068", "leans by 90°"),
         ("0.8 1 2 1.6 0 0.08715574 0 0.9961947", "leans by 10°"),
         ("0.8 1 2 1.6 0 1 0 0", "leans by 180°"),
-        ("0.6 1 2 1.6 0 0 0 1", "timestamp 0.6 s is no frame"),
-        ("-0.4 1 2 1.6 0 0 0 1", "timestamp -0.4 s is no frame"),
-        ("1e300 1 2 1.6 0 0 0 1", "is no frame"),
+        ("0.6 1 2 1.6 0 0 0 1", "timestamp 0.6 s is not a frame's"),
+        ("-0.4 1 2 1.6 0 0 0 1", "timestamp -0.4 s is not a frame's"),
+        ("1e300 1 2 1.6 0 0 0 1", "is not a frame's"),
         ("0.4 5 5 1.6 0 0 0 1", "frame 1 was already given in line 2"),
     ],
 )

@@ -12,13 +12,13 @@ Row = tuple[float, ...]
 
 STRICTER = {
     "tracks": (
-        r"twice \(also on line|but the step is \d+|is none of the sequence|already has a box|"
+        r"twice \(also on line|but the step is \d+|is not in the sequence|already has a box|"
         r"already (been )?given in line|does not come after|"
-        r"is -?[\d.e+-]+, not an integer|no whole number"
+        r"is -?[\d.e+-]+, not an integer|(no|not a) whole number"
     ),
     "sizes": r"are too many|correct its frame numbers|nobody is there at a multiple|holds no crowd",
-    "places": r"km from the origin|no place is beyond|px; boxes are in px|the box is|visibility is|beyond its horizon",
-    "poses": r"quaternion|leans by|is no frame; frame n|these are detections",
+    "places": r"km from the origin|it must be within ±|px; boxes are in px|the box is|visibility is|beyond its horizon",
+    "poses": r"quaternion|leans by|is not a frame's; frame n|these are detections",
     "matrices": r"is singular|has 3 rows of 3",
     "lines": r"has more than [\d,]+ characters; write one row|holds zero bytes",
 }

@@ -17,28 +17,24 @@ TABLES = ("sequences", "observations", "given")
 def export_csv(dataset: Dataset, out: Path | str) -> Path:
     """Write ``sequences.csv``, ``observations.csv`` and ``given.csv`` into the folder ``out``, and return it.
 
-    Columns and rows are those of the Parquet tables; a yaw that nobody has is an empty cell.
+    Columns and rows are those of the Parquet tables; NaN (the yaw of people) is an empty cell.
 
     Raises
     ------
     VbbenchError
-        If ``out`` is no folder, or a dataset or submission.
+        If ``out`` is not a folder, or is a dataset or submission.
     """
     out = Path(out)
+    options = csv.WriteOptions(include_header=False, quoting_style="none")
     with loose_files(out):
         for name in TABLES:
-            _write(dataset.table_path(name), out / f"{name}.csv")
+            table = pq.ParquetFile(dataset.table_path(name))
+            with replacing(out / f"{name}.csv") as temporary, temporary.open("wb") as file:
+                file.write((",".join(table.schema_arrow.names) + "\n").encode())
+                with csv.CSVWriter(file, table.schema_arrow, write_options=options) as writer:
+                    for batch in table.iter_batches():
+                        writer.write_batch(_without_nan(batch))
     return out
-
-
-def _write(table: Path, path: Path) -> None:
-    parquet = pq.ParquetFile(table)
-    options = csv.WriteOptions(include_header=False, quoting_style="none")
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write((",".join(parquet.schema_arrow.names) + "\n").encode())
-        with csv.CSVWriter(file, parquet.schema_arrow, write_options=options) as writer:
-            for batch in parquet.iter_batches():
-                writer.write_batch(_without_nan(batch))
 
 
 def _without_nan(batch: pa.RecordBatch) -> pa.RecordBatch:

@@ -1,4 +1,4 @@
-"""Detectors and trackers: what they must offer, and how well they do on a sequence's rendered pictures."""
+"""Detectors and trackers: their interfaces, and how well they do on a sequence's rendered pictures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Detections:
     Parameters
     ----------
     boxes : [N, 4] (left, top, width, height) in px, 0 the picture's left and top edge.
-    scores : [N] from 0 to 1: about how likely it is that somebody is there.
+    scores : [N] from 0 to 1: about how likely each box shows a person.
     """
 
     boxes: FloatArray
@@ -40,7 +40,7 @@ class Detections:
 
 
 class Detector(Protocol):
-    """Finds people in pictures; a class that is called without arguments."""
+    """Finds people in pictures; its class is called without arguments."""
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
         """People in a picture.
@@ -57,18 +57,18 @@ class Tracker(Protocol):
     """Links the detections of a sequence, frame after frame."""
 
     def step(self, detections: Detections) -> tuple[IntArray, Detections]:
-        """Take in the next frame's detections; tell of the tracks that are seen in it: ids [N] and their boxes."""
+        """Take the next frame's detections, and return the tracks seen in it: ids [N] and their boxes."""
 
 
 class TrackerFactory(Protocol):
     """What an entry point of ``vbbench.trackers`` names."""
 
     def __call__(self, *, dt: float, period: float | None = None) -> Tracker:
-        """A tracker of one sequence of ``dt`` seconds a frame; ``period`` as in `Detector.detect`."""
+        """A tracker of one sequence of ``dt`` seconds per frame; ``period`` as in `Detector.detect`."""
 
 
 TALL = 100.0
-"""Boxes as high as this, in px, are told apart: what detectors of people are made for."""
+"""Height in px from which boxes are counted separately: what detectors of people are made for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,19 +107,19 @@ def detect_to_file(
 
     Parameters
     ----------
-    dataset : where the sequence lies, with its truth.
-    number : its number.
+    dataset : the dataset, with its truth.
+    number : of the sequence.
     out : text file to write.
     detector : a registered name, or ``module:attribute`` of a `Detector`.
-    tracker : what links the detections, a registered name or ``module:attribute`` of a `TrackerFactory`; ``None`` to
-        write them unlinked.
-    every : only every so many frames.
-    backend : who draws; by default the best that works.
-    announce : is told once what draws.
+    tracker : links the detections, a registered name or ``module:attribute`` of a `TrackerFactory`; ``None`` to write
+        them unlinked.
+    every : use only every so many frames.
+    backend : the renderer; by default the best that works.
+    announce : called once with a line that names the renderer.
 
     Returns
     -------
-    How it did against the boxes of the dataset's observations, at an overlap of 0.5 or more.
+    The comparison with the boxes of the dataset's observations, at an overlap of 0.5 or more.
 
     Raises
     ------
@@ -132,8 +132,10 @@ def detect_to_file(
         raise VbbenchError(f"{out} is a folder; give the name of a text file")
     sequence, finder = dataset.sequence(number), _make_detector(detector)
     camera, frames = dataset.info.camera, range(0, sequence.frames, every)
-    period = camera.period
-    linking = None if tracker is None else _make_tracker(tracker, every * dataset.info.dt, period)
+    period, linking = camera.period, None
+    if tracker is not None:
+        factory: TrackerFactory = load("tracker", tracker)
+        linking = factory(dt=every * dataset.info.dt, period=period)
     found: list[Detections] = []
     with (
         open_renderer(backend or Backend(), scene_of(dataset, sequence.scene), announce) as renderer,
@@ -142,7 +144,8 @@ def detect_to_file(
         for picture in pictures(dataset, sequence, renderer, frames):
             found.append(finder.detect(picture.rgb, period))
             bar.update()
-    write_mot(Path(out), _rows(frames, [_linked(one, linking) for one in found]))
+    linked = [(np.full(len(one.scores), UNLINKED), one) if linking is None else linking.step(one) for one in found]
+    write_mot(Path(out), _rows(frames, linked))
     tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
     return sum(tallies, start=Tally())
 
@@ -152,18 +155,8 @@ def _make_detector(name: str) -> Detector:
     try:
         made: Detector = kind()
     except TypeError as error:
-        raise VbbenchError(f"detector '{name}' is no class that is called without arguments: {error}") from error
+        raise VbbenchError(f"detector '{name}' is not a class that is called without arguments: {error}") from error
     return made
-
-
-def _make_tracker(name: str, dt: float, period: float | None) -> Tracker:
-    factory: TrackerFactory = load("tracker", name)
-    return factory(dt=dt, period=period)
-
-
-def _linked(found: Detections, tracker: Tracker | None) -> tuple[IntArray, Detections]:
-    """Ids and boxes of the tracks in the next frame, or detections that nobody linked."""
-    return (np.full(len(found.scores), UNLINKED), found) if tracker is None else tracker.step(found)
 
 
 def _rows(frames: range, found: list[tuple[IntArray, Detections]]) -> MotRows:

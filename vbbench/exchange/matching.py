@@ -1,4 +1,4 @@
-"""Who a detection or a track is: boxes matched to the true ones of the same frame by how much they overlap."""
+"""Matches detections and tracks to people: boxes to the true ones of the same frame, by their overlap."""
 
 import numpy as np
 
@@ -10,23 +10,23 @@ LEAST_OVERLAP = 0.5
 """Boxes that overlap less (intersection over union) are never matched, as in MOTChallenge and the paper."""
 
 LEAST_FRAMES = 3
-"""People count who are tracked in at least so many frames, as in the paper."""
+"""Only people tracked in at least so many frames count, as in the paper."""
 
 NOBODY = -1
-"""Stands for the person behind a false alarm."""
+"""The person behind a false alarm."""
 
 
 def match_boxes(
     found: FloatArray, true: FloatArray, camera: Camera, *, least: float = LEAST_OVERLAP
 ) -> tuple[IntArray, IntArray]:
-    """Pair the boxes of one frame one to one, so that as much as possible overlaps.
+    """Pair the boxes of one frame one to one, with the largest total overlap.
 
-    Both are cut to the picture first: a detector that sees the part of somebody that is in it is right.
+    Both are cut to the picture first: a detector need not guess the part of a person outside it.
 
     Parameters
     ----------
     found, true : [N, 4] and [M, 4] (left, top, width, height) in px; NaN = absent.
-    camera : whose picture it is; a panorama's closes on itself.
+    camera : the camera of the picture; a panorama's closes on itself.
     least : least intersection over union of a pair.
 
     Returns
@@ -50,7 +50,7 @@ def match_tracks(found: FloatArray, true: FloatArray, people: IntArray, camera: 
     found : [T, K, 4] boxes (left, top, width, height) of tracks in px, NaN where a track has none.
     true : [T, P, 4] boxes of people.
     people : [P] their ids.
-    camera : whose pictures they are.
+    camera : the camera of the pictures.
 
     Returns
     -------
@@ -71,5 +71,5 @@ def true_rectangles(positions: FloatArray, heights: FloatArray, poses: FloatArra
 
 
 def lasting_tracks(persons: IntArray, frames: int = LEAST_FRAMES) -> BoolArray:
-    """[K] whether a track is matched to anybody, [T, K], in at least ``frames`` frames."""
+    """[K] whether a track is matched to a person, [T, K], in at least ``frames`` frames."""
     return np.asarray((persons != NOBODY).sum(axis=0) >= frames)

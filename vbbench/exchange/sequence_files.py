@@ -10,7 +10,7 @@ _NAME = re.compile(r"sequence-(\d+)")
 
 
 def sequence_name(number: int) -> str:
-    """What the file or folder of a sequence is called."""
+    """Name of the file or folder of a sequence."""
     return f"sequence-{number:06d}"
 
 
@@ -19,13 +19,13 @@ def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Pa
 
     Parameters
     ----------
-    named : files, and the `sequence_name` that each goes by.
+    named : each file with its `sequence_name`.
     sequences : how many the dataset has.
 
     Raises
     ------
     FileError
-        At the first file that belongs to no sequence, or to one that has a file already.
+        At the first file that belongs to no sequence, or to the same sequence as another.
     """
     found: dict[int, Path] = {}
     for path, stem in named.items():

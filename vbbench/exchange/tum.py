@@ -1,6 +1,6 @@
-"""Poses to and from TUM trajectory files: lines of ``timestamp tx ty tz qx qy qz qw``, one file a sequence.
+"""Poses to and from TUM trajectory files: lines of ``timestamp tx ty tz qx qy qz qw``, one file per sequence.
 
-Convention: timestamp = frame·dt in s; (tx, ty) is the observer's place in m and tz the camera's mount height; the
+Convention: timestamp = frame·dt in s; (tx, ty) is the observer's position in m and tz the camera's mount height; the
 quaternion turns the body frame (x forward, z up) into the world frame (z up), so that a yaw alone is
 (0, 0, sin yaw/2, cos yaw/2).
 """
@@ -24,11 +24,11 @@ from vbbench.sequence import Sequence
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
 _COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 _FARTHEST = 1e6
-"""Distance in m from the world's origin that no pose is beyond."""
+"""Largest distance in m of a pose from the world's origin."""
 _UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1: files are often written with four digits."""
 _TILT_TOLERANCE = 1e-2
-"""Roll or pitch, in rad, that is put down to rounding."""
+"""Roll or pitch, in rad, that counts as rounding."""
 _GRID_TOLERANCE = 0.05
 """How far a timestamp may be from its frame, in frames."""
 _LAST_FRAME = 2**31 - 1
@@ -41,7 +41,7 @@ def export_tum(poses: FloatArray, dt: float, mount_height: float, path: Path | s
     Parameters
     ----------
     poses : pose of frame t in row t.
-    dt : seconds a frame.
+    dt : seconds per frame.
     mount_height : the camera's height in m, written as tz.
     path : the file.
     """
@@ -58,8 +58,8 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
 
     Parameters
     ----------
-    path : the file; empty lines and lines that begin with ``#`` are skipped.
-    dt : seconds a frame; timestamp / dt is the frame.
+    path : the file; empty lines and lines that start with ``#`` are skipped.
+    dt : seconds per frame; timestamp / dt is the frame.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
     ------
     FileError
         With the line: wrong number of columns, text or NaN in a number, a quaternion that is not of unit length,
-        roll or pitch, a timestamp between two frames or before the first, a frame that comes twice; or an empty file.
+        roll or pitch, a timestamp between two frames or before the first, a repeated frame; or an empty file.
     """
     path = Path(path)
     lines, values = _read_numbers(path)
@@ -100,7 +100,7 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
     for name, cell in zip(_COLUMNS, cells, strict=True):
         value = finite_number(path, line, name, cell)
         if abs(value) > _FARTHEST and name != "timestamp":
-            raise FileError(path, f"{name} is {value:g}; no place is beyond {_FARTHEST:g} m", line)
+            raise FileError(path, f"{name} is {value:g}; it must be within ±{_FARTHEST:g} m", line)
         numbers.append(value)
     return numbers
 
@@ -117,8 +117,8 @@ def _check_rotations(path: Path, lines: IntArray, values: FloatArray) -> None:
     if len(wrong):
         problem = (
             f"the camera leans by {np.degrees(tilt[wrong[0]]):.3g}°, and a pose here is (x, y, yaw) of a level camera; "
-            "write the body frame with x forward and z up (an optical frame, z forward, looks as if it leaned by 90° "
-            "or more), in a world whose z is up"
+            "write the body frame with x forward and z up (an optical frame, z forward, appears to lean by 90° or "
+            "more), in a world whose z is up"
         )
         raise FileError(path, problem, int(lines[wrong[0]]))
 
@@ -130,7 +130,7 @@ def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> I
     nearest = np.round(exact)
     wrong = np.flatnonzero((np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME))
     if len(wrong):
-        problem = f"timestamp {timestamps[wrong[0]]:.10g} s is no frame; frame n is at n × {dt:g} s, from 0"
+        problem = f"timestamp {timestamps[wrong[0]]:.10g} s is not a frame's; frame n is at n × {dt:g} s, from 0"
         raise FileError(path, problem, int(lines[wrong[0]]))
     frames = nearest.astype(np.int64)
     _, first, place = np.unique(frames, return_index=True, return_inverse=True)
@@ -147,9 +147,9 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
 
     Parameters
     ----------
-    dataset : where the sequences lie.
-    out : folder to write into; made if needed.
-    submission : folder of a submission; its poses stand where there are any, those given to it elsewhere.
+    dataset : the dataset.
+    out : folder to write into; created if needed.
+    submission : folder of a submission, whose missing poses are filled with those given to it.
 
     Returns
     -------
@@ -165,26 +165,25 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
     with loose_files(out):
         for sequence in dataset.sequences():
             poses = dataset.truth(sequence).poses if estimates is None else estimates.of(sequence).poses
-            export_tum(
-                poses, dataset.info.dt, dataset.info.camera.mount_height, out / f"{sequence_name(sequence.index)}.txt"
-            )
+            path = out / f"{sequence_name(sequence.index)}.txt"
+            export_tum(poses, dataset.info.dt, dataset.info.camera.mount_height, path)
     return out
 
 
 def import_tum_folder(
     folder: Path | str, dataset: Dataset, out: Path | str, solver: str, protocol: str = "sequential"
 ) -> Path:
-    """Make a submission of a folder of TUM trajectory files.
+    """Make a submission from a folder of TUM trajectory files.
 
-    The files know nothing of people: the submission holds poses only, and declares the failure policy ``hold``, under
-    which everybody stays where last given. Sequences without a file are missing from it.
+    The submission holds poses only, and declares the failure policy ``hold``, under which people stay where last given.
+    Sequences without a file are missing from it.
 
     Parameters
     ----------
     folder : files named as `export_dataset_tum` does.
     dataset : the dataset that they answer.
-    out : submission folder to make.
-    solver, protocol : names for the submission; the protocol must be what the solver was given.
+    out : submission folder to create.
+    solver, protocol : names for the submission; the protocol must be the one that the solver ran under.
 
     Returns
     -------
@@ -193,8 +192,8 @@ def import_tum_folder(
     Raises
     ------
     FileError
-        For the first file that cannot be used, with its line (`import_tum`), or has a frame or a name that the dataset
-        has not; or if there is no such file at all.
+        For the first file that cannot be used, with its line (`import_tum`), or whose name or frames are not the
+        dataset's; or if there are no files.
     """
     named = {path: path.stem for path in sorted(Path(folder).glob("*.txt"))}
     if not named:
@@ -202,25 +201,19 @@ def import_tum_folder(
     paths = files_by_sequence(named, len(dataset))
     poses = {number: _poses_of(path, dataset.sequence(number), dataset.info.dt) for number, path in paths.items()}
     info = SubmissionInfo(solver=solver, dataset=dataset.info.id, protocol=protocol, failure_policy="hold")
+    nobody: dict[str, Any] = {**dict.fromkeys(("frame", "track"), np.empty(0, int)), "x": np.empty(0), "y": np.empty(0)}
     with SubmissionWriter(out, info) as writer:
-        for number, (frames, values) in poses.items():
-            writer.add(number, _pose_columns(frames, values), _no_positions())
+        for number, (frames, (x, y, yaw)) in poses.items():
+            writer.add(number, {"frame": frames, "x": x, "y": y, "yaw": yaw}, nobody)
     return Path(out)
 
 
 def _poses_of(path: Path, sequence: Sequence, dt: float) -> tuple[IntArray, FloatArray]:
+    """Frames [N], and x, y and yaw [3, N]."""
     frames, poses = import_tum(path, dt)
     if frames[-1] >= sequence.frames:
         last = sequence.frames - 1
         raise FileError(
             path, f"has frame {frames[-1]}; sequence {sequence.index} ends with frame {last} ({last * dt:g} s)"
         )
-    return frames, poses
-
-
-def _pose_columns(frames: IntArray, poses: FloatArray) -> dict[str, Any]:
-    return {"frame": frames, "x": poses[:, 0], "y": poses[:, 1], "yaw": poses[:, 2]}
-
-
-def _no_positions() -> dict[str, Any]:
-    return {"frame": np.empty(0, int), "track": np.empty(0, int), "x": np.empty(0), "y": np.empty(0)}
+    return frames, poses.T

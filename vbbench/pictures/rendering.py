@@ -1,4 +1,4 @@
-"""Renderers: what they must offer, opening one, and pictures and films of a sequence by any of them.
+"""Renderers: their interface, opening one, and pictures and films of a sequence by any of them.
 
 A renderer draws off-screen; it registers under ``vbbench.renderers``.
 """
@@ -61,7 +61,7 @@ class Renderer(Protocol):
 
     @property
     def device(self) -> str:
-        """What does the drawing, for the log: a GPU, or a processor."""
+        """Name of the GPU or processor that draws, for the log."""
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
         """The picture of a scene frame.
@@ -80,7 +80,7 @@ class Renderer(Protocol):
         """
 
     def close(self) -> None:
-        """Give back what the device holds."""
+        """Release what is held on the device."""
 
 
 class RendererFactory(Protocol):
@@ -92,7 +92,7 @@ class RendererFactory(Protocol):
         Raises
         ------
         VbbenchError
-            If this machine cannot do it; the message says what to install.
+            If it does not work on this machine; the message says what to install.
         """
 
 
@@ -102,12 +102,12 @@ AUTO = "auto"
 
 @dataclass(frozen=True, kw_only=True)
 class Backend:
-    """Who draws, and what.
+    """A renderer and its settings.
 
     Parameters
     ----------
     name : a registered renderer, or ``module:attribute`` of a `RendererFactory`.
-    surroundings : whether there is more than ground and sky.
+    surroundings : whether to draw more than people, ground and sky.
     seed : of looks and surroundings.
     """
 
@@ -122,7 +122,7 @@ def silent(_text: str) -> None:
 
 @contextmanager
 def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], object] = silent) -> Iterator[Renderer]:
-    """A renderer of one scene, closed at the end; ``announce`` is told once what draws.
+    """A renderer of one scene, closed at the end; ``announce`` is called once with a line that names it.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], obje
         raise VbbenchError(f"seed must be at least 0, not {backend.seed}")
     factory: RendererFactory = load("renderer", backend.name)
     if not callable(factory):
-        raise VbbenchError(f"renderer '{backend.name}' is no class or function; see RendererFactory")
+        raise VbbenchError(f"renderer '{backend.name}' is not a class or function; see RendererFactory")
     with closing(factory(scene, seed=backend.seed, surroundings=backend.surroundings)) as renderer:
         announce(f"rendering with {backend.name} on {renderer.device}")
         yield renderer
@@ -142,7 +142,7 @@ def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], obje
 def pictures(
     dataset: Dataset, sequence: Sequence, renderer: Renderer, wanted: Iterable[int] | None = None
 ) -> Iterator[Picture]:
-    """What the observer really sees in the ``wanted`` frames (``None``: in all), each rendered when it is asked for.
+    """What the observer really sees in the ``wanted`` frames (``None``: in all), each rendered when it is needed.
 
     Raises
     ------
@@ -181,19 +181,19 @@ def render_to_file(
 ) -> Path:
     """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
 
-    Frames are written as they are made, so that the memory needed does not grow with their number. A folder of PNG
-    files that was begun by the same call is gone on with.
+    Frames are written as they are made, so that memory does not grow with their number. In a folder of PNG files, an
+    interrupted call continues where it stopped.
 
     Parameters
     ----------
-    dataset : where the sequence lies, with its truth.
-    sequence : its number.
-    out : an ``.mp4`` file, or a folder for one PNG file a frame.
-    backend : who draws; by default the best that works.
+    dataset : the dataset, with its truth.
+    sequence : number of the sequence.
+    out : an ``.mp4`` file, or a folder for one PNG file per frame.
+    backend : the renderer; by default the best that works.
     submission : folder of a submission to draw over the truth.
-    fps : frames a second of an mp4; ``None`` for real time, one frame every dt seconds.
+    fps : frames per second of an mp4; ``None`` for real time, one frame every dt seconds.
     codec : of an mp4; see `write_mp4`.
-    announce : is told once what draws.
+    announce : called once with a line that names the renderer.
 
     Returns
     -------
@@ -209,14 +209,15 @@ def render_to_file(
     from vbbench.pictures.replay import load_replay
     from vbbench.pictures.video import write_mp4, write_png_folder
 
-    out, backend = _checked(Path(out)), backend or Backend()
+    out, backend = Path(out), backend or Backend()
+    if out.suffix not in ("", ".mp4") and not out.is_dir():
+        raise VbbenchError(f"{out}: a film is a file that ends in .mp4, or a folder of PNG files")
+    if out.suffix == ".mp4" and out.is_dir():
+        raise VbbenchError(f"{out} is a folder; name a file that ends in .mp4, or a folder that does not")
     scene = scene_of(dataset, dataset.sequence(sequence).scene)
     film = Film(load_replay(dataset, sequence, [] if submission is None else [submission]))
     count = film.replay.sequence.frames
-    with (
-        open_renderer(backend, scene, announce) as renderer,
-        progress_bar(count, "frames", unit="frame") as bar,
-    ):
+    with open_renderer(backend, scene, announce) as renderer, progress_bar(count, "frames", unit="frame") as bar:
         frames = partial(film.frames, renderer)
         if out.suffix == ".mp4":
             write_mp4(out, frames, count, 1.0 / dataset.info.dt if fps is None else fps, codec, bar.update)
@@ -226,16 +227,8 @@ def render_to_file(
     return out
 
 
-def _checked(out: Path) -> Path:
-    if out.suffix not in ("", ".mp4") and not out.is_dir():
-        raise VbbenchError(f"{out}: a film is a file that ends in .mp4, or a folder of PNG files")
-    if out.suffix == ".mp4" and out.is_dir():
-        raise VbbenchError(f"{out} is a folder; name a file that ends in .mp4, or a folder that does not")
-    return out
-
-
 def _key(dataset: Dataset, sequence: int, submission: Path | str | None, made_by: dict[str, Any]) -> str:
-    """What the pictures follow from, as a line of text."""
+    """Everything that determines the pictures, as a line of text."""
     facts = {"dataset": dataset.info.id, "sequence": sequence, "vbbench": __version__, **made_by}
     if submission is not None:
         sums = [(path.name, file_sha256(path)) for path in sorted(Path(submission).iterdir()) if path.is_file()]

@@ -1,4 +1,4 @@
-"""One sequence made ready to be shown: what was observed, where people really are, and what solvers answer.
+"""One sequence to show: what was observed, where people really are, and what solvers answer.
 
 Plots show one frame of a `Replay`, films and recordings for the viewer all of them.
 """
@@ -25,14 +25,14 @@ from vbbench.sequence import Given, Sequence, Truth
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What a solver answers.
+    """A solver's answer.
 
     Parameters
     ----------
-    name : what it is called in the picture; no two answers of a replay have the same name.
+    name : its name in the picture, unique in a replay.
     protocol : the protocol that it was solved under.
-    estimate : its poses and positions, what was given filled in, NaN = no answer.
-    given : what its protocol hands over.
+    estimate : its poses and positions, and those given; NaN = no answer.
+    given : what its protocol gives.
     errors : [T] of scored frames by metric, NaN elsewhere; empty without truth.
     """
 
@@ -48,7 +48,7 @@ class Answer:
         return f"{self.name} ({self.protocol.name})"
 
     def figures(self, frame: int) -> list[str]:
-        """The errors of a frame in words; none where it is not scored."""
+        """The errors of a frame as texts; none if it is not scored."""
         return [
             f"{METRICS[key].symbol} = {values[frame]:.3f} {METRICS[key].unit}"
             for key, values in self.errors.items()
@@ -66,7 +66,7 @@ class Replay:
     answers: tuple[Answer, ...] = ()
 
     def with_answer(self, name: str, protocol: str, estimate: Estimate) -> "Replay":
-        """The same with one answer more; its errors are there where the truth is available.
+        """The same with one answer more, with its errors if the truth is available.
 
         Raises
         ------
@@ -103,17 +103,17 @@ class Replay:
 
     @property
     def given(self) -> Given:
-        """What the first answer was given, frames revealed one by one left out; without one as in `sequential`."""
+        """What the first answer was given, without frames revealed one by one; without answers as in `sequential`."""
         return self.answers[0].given if self.answers else self.sequence.given
 
     @property
     def known(self) -> Truth | Given:
-        """Poses and positions to draw as the real ones: truth where it is available, else what is given."""
+        """Poses and positions to draw as the real ones: truth if it is available, else what is given."""
         return self.given if self.truth is None else self.truth
 
     @property
     def bearings(self) -> dict[str, float]:
-        """The columns in px of a picture that closes on itself that look behind, left, ahead and right; else none."""
+        """Columns in px that look behind, left, ahead and right, in a picture that closes on itself; else none."""
         if self.camera.period is None:
             return {}
         azimuth = np.radians([-180.0, -90.0, 0.0, 90.0])
@@ -123,13 +123,13 @@ class Replay:
 
     @cached_property
     def distances(self) -> FloatArray:
-        """[T, K] distance in m that a box shows of somebody of mean height."""
+        """[T, K] distance in m by the box, for a person of mean height."""
         boxes = self.sequence.observations
         return self.camera.depth(self.camera.unproject(boxes, np.full(boxes.shape[:-1], self.info.height_mean)))
 
     @cached_property
     def estimated(self) -> FloatArray:
-        """[T, K, 2] positions in m that the first answer has of the people observed, NaN elsewhere."""
+        """[T, K, 2] positions in m of the observed people in the first answer, NaN elsewhere."""
         if self.answer is None:
             return np.full((*self.sequence.observed.shape, 2), np.nan)
         return np.where(self.sequence.observed[..., None], self.answer.estimate.positions, np.nan)
@@ -163,7 +163,7 @@ class Replay:
         return places[:, ever], np.where(np.isfinite(heights), heights, self.info.height_mean)[ever]
 
     def headline(self, frame: int) -> str:
-        """What is drawn, and how far off the first answer is in a frame."""
+        """What is drawn, and the errors of the first answer in a frame."""
         if self.answer is None:
             return "truth" if self.truth else "no truth available: what is given"
         figures = self.answer.figures(frame) or (["given"] if frame < START_FRAMES else [])
@@ -189,7 +189,7 @@ def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] =
 
 
 def _names(infos: list[SubmissionInfo], folders: list[str]) -> list[str]:
-    """The solver; where that is not enough with its protocol, else with the folder, and if need be with a number."""
+    """Unique names: solvers, if needed with their protocol, else with the folder, else also with a number."""
     protocols = [f"{info.solver} {info.protocol}" for info in infos]
     solvers = [info.solver for info in infos]
     with_folder = [f"{name} ({folder})" for name, folder in zip(solvers, folders, strict=True)]

@@ -1,4 +1,4 @@
-"""Where the frames of a film go: an mp4 file, or a folder of PNG files that can be gone on with."""
+"""Writes the frames of a film: as an mp4 file, or a folder of PNG files that can be continued."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -17,15 +17,15 @@ with needs_extra("render", "writing pictures and films"):
 
 Codec = Literal["h264", "vp9", "mpeg4"]
 Frames = Callable[[Iterable[int]], Iterator[NDArray[np.uint8]]]
-"""Makes the pictures [H, W, 3] (sRGB) of the frames asked for, one after the other."""
+"""Makes the pictures [H, W, 3] (sRGB) of the requested frames, one by one."""
 
 KEY_FILE = "film.txt"
-"""In a folder of frames: what they are frames of."""
+"""In a folder of frames: the key of their film."""
 
 _CODES: dict[Codec, str] = {"h264": "avc1", "vp9": "vp09", "mpeg4": "mp4v"}
 """Four-letter codes in order of preference: browsers play the first two, but not every OpenCV has the first."""
 _PNG_LEVEL = 3
-"""Of zlib: smaller than the default by nothing to speak of, and three times as fast."""
+"""Of zlib: about as small as the default, and three times as fast."""
 
 
 def write_mp4(
@@ -35,17 +35,17 @@ def write_mp4(
 
     Parameters
     ----------
-    path : the file; one that is there is replaced.
+    path : the file; an existing one is replaced.
     frames : makes the pictures, of even width and height.
     count : number of frames.
-    fps : frames a second.
-    codec : how pictures are packed; ``None`` for the first of H.264, VP9 and MPEG-4 that this OpenCV can write.
+    fps : frames per second.
+    codec : ``None`` for the first of H.264, VP9 and MPEG-4 that this OpenCV can write.
     done : called after every frame.
 
     Raises
     ------
     VbbenchError
-        If the codec is not to be had, or the file cannot be written.
+        If the codec is not available, or the file cannot be written.
     """
     if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
         raise VbbenchError(f"fps must be above 0 and at most 1000, not {fps:g}")
@@ -67,15 +67,15 @@ def write_mp4(
 
 
 def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: Callable[[], object] = int) -> None:
-    """Write frames as ``frame-000000.png`` and so on; those that are there already stay.
+    """Write frames as ``frame-000000.png`` and so on; existing ones stay.
 
     Parameters
     ----------
-    folder : the folder; made if needed. Frames of another film, with another key, are replaced.
+    folder : the folder; created if needed. Frames of another film, with another key, are replaced.
     frames : makes the pictures.
     count : number of frames.
-    key : what the frames are frames of; the same key must mean the same pictures.
-    done : called for every frame, made or there.
+    key : identifies the film; the same key must mean the same pictures.
+    done : called for every frame, new or existing.
 
     Raises
     ------
@@ -84,8 +84,14 @@ def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: C
     """
     if folder.exists() and not folder.is_dir():
         raise FileError(folder, "is a file; name a folder for frames, or a file that ends in .mp4")
+    mark = folder / KEY_FILE
     with locked(folder):
-        _prepare(folder, key)
+        if not (mark.is_file() or is_unused(folder)):
+            raise FileError(folder, "holds something other than frames of a film; choose another folder or empty it")
+        if not (mark.is_file() and mark.read_text("utf-8") == key):
+            for old in folder.glob("frame-*.png"):
+                old.unlink()
+            write_text_atomically(mark, key)
         missing = [frame for frame in range(count) if not (folder / frame_name(frame)).is_file()]
         for _ in range(count - len(missing)):
             done()
@@ -105,18 +111,8 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
     return data.tobytes()
 
 
-def _prepare(folder: Path, key: str) -> None:
-    mark = folder / KEY_FILE
-    if not (mark.is_file() or is_unused(folder)):
-        raise FileError(folder, "holds something other than frames of a film; choose another folder or empty it")
-    if not (mark.is_file() and mark.read_text("utf-8") == key):
-        for old in folder.glob("frame-*.png"):
-            old.unlink()
-        write_text_atomically(mark, key)
-
-
 def _count_frames(path: Path) -> int:
-    """Frames of a film; 0 if it has no end: OpenCV does not say when it cannot write."""
+    """Frames of a film; 0 if it is incomplete: OpenCV does not report that it cannot write."""
     film = cv2.VideoCapture(str(path))
     try:
         return int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
@@ -125,7 +121,7 @@ def _count_frames(path: Path) -> int:
 
 
 def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | None) -> cv2.VideoWriter:
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a codec that is not there is no news
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a missing codec is expected
     level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
         for name in [codec] if codec else list(_CODES):

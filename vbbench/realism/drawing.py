@@ -1,7 +1,8 @@
-"""The realism report as a picture: a panel a distribution, a line a source."""
+"""The realism report as a picture: a panel per distribution, a line per source."""
 
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,9 +29,9 @@ _STEPS = 60
 _WALK_STEPS = 25
 """The same for path efficiency: there are few walks."""
 _REACH = 0.95
-"""A panel ends where this share of the samples of every source is in it."""
+"""Share of the samples of every source that a panel holds at least."""
 _FLOOR = 0.01
-"""Least density shown where the scale is logarithmic."""
+"""Least density shown on a logarithmic scale."""
 
 
 def plot_realism(report: Realism) -> Figure:
@@ -40,7 +41,7 @@ def plot_realism(report: Realism) -> Figure:
     for axes, histograms in zip(figure.axes, columns, strict=True):
         _draw_panel(axes, histograms, list(report.columns))
     facts = [f"every panel holds {_REACH:.0%} of each source, or more"]
-    facts += [f"{name} not at hand" for name in report.missing]
+    facts += [f"{name} not available" for name in report.missing]
     legend = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name)
     title = f"How people walk: {report.info.split} beside recordings"
     draw_heading(figure, 0.75, title, ";  ".join(facts), legend)
@@ -56,18 +57,14 @@ def plot_realism_to_file(report: Realism, out: Path | str) -> Path:
 def _draw_panel(axes: Axes, histograms: tuple[Histogram, ...], headings: list[str]) -> None:
     axis, edges = histograms[0].axis, _edges(histograms)
     if axis is NEAREST:
-        axes.axvspan(
-            0.0, COLLISION, color=style.TRUTH_FAINT, label=f"collision: under {COLLISION:g} m", gid="collision"
-        )
+        label = f"collision: under {COLLISION:g} m"
+        axes.axvspan(0.0, COLLISION, color=style.TRUTH_FAINT, label=label, gid="collision")
     for histogram, heading, colour, line in zip(histograms, headings, cycle(_COLOURS), cycle(_LINES), strict=False):
-        density = histogram.density(edges)
-        axes.stairs(
-            density, edges, baseline=None, color=colour, linestyle=line, linewidth=1.4, label=heading, gid=heading
-        )
+        look: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.4, "label": heading, "gid": heading}
+        axes.stairs(histogram.density(edges), edges, baseline=None, **look)
     axes.set_xlim(0.0, edges[-1])
     axes.set_xlabel(axis.title, fontsize=style.TEXT_SIZE)
-    per = f"share of samples per {axis.unit}" if axis.unit else "density of walks"
-    axes.set_ylabel(per, fontsize=style.TEXT_SIZE)
+    axes.set_ylabel(f"share of samples per {axis.unit}" if axis.unit else "density of walks", fontsize=style.TEXT_SIZE)
     if axis in (ACCELERATION, EFFICIENCY):  # a linear scale would show the peak alone
         axes.set_yscale("log", nonpositive="clip")
         axes.set_ylim(bottom=_FLOOR)
@@ -76,7 +73,7 @@ def _draw_panel(axes: Axes, histograms: tuple[Histogram, ...], headings: list[st
 
 
 def _edges(histograms: tuple[Histogram, ...]) -> FloatArray:
-    """Edges of the steps, on edges of bins, as far as the panel reaches."""
+    """Edges of the steps, which are edges of bins, as far as the panel reaches."""
     axis, bin_width = histograms[0].axis, histograms[0].axis.upper / BINS
     far = max((h.quantile(_REACH) for h in histograms if h.count), default=axis.upper)
     bins = BINS if axis is EFFICIENCY else min(max(int(np.ceil(far / bin_width)), _STEPS), BINS)

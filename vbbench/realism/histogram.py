@@ -1,4 +1,4 @@
-"""Fixed bins on one axis: counts of any number of samples in a size that does not grow with them."""
+"""Fixed bins on one axis: counts of any number of samples in constant memory."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 from vbbench.geometry import FloatArray, IntArray
 
 BINS = 1000
-"""Bins an axis: a quantile is off by at most one of them, 0.1 % of the axis."""
+"""Bins per axis: a quantile is off by at most one of them, 0.1 % of the axis."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What is counted: its name, its unit ("" for none), and where its bins end; they begin at 0."""
+    """What is counted: its name, its unit ("" for none), and the upper end of its bins, which start at 0."""
 
     name: str
     unit: str
@@ -33,14 +33,14 @@ class Axis:
 
 @dataclass(frozen=True, kw_only=True)
 class Histogram:
-    """Counts of samples ≥ 0, with what bins cannot tell.
+    """Counts of samples ≥ 0.
 
     Parameters
     ----------
     axis : what the samples are.
     counts : [BINS + 1] samples in each bin, the last one for all beyond the axis.
     total : sum of the samples.
-    least, most : the extreme samples; ∞ and −∞ where there is none.
+    least, most : the extreme samples; ∞ and −∞ without any.
     """
 
     axis: Axis
@@ -78,13 +78,13 @@ class Histogram:
 
     @property
     def mean(self) -> float:
-        """Mean of the samples, exact; NaN where there is none."""
+        """Exact mean of the samples; NaN without any."""
         return self.total / self.count if self.count else np.nan
 
     def quantile(self, share: float) -> float:
-        """The value below which lies that share of the samples, to one bin; NaN where there is no sample.
+        """The value below which lies that share of the samples, to one bin; NaN without any.
 
-        Ranks between two samples are interpolated, as `numpy.quantile` does. Samples share out their bin evenly.
+        Ranks between two samples are interpolated, as `numpy.quantile` does. Samples are spread evenly over their bin.
         """
         if not self.count:
             return np.nan
@@ -93,31 +93,24 @@ class Histogram:
         return below + (rank - int(rank)) * (above - below)
 
     def density(self, edges: FloatArray) -> FloatArray:
-        """[len(edges) − 1] share of all samples a unit of the axis between edges [M] in ascending order."""
-        below = np.append(0, np.cumsum(self.counts[:-1]))
-        at_edges = np.interp(edges, self.axis.edges, below)
-        shares: FloatArray = np.diff(at_edges) / np.diff(edges) / max(self.count, 1)
-        return shares
+        """[M − 1] share of all samples per unit of the axis, between ascending edges [M]."""
+        below = np.interp(edges, self.axis.edges, np.append(0, np.cumsum(self.counts[:-1])))
+        return np.asarray(np.diff(below) / np.diff(edges) / max(self.count, 1))
 
     def to_json(self) -> dict[str, Any]:
-        """Figures and bins; figures are null where there is no sample."""
-        figures = {
-            "mean": self.mean,
-            "median": self.quantile(0.5),
-            "p5": self.quantile(0.05),
-            "p95": self.quantile(0.95),
-        }
+        """Figures and bins; without samples figures are null."""
+        quantiles = {name: self.quantile(share) for name, share in (("median", 0.5), ("p5", 0.05), ("p95", 0.95))}
         return {
             "unit": self.axis.unit,
             "count": self.count,
-            **{name: value if self.count else None for name, value in figures.items()},
+            **{name: value if self.count else None for name, value in {"mean": self.mean, **quantiles}.items()},
             "bin_width": self.axis.upper / BINS,
             "bins": self.counts[:-1].tolist(),
             "beyond": int(self.counts[-1]),
         }
 
     def _at_rank(self, rank: int) -> float:
-        """The sample of that rank from 0, where the samples of a bin stand evenly in it."""
+        """The sample of that rank from 0, if the samples of a bin are spread evenly over it."""
         upto = np.cumsum(self.counts)
         place = int(np.searchsorted(upto, rank, side="right"))
         edges = np.append(self.axis.edges, max(self.most, self.axis.upper))

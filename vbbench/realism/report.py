@@ -1,4 +1,4 @@
-"""Realism report: how the people of a dataset walk, beside people who were recorded. It reports; it judges nothing."""
+"""Realism report: how the people of a dataset walk, beside recorded people. It reports and does not judge."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -14,15 +14,14 @@ from vbbench.files.dataset_info import DatasetInfo, describe, summary
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
-from vbbench.realism.histogram import Histogram
 from vbbench.realism.walking import COLLISION, SHORTEST_PATH, Walking, walking_statistics
 from vbbench.registry import load
 from vbbench.scene import Scene
 
 REFERENCES = ("students", "eth-15fps")
-"""Recorded splits to stand beside; not `eth`, whose file is 1.67 times too fast."""
+"""Recorded splits to compare with; not `eth`, whose file is 1.67 times too fast."""
 SCENES_AT_ONCE = 16
-"""Scenes read in one go."""
+"""Scenes read at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,10 +30,10 @@ class Realism:
 
     Parameters
     ----------
-    info : the facts of the dataset that the report is about.
-    columns : statistics of the dataset and then of every reference at hand, by the heading of their column.
-    remarks : what must be known of the references, a line each.
-    missing : references whose sources are not at hand.
+    info : the facts of the dataset.
+    columns : statistics of the dataset and then of every available reference, by the heading of their column.
+    remarks : notes on the references, a line each.
+    missing : references whose sources are not available.
     """
 
     info: DatasetInfo
@@ -44,7 +43,7 @@ class Realism:
 
 
 def measure_realism(dataset: Dataset, references: Sequence[str] = REFERENCES) -> Realism:
-    """Measure how the people of a dataset walk, and those of the recorded splits whose sources are at hand.
+    """Measure how the people of a dataset walk, and those of the recorded splits whose sources are available.
 
     Raises
     ------
@@ -74,7 +73,7 @@ def dataset_scenes(dataset: Dataset) -> Iterator[Scene]:
     """
     path = dataset.table_path("truth/scenes")
     if not path.is_file():
-        raise VbbenchError(f"{dataset.folder} has no truth; name the folder that holds it with --truth")
+        raise VbbenchError(f"{dataset.folder} has no truth; name the folder that holds it (truth)")
     table = SequenceTable(path, "truth/scenes", "scene")
     wanted = np.unique(dataset.rows["scene"])
     for start in range(0, len(wanted), SCENES_AT_ONCE):
@@ -94,14 +93,19 @@ def _scene(number: int, dt: float, rows: dict[str, Any]) -> Scene:
 
 
 def describe_realism(report: Realism) -> str:
-    """The dataset's facts, and the table: a row a statistic, a column a source."""
+    """The dataset's facts, and the table: a row per statistic, a column per source."""
     widths = [max(len(heading), 9) + 3 for heading in report.columns]
     rows = [("", list(report.columns)), *_rows(list(report.columns.values()))]
     table = [
         f"{title:<38}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
         for title, cells in rows
     ]
-    return "\n".join([describe(report.info), "", *table, "", *_notes(report)])
+    notes = [*report.remarks, *(f"{name}: source not available (vbbench fetch {name})" for name in report.missing)]
+    if len({round(walking.dt, 6) for walking in report.columns.values()}) > 1:
+        notes.append(
+            "dt differs: the shorter it is, the more of speeds and accelerations is sway and jitter; compare with care"
+        )
+    return "\n".join([describe(report.info), "", *table, "", *notes])
 
 
 def realism_json(report: Realism, picture: Path) -> str:
@@ -121,29 +125,16 @@ def _rows(walkings: list[Walking]) -> Iterator[tuple[str, list[str]]]:
     yield "dt (s)", [f"{w.dt:.3g}" for w in walkings]
     yield "scenes", [f"{w.scenes}" for w in walkings]
     yield "person-minutes", [f"{w.person_seconds / 60.0:.1f}" for w in walkings]
-    for same in zip(*(w.distributions for w in walkings), strict=True):
-        yield from _figures(same)
+    for histograms in zip(*(w.distributions for w in walkings), strict=True):
+        yield f"{histograms[0].axis.title:<25}samples", [f"{h.count}" for h in histograms]
+        yield f"{'':<25}mean", [_number(h.mean) for h in histograms]
+        for name, share in (("5 %", 0.05), ("median", 0.5), ("95 %", 0.95)):
+            yield f"{'':<25}{name}", [_number(h.quantile(share)) for h in histograms]
     yield f"walks under {SHORTEST_PATH:g} m, left out", [f"{w.short_walks}" for w in walkings]
     yield f"collisions (pairs < {COLLISION:g} m, each frame)", [f"{w.collisions}" for w in walkings]
-    yield "  a person-minute", [_number(w.collisions_a_minute) for w in walkings]
-    yield "  seconds a person-minute", [_number(w.collision_seconds_a_minute) for w in walkings]
-
-
-def _figures(histograms: tuple[Histogram, ...]) -> Iterator[tuple[str, list[str]]]:
-    """The rows of one distribution."""
-    yield f"{histograms[0].axis.title:<25}samples", [f"{h.count}" for h in histograms]
-    yield f"{'':<25}mean", [_number(h.mean) for h in histograms]
-    for name, share in (("5 %", 0.05), ("median", 0.5), ("95 %", 0.95)):
-        yield f"{'':<25}{name}", [_number(h.quantile(share)) for h in histograms]
+    yield "  per person-minute", [_number(w.collisions_a_minute) for w in walkings]
+    yield "  seconds per person-minute", [_number(w.collision_seconds_a_minute) for w in walkings]
 
 
 def _number(value: float) -> str:
     return "–" if np.isnan(value) else f"{value:.3f}"
-
-
-def _notes(report: Realism) -> Iterator[str]:
-    yield from report.remarks
-    for name in report.missing:
-        yield f"{name}: source not at hand (vbbench fetch {name})"
-    if len({round(walking.dt, 6) for walking in report.columns.values()}) > 1:
-        yield "dt differs: speeds and accelerations hold more of sway and jitter the shorter it is; compare with care"

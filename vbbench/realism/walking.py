@@ -14,7 +14,7 @@ from vbbench.scene import Scene
 COLLISION = 0.4
 """Two people nearer than this, in m, collide."""
 SHORTEST_PATH = 1.0
-"""Walks along a shorter path, in m, have no efficiency: of who stands, jitter decides it."""
+"""Walks along a shorter path, in m, have no efficiency: for people who stand, jitter decides it."""
 
 SPEED = Axis("speed", "m/s", 5.0)
 NEAREST = Axis("nearest distance", "m", 20.0)
@@ -26,18 +26,18 @@ EFFICIENCY = Axis("path efficiency", "", 1.0)
 class Walking:
     """Statistics of scenes; those of more scenes are their sum.
 
-    A walk is one uninterrupted stay of a person in a scene; who leaves and comes back takes two.
+    A walk is one uninterrupted stay of a person in a scene.
 
     Parameters
     ----------
     scenes : number of scenes.
-    person_frames, person_seconds : how long people are there, over all people.
+    person_frames, person_seconds : how long people are present, summed over them.
     collisions, collision_seconds : pairs of people nearer than `COLLISION`, counted in each frame, and their time.
     short_walks : walks left out of the path efficiency, being shorter than `SHORTEST_PATH`.
     speed : between frames that follow one another, in m/s.
     nearest_distance : from each person in each frame to the nearest other one, in m.
     acceleration : second difference over three frames that follow one another, divided by dt², in m/s².
-    path_efficiency : net displacement divided by path length, a walk.
+    path_efficiency : net displacement divided by path length, of each walk.
     """
 
     scenes: int = 0
@@ -56,17 +56,17 @@ class Walking:
 
     @property
     def dt(self) -> float:
-        """Seconds a frame, the mean where scenes differ; NaN where nobody is there."""
+        """Seconds per frame, the mean if scenes differ; NaN without people."""
         return self.person_seconds / self.person_frames if self.person_frames else np.nan
 
     @property
     def collisions_a_minute(self) -> float:
-        """Colliding pairs, counted in each frame, a minute of one person's walking; it grows with the frame rate."""
+        """Colliding pairs, counted in each frame, per person-minute; it grows with the frame rate."""
         return 60.0 * self.collisions / self.person_seconds if self.person_seconds else np.nan
 
     @property
     def collision_seconds_a_minute(self) -> float:
-        """Seconds that pairs collide, a minute of one person's walking; whatever the frame rate."""
+        """Seconds that pairs collide per person-minute, independent of the frame rate."""
         return 60.0 * self.collision_seconds / self.person_seconds if self.person_seconds else np.nan
 
     @property

@@ -1,4 +1,4 @@
-"""The demo: the whole way from trajectories to numbers and pictures, in one folder."""
+"""The demo: all steps from trajectories to numbers and pictures, in one folder."""
 
 from pathlib import Path
 
@@ -18,8 +18,8 @@ from vbbench.scoring.metrics import section
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
 
-REAL, MADE = "hotel", "demo"
-"""The real split where its source is at hand, and the made one otherwise."""
+REAL, SYNTHETIC = "hotel", "demo"
+"""The real split if its source is available, and the synthetic one otherwise."""
 PAGE = "index.md"
 DRAWN_SOLVER = "vb-cv"
 
@@ -32,31 +32,29 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
     out = Path(out)
     if not is_unused(out):
         check_free(out, PAGE, "demo", overwrite=True)
+    real: Generator = load("generator", REAL)
     with locked(out):
-        if not (out / PAGE).exists():  # the next demo may go on in this folder, whatever becomes of this one
-            write_text_atomically(out / PAGE, "# vbbench demo\n\nIt was not made to its end; make it again.\n")
-        return _fill(out, jobs)
-
-
-def _fill(out: Path, jobs: int) -> str:
-    split = REAL if _at_hand(REAL) else MADE
-    dataset = generate(split, out / "dataset", Options(), jobs=jobs, overwrite=True)
-    scores = [
-        _solve_and_score(dataset, solver, protocol, out, jobs)
-        for protocol in PROTOCOLS
-        for solver in sorted(registered("solver"))
-    ]
-    table = score_table(scores)
-    pictures = [_draw(dataset, protocol, out) for protocol in PROTOCOLS]
-    write_text_atomically(out / PAGE, _page(dataset, table, pictures))
-    return f"{describe(dataset.info)}\n\n{table}\n\nPictures and files: {out / 'index.md'}"
+        if not (out / PAGE).exists():  # marks the folder as a demo's, so that the next one may continue in it
+            write_text_atomically(out / PAGE, "# vbbench demo\n\nIt was interrupted; run it again.\n")
+        split = REAL if all(map(is_here, real.card.sources)) else SYNTHETIC
+        dataset = generate(split, out / "dataset", Options(), jobs=jobs, overwrite=True)
+        scores = []
+        for protocol in PROTOCOLS:
+            for solver in sorted(registered("solver")):
+                submission = solve(dataset, solver, protocol, out / f"{protocol}-{solver}", jobs=jobs, overwrite=True)
+                scores.append(score(submission, dataset.folder))
+        facts, table = describe(dataset.info), score_table(scores)
+        pictures = [_draw(dataset, protocol, out) for protocol in PROTOCOLS]
+        shown = "\n\n".join(f"## {one.stem}, {DRAWN_SOLVER}\n\n![{one.stem}]({one.name})" for one in pictures)
+        write_text_atomically(out / PAGE, f"# vbbench demo\n\n```\n{facts}\n```\n\n{table}\n\n{shown}\n")
+    return f"{facts}\n\n{table}\n\nPictures and files: {out / PAGE}"
 
 
 def score_table(scores: list[Score]) -> str:
-    """Scores as a Markdown table, a row a protocol and solver: means over sequences, and seconds a frame."""
+    """Scores as a Markdown table, a row per protocol and solver: means over sequences, and time per frame."""
     columns = section("metrics")
     lines = [
-        f"| protocol | solver | {' | '.join(metric.label for metric in columns.values())} | coverage | µs a frame |",
+        f"| protocol | solver | {' | '.join(metric.label for metric in columns.values())} | coverage | µs per frame |",
         f"|---|---|{'---:|' * (len(columns) + 2)}",
     ]
     for s in scores:
@@ -66,16 +64,6 @@ def score_table(scores: list[Score]) -> str:
     return "\n".join(lines)
 
 
-def _at_hand(split: str) -> bool:
-    generator: Generator = load("generator", split)
-    return all(map(is_here, generator.card.sources))
-
-
-def _solve_and_score(dataset: Dataset, solver: str, protocol: str, out: Path, jobs: int) -> Score:
-    submission = solve(dataset, solver, protocol, out / f"{protocol}-{solver}", jobs=jobs, overwrite=True)
-    return score(submission, dataset.folder)
-
-
 def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:
     """The sequence of median length with the most people, as the drawn solver sees it."""
     frames, people = dataset.rows["frames"], dataset.rows["people"]
@@ -83,10 +71,3 @@ def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:
     index = int((people * typical).argmax())
     submission = out / f"{protocol}-{DRAWN_SOLVER}"
     return plot_to_file(dataset, index, out / f"{protocol}.png", submission=submission)
-
-
-def _page(dataset: Dataset, table: str, pictures: list[Path]) -> str:
-    shown = "\n\n".join(
-        f"## {picture.stem}, {DRAWN_SOLVER}\n\n![{picture.stem}]({picture.name})" for picture in pictures
-    )
-    return f"# vbbench demo\n\n```\n{describe(dataset.info)}\n```\n\n{table}\n\n{shown}\n"

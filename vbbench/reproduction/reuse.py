@@ -1,4 +1,4 @@
-"""Makes datasets and submissions only where they are not there yet, so that long work goes on where it stopped."""
+"""Makes datasets and submissions only if they do not exist yet, so that long work continues where it stopped."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,38 +14,34 @@ from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve, solver_version
 
+OTHERWISE = "choose another folder, or set overwrite to replace it"
+
 
 def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
-    """The dataset in ``folder``, made unless it is there with the id that these options give.
+    """The dataset in ``folder``, generated unless it exists with the id that these options give.
 
     Parameters
     ----------
-    overwrite : make it in any case, and replace whatever dataset is there.
+    overwrite : generate it in any case, and replace an existing dataset.
 
     Raises
     ------
     VbbenchError
-        If another dataset is there, or as `vbbench.generation.datasets.generate` does.
+        If ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
     """
     if overwrite or not (folder / INFO_FILE).is_file():
         return generate(split, folder, options, jobs=jobs, overwrite=overwrite)
     generator: Generator = load("generator", split)
     there, wanted = DatasetInfo.read(folder).id, generator.plan(options).info.id
     if there != wanted:
-        raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; choose another --out or add --overwrite")
+        raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; {OTHERWISE}")
     return Dataset(folder)
 
 
 def ensure_scores(
     dataset: Dataset, solvers: Sequence[str], protocol: str, *, jobs: int = 1, overwrite: bool = False
 ) -> Iterator[tuple[str, Score]]:
-    """Each solver and its score; submissions stand beside the dataset's folder, see `ensure_submission`.
-
-    Raises
-    ------
-    VbbenchError
-        As of `ensure_submission`.
-    """
+    """Each solver and its score; submissions are beside the dataset's folder, see `ensure_submission`."""
     for solver in dict.fromkeys(solvers):
         folder = dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
         ensure_submission(dataset, solver, protocol, folder, jobs=jobs, overwrite=overwrite)
@@ -55,18 +51,18 @@ def ensure_scores(
 def ensure_submission(
     dataset: Dataset, solver: str, protocol: str, folder: Path, *, jobs: int = 1, overwrite: bool = False
 ) -> Path:
-    """The submission in ``folder``, solved unless it is there for the same dataset, solver, version and protocol.
+    """The submission in ``folder``, solved unless it exists for the same dataset, solver, version and protocol.
 
-    A solver of one's own whose code has changed under the same version is not noticed: overwrite then.
+    Changed code of a solver is not noticed if its version stays the same: overwrite then.
 
     Parameters
     ----------
-    overwrite : solve in any case, and replace whatever submission is there.
+    overwrite : solve in any case, and replace an existing submission.
 
     Raises
     ------
     VbbenchError
-        If another submission is there, or as `vbbench.solving.submissions.solve` does.
+        If ``folder`` holds another submission, or as `vbbench.solving.submissions.solve` does.
     """
     if overwrite or not (folder / SUBMISSION_FILE).is_file():
         return solve(dataset, solver, protocol, folder, jobs=jobs, overwrite=overwrite)
@@ -74,5 +70,5 @@ def ensure_submission(
     there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
     wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"
     if there != wanted:
-        raise VbbenchError(f"{folder} is of {there}; wanted is {wanted}; choose another --out or add --overwrite")
+        raise VbbenchError(f"{folder} is of {there}; wanted is {wanted}; {OTHERWISE}")
     return folder

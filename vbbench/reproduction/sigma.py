@@ -13,11 +13,11 @@ from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Generator, Options, Simulation
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
-from vbbench.scoring.scorecard import Score
+from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench.scoring.statistics import bootstrap_means, known
 
 SPLIT = "sim"
@@ -27,33 +27,31 @@ PEOPLE = (10, 20, 30, 40, 50)
 """K of the paper's figure."""
 
 SOLVER = "vb-sf"
-"""The solver that the figure is about; the class may name variants to compare it with."""
+"""The solver of the figure; its class may name variants to compare it with."""
 PANELS = ("dr", "dt", "dx_rel", "dx")
 """The metrics of the paper's figure, in its order."""
 
 
 def compared_solvers() -> dict[str, str]:
-    """The solvers of the figure, and what sets them apart: what `SOLVER` names in a class attribute ``variants``."""
+    """The solvers of the figure and their titles, from the class attribute ``variants`` of `SOLVER`."""
     return dict(getattr(load("solver", SOLVER), "variants", {SOLVER: SOLVER}))
 
 
 def title_of(solver: str) -> str:
-    """What a solver is called in words."""
+    """A solver's title."""
     return compared_solvers().get(solver, solver)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SigmaStudy:
-    """What is to be measured.
+    """What to measure.
 
     Parameters
     ----------
     solvers : registered names or ``module:attribute``.
-    protocol : what the solvers are given.
+    protocol, tier, seed : of solvers and datasets.
     camera : ``None`` for the split's own.
-    tier : how observations are corrupted.
     sequences : at each σ_h; they take the numbers of people in turn.
-    seed : of the datasets.
     sigmas : σ_h in m.
     people : numbers of people K.
     """
@@ -68,17 +66,17 @@ class SigmaStudy:
     people: Sequence[int] = PEOPLE
 
     def options(self, sigma_h: float) -> Options:
-        """What is asked of the generator at one σ_h (m)."""
+        """Options of the generator at one σ_h (m)."""
         simulation = Simulation(sequences=self.sequences, people=tuple(self.people))
         return Options(camera=self.camera, tier=self.tier, height_std=sigma_h, seed=self.seed, simulation=simulation)
 
     def check(self) -> None:
-        """Find the mistakes that can be found before the work begins.
+        """Find the mistakes that can be found before the work starts.
 
         Raises
         ------
         VbbenchError
-            If a solver, the protocol or an option of the split cannot be.
+            If a solver, the protocol or an option of the split is invalid.
         """
         if not self.solvers or not self.sigmas:
             raise VbbenchError("nothing to measure: name a solver and a σ_h")
@@ -114,7 +112,7 @@ class Point:
     ----------
     people : K, people of the scene, the observer included.
     sequences : scored sequences.
-    seen : mean over sequences of the people whose place is scored in a frame.
+    seen : mean number of people scored per frame, over sequences.
     coverage : share of scored rows that were submitted: of poses or of positions, whichever is smaller.
     statistics : by metric.
     """
@@ -128,12 +126,10 @@ class Point:
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """What a solver scores at one σ_h.
+    """A solver's scores at one σ_h (m).
 
     Parameters
     ----------
-    solver : its name.
-    sigma_h : in m.
     fallback_frames : scored frames in which the observer's own prior decided; ``None`` = not reported.
     points : one for each K, ascending.
     """
@@ -146,14 +142,7 @@ class Curve:
 
 @dataclass(frozen=True, kw_only=True)
 class SigmaFigure:
-    """What was measured.
-
-    Parameters
-    ----------
-    study : what was asked for.
-    camera : kind of camera.
-    curves : one for each solver and σ_h.
-    """
+    """The results of a study: the kind of camera, and a curve for each solver and σ_h."""
 
     study: SigmaStudy
     camera: str
@@ -161,7 +150,7 @@ class SigmaFigure:
 
     @property
     def conditions(self) -> str:
-        """What the figures stand for, in words."""
+        """The conditions of the study as text."""
         study, protocol = self.study, get_protocol(self.study.protocol)
         where = f"split {SPLIT} ({self.camera}, {study.tier}), {protocol.id}, seed {study.seed}"
         return f"{where}, {study.sequences} sequences at each σ_h"
@@ -176,12 +165,12 @@ class SigmaFigure:
 def measure_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False) -> SigmaFigure:
     """Generate, solve and score for every σ_h and solver.
 
-    Datasets and submissions are kept in ``out``; those that are there and complete are taken over.
+    Datasets and submissions are kept in ``out``; complete ones are reused.
 
     Raises
     ------
     VbbenchError
-        If something asked for cannot be, or another dataset or submission is in the way.
+        If the study is invalid, or another dataset or submission is in the way.
     """
     study.check()
     out = Path(out)
@@ -194,7 +183,7 @@ def measure_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrit
 
 
 def dataset_folder(out: Path, sigma_h: float) -> Path:
-    """Where the dataset of one σ_h (m) lies; its submissions are beside it."""
+    """Folder of the dataset of one σ_h (m); its submissions are beside it."""
     return out / f"sigma-{sigma_h:g}" / "dataset"
 
 
@@ -209,15 +198,10 @@ def _curves(study: SigmaStudy, sigma_h: float, out: Path, jobs: int, overwrite: 
 
 
 def _points(score: Score, dataset: Dataset) -> tuple[Point, ...]:
-    """A point for every number of people K, in ascending order.
-
-    Raises
-    ------
-    FileError
-        If the truth is withheld: it alone tells K.
-    """
-    people = _scene_people(dataset)[score.per_sequence.sequence]
-    return tuple(_point(score, int(count), people == count) for count in np.unique(people))
+    """A point for every number of people K, in ascending order; only the truth says K."""
+    own = score.per_sequence
+    people = _scene_people(dataset)[own.sequence]
+    return tuple(_point(int(count), own.select(people == count)) for count in np.unique(people))
 
 
 def _scene_people(dataset: Dataset) -> IntArray:
@@ -228,16 +212,15 @@ def _scene_people(dataset: Dataset) -> IntArray:
     return np.asarray(np.bincount(rows["scene"])[scenes])
 
 
-def _point(score: Score, people: int, chosen: BoolArray) -> Point:
-    own = score.per_sequence
-    figures = np.stack([own.figures[name][chosen] for name in PANELS], axis=1)
+def _point(people: int, own: PerSequence) -> Point:
+    figures = np.stack([own.figures[name] for name in PANELS], axis=1)
     low, high = np.quantile(bootstrap_means(figures), [0.025, 0.975], axis=0)
     columns = zip(PANELS, figures.T, low.tolist(), high.tolist(), strict=True)
     return Point(
         people=people,
         sequences=len(figures),
-        seen=float(np.mean(own.positions[chosen] / own.frames[chosen])),
-        coverage=min(_share(own.posed[chosen], own.frames[chosen]), _share(own.placed[chosen], own.positions[chosen])),
+        seen=float(np.mean(own.positions / own.frames)),
+        coverage=own.total_coverage,
         statistics={name: _statistic(known(values), *interval) for name, values, *interval in columns},
     )
 
@@ -245,7 +228,3 @@ def _point(score: Score, people: int, chosen: BoolArray) -> Point:
 def _statistic(values: FloatArray, low: float, high: float) -> Statistic:
     mean, median = (np.mean(values), np.median(values)) if len(values) else (np.nan, np.nan)
     return Statistic(mean=float(mean), low=low, high=high, median=float(median))
-
-
-def _share(part: IntArray, whole: IntArray) -> float:
-    return float(part.sum() / whole.sum()) if whole.any() else 1.0

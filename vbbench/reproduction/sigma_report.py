@@ -38,7 +38,7 @@ def reproduce_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwr
 
 
 def sigma_table(figure: SigmaFigure) -> str:
-    """A Markdown table a solver: a row for each metric and σ_h, a column for each K."""
+    """A Markdown table per solver: a row for each metric and σ_h, a column for each K."""
     heading = [
         f"# Errors over the number of people: {figure.conditions}",
         "Mean over sequences [95 % bootstrap interval] by the number K of people in the scene, the observer included. "
@@ -71,29 +71,21 @@ def _solver_table(solver: str, curves: list[Curve]) -> str:
 
 
 def _facts(solver: str, curves: list[Curve]) -> Iterator[str]:
-    """What the table rests on, one line a fact."""
+    """Facts about the table, a line each."""
     points = curves[0].points
     yield f"- solver `{solver}`"
-    yield f"- sequences at each K: {_each(str(point.sequences) for point in points)}"
-    yield f"- people scored in a frame: {_each(f'{point.seen:.1f}' for point in points)}"
-    if fallbacks := [curve.fallback_frames for curve in curves if curve.fallback_frames is not None]:
-        yield f"- frames decided by the observer's own prior, at each σ_h: {_each(map(str, fallbacks))}"
+    yield f"- sequences at each K: {', '.join(str(point.sequences) for point in points)}"
+    yield f"- people scored in a frame: {', '.join(f'{point.seen:.1f}' for point in points)}"
+    if fallbacks := [str(curve.fallback_frames) for curve in curves if curve.fallback_frames is not None]:
+        yield f"- frames decided by the observer's own prior, at each σ_h: {', '.join(fallbacks)}"
     if (coverage := min(point.coverage for curve in curves for point in curve.points)) < 1.0:
         yield f"- coverage: {coverage:.1%} at least; missing answers are held, not left out"
 
 
-def _each(texts: Iterator[str]) -> str:
-    return ", ".join(texts)
-
-
 def _row(metric: str, curve: Curve) -> str:
     own = [point.statistics[metric] for point in curve.points]
-    cells = [_cell(statistic) for statistic in own]
-    return f"| {METRICS[metric].label} | {curve.sigma_h:g} | {' | '.join(cells)} | {_change(own[0], own[-1])} |"
-
-
-def _cell(statistic: Statistic) -> str:
-    return f"{statistic.mean:.4f} [{statistic.low:.4f}, {statistic.high:.4f}]"
+    cells = " | ".join(f"{one.mean:.4f} [{one.low:.4f}, {one.high:.4f}]" for one in own)
+    return f"| {METRICS[metric].label} | {curve.sigma_h:g} | {cells} | {_change(own[0], own[-1])} |"
 
 
 def _change(first: Statistic, last: Statistic) -> str:
@@ -143,7 +135,8 @@ def _top(rows: int, row: int) -> float:
 
 
 def _draw_panel(axes: Axes, metric: str, curves: list[Curve]) -> None:
-    widths, colours = np.linspace(_WIDEST, _THINNEST, len(curves)), _colours(len(curves))
+    widths = np.linspace(_WIDEST, _THINNEST, len(curves))
+    colours = [tuple(colour) for colour in style.distance_colours()(np.linspace(1.0, 0.0, len(curves)))]
     for curve, width, colour in zip(curves, widths, colours, strict=True):
         people = [point.people for point in curve.points]
         own = [point.statistics[metric] for point in curve.points]
@@ -159,7 +152,3 @@ def _draw_panel(axes: Axes, metric: str, curves: list[Curve]) -> None:
     axes.set_ylabel(METRICS[metric].label, fontsize=style.TEXT_SIZE)
     axes.grid(color=style.FAINT, linewidth=0.6)
     axes.set_axisbelow(True)
-
-
-def _colours(count: int) -> list[tuple[float, ...]]:
-    return [tuple(colour) for colour in style.distance_colours()(np.linspace(1.0, 0.0, count))]

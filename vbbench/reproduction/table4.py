@@ -13,7 +13,7 @@ from vbbench.scoring.metrics import METRICS
 SPLIT, PROTOCOL, NAME = "street", "one-step", "table4"
 SOLVERS = ("vb-sf", "vb-cv")
 INPUTS = {"cline": "ideal", "tracked": "tracked"}
-"""The paper's inputs, and the tiers that they are."""
+"""The paper's inputs, and their tiers."""
 COLUMNS = ("dx_rel", "dx", "dr", "dt")
 """The metrics of the paper's table."""
 
@@ -29,7 +29,7 @@ def reproduce_table4(
 ) -> str:
     """Generate, solve and score, write ``table4.md`` into ``out``, and return the table and its path.
 
-    Datasets and submissions are kept in ``out``; those that are there and complete are taken over.
+    Datasets and submissions are kept in ``out``; complete ones are reused.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def reproduce_table4(
     Raises
     ------
     VbbenchError
-        If something asked for cannot be, or another dataset or submission is in the way.
+        If an argument is invalid, or another dataset or submission is in the way.
     """
     out = Path(out)
     heads = " | ".join(METRICS[metric].label for metric in COLUMNS)

@@ -51,29 +51,6 @@ class Answers:
     fallback: BoolArray | None
 
 
-def match(rows: ScoredRows, poses: tuple[str, Arrays], positions: tuple[str, Arrays], faults: Faults) -> Answers:
-    """Answers to the scored rows, from the file name and columns of the two tables.
-
-    Rows that exist in the dataset and are not scored are ignored; ids that do not exist, rows given twice and values
-    that cannot be an answer (`vbbench.estimate.is_credible`) go to ``faults``. Missing rows do not (`require_poses`).
-    """
-    pose_values, posed = _match_poses(rows, *poses, faults)
-    position_values, placed = _match_positions(rows, *positions, faults)
-    fallback = posed & (pose_values[:, 3] != 0.0) if FALLBACK in poses[1] else None
-    return Answers(poses=pose_values[:, :3], positions=position_values, posed=posed, placed=placed, fallback=fallback)
-
-
-def require_poses(rows: ScoredRows, answers: Answers, file: str, faults: Faults) -> None:
-    """Every scored pose without an answer goes to ``faults``."""
-    faults.add_rows(file, _MISSING, {"sequence": rows.pose_sequence, "frame": rows.pose_frame}, ~answers.posed)
-
-
-def require_positions(rows: ScoredRows, answers: Answers, file: str, faults: Faults) -> None:
-    """Every scored position without an answer goes to ``faults``."""
-    ids = {"sequence": rows.sequence, "frame": rows.frame, "track": rows.track}
-    faults.add_rows(file, _MISSING, ids, ~answers.placed)
-
-
 def _match_poses(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:
     slot = rows.grid.slot(columns["sequence"], columns["frame"])
     faults.add_rows(file, "its sequence has no such frame; remove the row", columns, slot < 0)
@@ -95,7 +72,7 @@ def _match_positions(rows: ScoredRows, file: str, columns: Arrays, faults: Fault
 def _gather(
     file: str, columns: Arrays, names: tuple[str, ...], numbers: tuple[IntArray, int, IntArray], faults: Faults
 ) -> tuple[FloatArray, BoolArray]:
-    """Values [W, len(names)] of the rows whose numbers are wanted, and whether they are there [W]."""
+    """Values [W, len(names)] of the rows whose numbers are wanted, and whether the file has each row [W]."""
     number, size, wanted = numbers
     row_of = rows_by_number(number, size)
     again = (number >= 0) & (row_of[number] != np.arange(len(number)))
@@ -115,8 +92,8 @@ def _gather(
 def fill_gaps(rows: ScoredRows, answers: Answers) -> Answers:
     """The answers with every gap filled.
 
-    A missing pose is the observer's last one, a missing position the track's last one, given or estimated, at an
-    earlier frame of the sequence; a track never known before is put where the observer is.
+    A missing pose or position is the last one known, given or estimated, of the observer or the track in the sequence;
+    a track never known before is put where the observer is.
     """
     if answers.posed.all() and answers.placed.all():
         return answers
@@ -167,27 +144,32 @@ def _last_known(
 
 
 class CheckedSubmission:
-    """A submission folder opened against a dataset; faults gather while its rows are read.
+    """A submission folder opened against a dataset; faults are collected while its rows are read.
 
     Parameters
     ----------
     folder : the submission folder.
     dataset : the dataset it answers.
-    truth : where it is available, tracks of false alarms need no answer.
+    truth : if given, tracks of false alarms need no answer.
     """
 
     def __init__(self, folder: Path, dataset: Dataset, truth: TruthRows | None) -> None:
         self.folder, self.dataset, self.truth = folder, dataset, truth
         self.faults = Faults()
         self.info: SubmissionInfo = read_info(folder, self.faults)
-        self._check_dataset_id()
+        wanted = dataset.info.id
+        if self.info.dataset and self.info.dataset != wanted:
+            self.faults.add(
+                f"{SUBMISSION_FILE}: made for dataset '{self.info.dataset}', this one is '{wanted}'; "
+                "solve this dataset, or score against that one"
+            )
         self._tables: dict[str, SubmissionTable | None] = {
             name: open_table(folder, name, dataset, self.faults) for name in ("poses", "positions")
         }
 
     @property
     def protocol(self) -> Protocol:
-        """The protocol named, or, where there is none of that name, the one that scores no row that others do not."""
+        """The protocol named; if it does not exist, the one whose scored rows all protocols share."""
         return get_protocol(self.info.protocol if self.info.protocol in PROTOCOLS else "sequential")
 
     def chunks(self) -> Iterator[tuple[ScoredRows, Answers]]:
@@ -196,7 +178,7 @@ class CheckedSubmission:
         Raises
         ------
         SubmissionError
-            After the last row, if there was any fault; the answers are of use only when there was none.
+            After the last row, if there was any fault.
         """
         for rows in scored_rows(self.dataset, self.protocol):
             scored = rows if self.truth is None else rows.where(self.truth.persons(rows) != NOBODY)
@@ -208,15 +190,26 @@ class CheckedSubmission:
             raise SubmissionError(self.folder, self.faults.listing())
 
     def _answers(self, rows: ScoredRows) -> Answers:
+        """Answers to the scored rows.
+
+        Other rows of the dataset are ignored. Faults are ids that do not exist, rows given twice, values that cannot be
+        an answer (`is_credible`) and, unless the submission's policy is to hold, missing rows.
+        """
         first, last = rows.grid.first, rows.grid.first + len(rows.grid.frames)
-        (poses_file, poses), (positions_file, positions) = (self._read(name, first, last) for name in self._tables)
-        answers = match(rows, (poses_file, poses), (positions_file, positions), self.faults)
+        (poses_file, pose_rows), (positions_file, position_rows) = (
+            self._read(name, first, last) for name in self._tables
+        )
+        poses, posed = _match_poses(rows, poses_file, pose_rows, self.faults)
+        positions, placed = _match_positions(rows, positions_file, position_rows, self.faults)
         if self.info.failure_policy == "refuse":
             if self._tables["poses"]:
-                require_poses(rows, answers, poses_file, self.faults)
+                ids = {"sequence": rows.pose_sequence, "frame": rows.pose_frame}
+                self.faults.add_rows(poses_file, _MISSING, ids, ~posed)
             if self._tables["positions"]:
-                require_positions(rows, answers, positions_file, self.faults)
-        return answers
+                ids = {"sequence": rows.sequence, "frame": rows.frame, "track": rows.track}
+                self.faults.add_rows(positions_file, _MISSING, ids, ~placed)
+        fallback = posed & (poses[:, 3] != 0.0) if FALLBACK in pose_rows else None
+        return Answers(poses=poses[:, :3], positions=positions, posed=posed, placed=placed, fallback=fallback)
 
     def _read(self, name: str, first: int, last: int) -> tuple[str, Arrays]:
         table = self._tables[name]
@@ -227,14 +220,6 @@ class CheckedSubmission:
             self._tables[name] = None
             return name, _NO_ROWS
 
-    def _check_dataset_id(self) -> None:
-        wanted = self.dataset.info.id
-        if self.info.dataset and self.info.dataset != wanted:
-            self.faults.add(
-                f"{SUBMISSION_FILE}: made for dataset '{self.info.dataset}', this one is '{wanted}'; "
-                "solve this dataset, or score against that one"
-            )
-
     def _check_sequences(self) -> None:
         for name in self._tables:
             for first, last in ((_BOTTOM, 0), (len(self.dataset), _TOP)):
@@ -244,7 +229,7 @@ class CheckedSubmission:
 
 
 def check_submission(submission: Path | str, dataset: Dataset) -> SubmissionInfo:
-    """Check a submission without truth; rows of false alarms, which are never scored, are then asked for as well.
+    """Check a submission without truth; rows of false alarms, which are never scored, are then required as well.
 
     Raises
     ------

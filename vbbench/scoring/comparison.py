@@ -11,7 +11,7 @@ from vbbench.errors import VbbenchError
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.scorecard import Score, row_title
 from vbbench.scoring.scores import score
-from vbbench.scoring.statistics import bootstrap_means, two_sided_p
+from vbbench.scoring.statistics import bootstrap_means, finite_or_none, two_sided_p
 
 RESAMPLES = 10_000
 """Bootstrap resamples behind a p-value; the smallest is 2/10001."""
@@ -68,14 +68,13 @@ class Comparison:
             f"{'':<12}{'A':>9}{'B':>9}{'A − B':>10}{'95 % interval':>20}{'p':>9}",
         ]
         caution = [f"Caution: {a.dataset.caution}"] if a.dataset.caution else []
-        rows = [self._line(name, metric) for name, metric in METRICS.items()]
-        return "\n".join([*head, *rows, *caution])
+        return "\n".join([*head, *(self._line(name, metric) for name, metric in METRICS.items()), *caution])
 
     def _values_of(self, name: str) -> dict[str, Any]:
         own = self.differences[name]
         values = {"a": self.a.summaries[name].mean, "b": self.b.summaries[name].mean, "difference": own.difference}
-        numbers = {key: value if np.isfinite(value) else None for key, value in values.items()}
-        ci95 = [end if np.isfinite(end) else None for end in own.ci95]
+        numbers = {key: finite_or_none(value) for key, value in values.items()}
+        ci95 = [finite_or_none(end) for end in own.ci95]
         return {**numbers, "ci95": ci95, "p_value": own.p_value, "sequences": own.sequences}
 
     def _line(self, name: str, metric: Metric) -> str:
@@ -107,15 +106,14 @@ def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str
 def _differences(a: Score, b: Score) -> dict[str, Difference]:
     values = np.stack([a.per_sequence.figures[name] - b.per_sequence.figures[name] for name in METRICS], axis=-1)
     means = bootstrap_means(values, RESAMPLES)
-    low, high = np.quantile(means, [0.025, 0.975], axis=0)
-    there = ~np.isnan(values)
-    total = np.where(there, values, 0.0).sum(axis=0)
+    low, high = np.quantile(means, [0.025, 0.975], axis=0).tolist()
+    total, counts, p = np.nansum(values, axis=0), np.sum(~np.isnan(values), axis=0), two_sided_p(means)
     return {
         name: Difference(
-            difference=float(total[m] / there[:, m].sum()) if there[:, m].any() else float("nan"),
-            ci95=(float(low[m]), float(high[m])),
-            p_value=float(two_sided_p(means)[m]) if there[:, m].any() else 1.0,
-            sequences=int(there[:, m].sum()),
+            difference=float(total[m] / counts[m]) if counts[m] else float("nan"),
+            ci95=(low[m], high[m]),
+            p_value=float(p[m]) if counts[m] else 1.0,
+            sequences=int(counts[m]),
         )
         for m, name in enumerate(METRICS)
     }

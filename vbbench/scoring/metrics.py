@@ -191,7 +191,7 @@ def section(part: Literal["metrics", "drift"]) -> dict[str, Metric]:
 def frame_errors(
     poses: FloatArray, positions: FloatArray, true_poses: FloatArray, true_positions: FloatArray, counted: BoolArray
 ) -> dict[str, FloatArray]:
-    """Errors of each frame by metric, drifts left out; NaN without an answer or without people who count.
+    """Errors of each frame by metric, without drifts; NaN without an answer or without people who count.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def frame_errors(
 
 
 def _mean(values: FloatArray, counted: BoolArray) -> FloatArray:
-    """Mean over the last axis of those values that count and are there, NaN without any."""
+    """Mean over the last axis of the finite values that count, NaN without any."""
     use = counted & np.isfinite(values)
     total, number = np.where(use, values, 0.0).sum(axis=-1), use.sum(axis=-1)
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)

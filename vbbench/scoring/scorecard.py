@@ -13,7 +13,7 @@ from vbbench.errors import needs_extra
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import Protocol
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.statistics import Summary
@@ -41,9 +41,8 @@ class PerSequence:
     placed: IntArray
     figures: dict[str, FloatArray]
 
-    def scored(self) -> "PerSequence":
-        """Only the sequences that have a scored frame."""
-        keep = self.frames > 0
+    def select(self, keep: BoolArray) -> "PerSequence":
+        """Only the sequences marked in ``keep`` [N]."""
         counts = {name: values[keep] for name, values in vars(self).items() if name != "figures"}
         return PerSequence(**counts, figures={name: values[keep] for name, values in self.figures.items()})
 
@@ -58,6 +57,21 @@ class PerSequence:
     def coverage(self) -> FloatArray:
         """[N] share of scored rows that were submitted: of poses or of positions, whichever is smaller."""
         return np.minimum(_share(self.posed, self.frames), _share(self.placed, self.positions))
+
+    @property
+    def pose_coverage(self) -> float:
+        """Share of all scored poses that were submitted."""
+        return float(_share(self.posed.sum(), self.frames.sum()))
+
+    @property
+    def position_coverage(self) -> float:
+        """Share of all scored positions that were submitted."""
+        return float(_share(self.placed.sum(), self.positions.sum()))
+
+    @property
+    def total_coverage(self) -> float:
+        """Share of all scored rows that were submitted: of poses or of positions, whichever is smaller."""
+        return min(self.pose_coverage, self.position_coverage)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,17 +110,7 @@ class Score:
     @property
     def coverage(self) -> float:
         """Share of all scored rows that were submitted: of poses or of positions, whichever is smaller."""
-        return min(self.pose_coverage, self.position_coverage)
-
-    @property
-    def pose_coverage(self) -> float:
-        """Share of scored poses that were submitted."""
-        return float(_share(self.per_sequence.posed.sum(), self.per_sequence.frames.sum()))
-
-    @property
-    def position_coverage(self) -> float:
-        """Share of scored positions that were submitted."""
-        return float(_share(self.per_sequence.placed.sum(), self.per_sequence.positions.sum()))
+        return self.per_sequence.total_coverage
 
     def values(self) -> dict[str, Any]:
         """The score as the command line prints it with ``--json``."""
@@ -123,8 +127,8 @@ class Score:
             "positions": int(self.per_sequence.positions.sum()),
             "fallback_frames": self.fallback_frames,
             "coverage": self.coverage,
-            "pose_coverage": self.pose_coverage,
-            "position_coverage": self.position_coverage,
+            "pose_coverage": self.per_sequence.pose_coverage,
+            "position_coverage": self.per_sequence.position_coverage,
             "failure_policy": self.info.failure_policy,
             "seconds_per_frame": self.info.seconds_per_frame,
             "metrics": {name: self.summaries[name].to_dict() for name in section("metrics")},
@@ -137,11 +141,10 @@ class Score:
         return json.dumps(self.values(), indent=2, ensure_ascii=False)
 
     def table(self) -> str:
-        """The score as a table for people; with the caution of the dataset, if it has one."""
+        """The score as a table for people, with the dataset's caution if it has one."""
+        own = self.per_sequence
         rows = [
-            _line(
-                metric, self.summaries[name], self.position_coverage if metric.over == "people" else self.pose_coverage
-            )
+            _line(metric, self.summaries[name], own.position_coverage if metric.over == "people" else own.pose_coverage)
             for name, metric in METRICS.items()
         ]
         caution = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
@@ -153,11 +156,10 @@ class Score:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(["sequence", "frames", "positions", "coverage", *METRICS])
-        figures = np.stack([own.figures[name] for name in METRICS], axis=-1)
-        for head, values in zip(
-            zip(own.sequence, own.frames, own.positions, own.coverage.tolist(), strict=True), figures, strict=True
-        ):
-            writer.writerow([*head, *("" if np.isnan(value) else repr(float(value)) for value in values)])
+        heads = own.sequence, own.frames, own.positions, own.coverage.tolist()
+        figures = (own.figures[name].tolist() for name in METRICS)
+        for *head, values in zip(*heads, zip(*figures, strict=True), strict=True):
+            writer.writerow([*head, *("" if np.isnan(value) else repr(value) for value in values)])
         return text.getvalue()
 
     def to_pandas(self) -> "pandas.DataFrame":
@@ -210,7 +212,7 @@ def row_title(metric: Metric) -> str:
 
 
 def join_figures(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
-    """Figures by metric, several parts on end."""
+    """Figures by metric of several parts, concatenated."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 

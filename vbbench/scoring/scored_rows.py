@@ -17,13 +17,13 @@ from vbbench.geometry import BoolArray, IntArray
 from vbbench.protocol import START_FRAMES, Protocol
 
 FRAMES_AT_ONCE = 4096
-"""Frames of the sequences that are held in memory together."""
+"""Frames of the sequences held in memory together."""
 
 CELLS_AT_ONCE = 1 << 19
 """Pairs of a frame and a track of those sequences, unless one alone has more: some 100 MB of working memory."""
 
 NUMBERS_PER_TRACK = 64
-"""Where the ids of tracks span more numbers than this per track, they are searched for instead of indexed by."""
+"""If track ids span more numbers than this per track, they are found by search instead of by indexing."""
 
 
 class RowGrid:
@@ -33,7 +33,7 @@ class RowGrid:
     ----------
     first : number of the first sequence.
     frames : [N] frames of the sequences first, first + 1, …
-    sequence, track : [R] who is seen in which sequence; repeats are fine.
+    sequence, track : [R] which track is seen in which sequence; repeats are allowed.
     """
 
     def __init__(self, first: int, frames: ArrayLike, sequence: IntArray, track: IntArray) -> None:
@@ -43,7 +43,7 @@ class RowGrid:
         seen = np.zeros((len(self.frames), len(self._tracks)), dtype=bool)
         seen[sequence - first, np.searchsorted(self._tracks, track)] = True
         column = np.where(seen, np.cumsum(seen, axis=1) - 1, -1)
-        self._column = np.pad(column, ((0, 0), (0, 1)), constant_values=-1)  # the last: a track that nobody sees
+        self._column = np.pad(column, ((0, 0), (0, 1)), constant_values=-1)  # the last: for unknown tracks
         self._place_of_id = _places_by_id(self._tracks)
         self._width = seen.sum(axis=1)
         self._first_slot = _starts(self.frames)
@@ -63,15 +63,15 @@ class RowGrid:
     def slot(self, sequence: IntArray, frame: IntArray) -> IntArray:
         """Slot of each row [R]; −1 where the sequence has no such frame."""
         local = sequence - self.first
-        there = (frame >= 0) & (frame < self.frames[local])
-        return np.where(there, self._first_slot[local] + frame, -1)
+        exists = (frame >= 0) & (frame < self.frames[local])
+        return np.where(exists, self._first_slot[local] + frame, -1)
 
     def column(self, sequence: IntArray, track: IntArray) -> IntArray:
         """Column of each row's track [R] within its sequence; −1 where the sequence never sees that track."""
         return self._column[sequence - self.first, self._place(track)]
 
     def _place(self, track: IntArray) -> IntArray:
-        """Where each id [R] stands among all tracks; −1 for one that no sequence sees."""
+        """Index of each id [R] among all tracks; −1 for one that no sequence sees."""
         if not len(self._tracks):
             return np.full(len(track), -1)
         if self._place_of_id is not None:
@@ -88,12 +88,12 @@ class RowGrid:
         return np.where(there, self._first_cell[local] + frame * self._width[local] + column, -1)
 
     def group(self, sequence: IntArray, track: IntArray) -> IntArray:
-        """One number for each track of each sequence [R]; only for tracks that are there."""
+        """One number for each track of each sequence [R]; every track must exist."""
         return self._first_group[sequence - self.first] + self.column(sequence, track)
 
 
 def rows_by_number(number: IntArray, size: int) -> NDArray[np.int32]:
-    """[size + 1] the row that bears each slot or cell number, of several the last; −1 for none, and at number −1."""
+    """[size + 1] the (last) row with each slot or cell number; −1 for none, and at number −1."""
     row = np.full(size + 1, -1, dtype=np.int32)
     row[number] = np.arange(len(number), dtype=np.int32)
     row[-1] = -1
@@ -125,7 +125,7 @@ class ScoredRows:
     grid : numbers of frames and tracks.
     pose_sequence, pose_frame : [P] the scored poses.
     sequence, frame, track, cell : [Q] the scored positions, and their cells in the grid.
-    given : columns of the rows of ``given.parquet`` that the protocol hands over.
+    given : columns of the rows of ``given.parquet`` that the protocol gives to solvers.
     """
 
     grid: RowGrid
@@ -138,12 +138,8 @@ class ScoredRows:
     given: dict[str, NDArray[Any]]
 
     def where(self, keep: BoolArray) -> "ScoredRows":
-        """The same with only those positions that are marked in ``keep`` [Q]."""
-        if keep.all():
-            return self
-        return replace(
-            self, sequence=self.sequence[keep], frame=self.frame[keep], track=self.track[keep], cell=self.cell[keep]
-        )
+        """The same with only the positions marked in ``keep`` [Q]."""
+        return replace(self, **{name: getattr(self, name)[keep] for name in ("sequence", "frame", "track", "cell")})
 
     @cached_property
     def pose_slot(self) -> IntArray:
@@ -199,7 +195,7 @@ def _poses(grid: RowGrid, sequence: IntArray, frame: IntArray) -> tuple[IntArray
 
 
 def _chunks(frames: NDArray[Any], people: NDArray[Any]) -> Iterator[tuple[int, int]]:
-    """Ranges of sequences, as many as neither of the two budgets forbids."""
+    """Ranges of sequences, each as long as both budgets allow."""
     cells = frames.astype(np.int64) * people
     budgets = (FRAMES_AT_ONCE, np.cumsum(frames, dtype=np.int64)), (CELLS_AT_ONCE, np.cumsum(cells))
     first = 0

@@ -22,12 +22,12 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
     Parameters
     ----------
     submission, dataset : the folders.
-    truth : folder with the truth tables, where it is kept elsewhere.
+    truth : folder of the truth tables, if they are not in the dataset's folder.
 
     Raises
     ------
     SubmissionError
-        With every fault of the submission; those that are seen without truth also where it is not available.
+        With every fault of the submission; without truth, with those that can be seen without it.
     VbbenchError
         If the truth is not available, or there is nothing to score.
     """
@@ -40,12 +40,13 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
     per_sequence = PerSequence.join([part.sequences for part in parts])
     if not len(per_sequence.sequence):
         raise VbbenchError(f"{dataset}: no sequence has a frame to score; generate longer sequences")
+    reported = [part.fallbacks for part in parts if part.fallbacks is not None]
     return Score(
         info=checked.info,
         dataset=opened.info,
         protocol=checked.protocol,
         total_sequences=len(opened),
-        fallback_frames=_total([part.fallbacks for part in parts]),
+        fallback_frames=sum(reported) if reported else None,
         per_sequence=per_sequence,
         summaries=summarise(per_sequence.figures, join_figures([part.frames for part in parts])),
     )
@@ -81,22 +82,18 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) ->
     return _Part(_per_sequence(rows, answers, figures), frames, fallbacks)
 
 
-def _total(counts: list[int | None]) -> int | None:
-    known = [count for count in counts if count is not None]
-    return sum(known) if known else None
-
-
 def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatArray]) -> PerSequence:
     size = len(rows.grid.frames)
     pose_owner, owner = rows.pose_sequence - rows.grid.first, rows.sequence - rows.grid.first
-    return PerSequence(
+    every = PerSequence(
         sequence=np.arange(size) + rows.grid.first,
         frames=np.bincount(pose_owner, minlength=size),
         positions=np.bincount(owner, minlength=size),
         posed=np.bincount(pose_owner[answers.posed], minlength=size),
         placed=np.bincount(owner[answers.placed], minlength=size),
         figures=figures,
-    ).scored()
+    )
+    return every.select(every.frames > 0)
 
 
 def _a_second_apart(rows: ScoredRows, dt: float) -> tuple[IntArray, IntArray, float]:

@@ -33,9 +33,9 @@ class Summary:
     p95: float
 
     def to_dict(self) -> dict[str, object]:
-        """The summary with ``None`` for what has no value, as JSON wants it."""
-        values = {name: _number(value) for name, value in vars(self).items() if name != "ci95"}
-        return {**values, "ci95": [_number(end) for end in self.ci95]}
+        """The summary, with ``None`` for NaN, as JSON needs it."""
+        values = {name: finite_or_none(value) for name, value in vars(self).items() if name != "ci95"}
+        return {**values, "ci95": [finite_or_none(end) for end in self.ci95]}
 
 
 def summarise(sequences: dict[str, FloatArray], frames: dict[str, FloatArray]) -> dict[str, Summary]:
@@ -46,9 +46,10 @@ def summarise(sequences: dict[str, FloatArray], frames: dict[str, FloatArray]) -
     sequences : metric → [N] one figure per sequence, NaN where it has none.
     frames : metric → [F] one figure per frame, NaN likewise.
     """
-    low, high = np.quantile(bootstrap_means(np.stack(list(sequences.values()), axis=1)), [0.025, 0.975], axis=0)
+    means = bootstrap_means(np.stack(list(sequences.values()), axis=1))
+    low, high = np.quantile(means, [0.025, 0.975], axis=0).tolist()
     return {
-        name: _summary(known(sequences[name]), known(frames[name]), (float(low[m]), float(high[m])))
+        name: _summary(known(sequences[name]), known(frames[name]), (low[m], high[m]))
         for m, name in enumerate(sequences)
     }
 
@@ -91,7 +92,7 @@ def mean_of_groups(group: IntArray, values: FloatArray, groups: int) -> FloatArr
 
 
 def known(values: FloatArray) -> FloatArray:
-    """The values that are there: those that are not NaN."""
+    """The values that are not NaN."""
     return values[~np.isnan(values)]
 
 
@@ -121,5 +122,6 @@ def _summary(sequences: FloatArray, frames: FloatArray, ci95: tuple[float, float
     )
 
 
-def _number(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
+    """The value, or ``None`` if it is NaN or infinite: JSON has neither."""
     return value if np.isfinite(value) else None

@@ -46,7 +46,7 @@ class TruthRows:
         self._scenes = SequenceTable(dataset.table_path("truth/scenes"), "truth/scenes", "scene")
         tracks = dataset.table_path("truth/tracks")
         self._tracks = SequenceTable(tracks, "truth/tracks") if tracks.is_file() else None
-        self._paths_in_hand: _Paths | None = None
+        self._last_paths: _Paths | None = None
 
     def persons(self, rows: ScoredRows) -> IntArray:
         """[Q] the person behind each scored position, `NOBODY` for a false alarm."""
@@ -75,20 +75,20 @@ class TruthRows:
         self._require(row, self._scenes, "person")
         return self._credible(paths.positions.take(row, axis=0), self._scenes)
 
-    def _paths(self, first: int, last: int) -> "_Paths":
-        """The paths of all people in the scenes first ≤ scene < last; the last ones asked for are kept."""
-        if self._paths_in_hand is None or self._paths_in_hand.scenes != (first, last):
+    def _paths(self, first: int, last: int) -> _Paths:
+        """The paths of all people in the scenes first ≤ scene < last; those of the last call are kept."""
+        if self._last_paths is None or self._last_paths.scenes != (first, last):
             truth = self._scenes.read(first, last)
             length = np.full(last - first, truth["frame"].max(initial=-1) + 1)
             grid = RowGrid(first, length, truth["scene"], truth["person"])
             row_of_cell = rows_by_number(grid.cell(truth["scene"], truth["frame"], truth["person"]), grid.cells)
             positions = np.stack([truth["x"], truth["y"]], axis=-1)
-            self._paths_in_hand = _Paths((first, last), grid, row_of_cell, positions)
-        return self._paths_in_hand
+            self._last_paths = _Paths((first, last), grid, row_of_cell, positions)
+        return self._last_paths
 
     @staticmethod
     def _credible(values: FloatArray, table: SequenceTable) -> FloatArray:
-        """The values, all of them finite and of an answer's size: an error that is NaN would leave a mean unseen."""
+        """The values, checked to be finite and of an answer's size: a NaN error would silently drop out of a mean."""
         if not is_credible(values).all():
             raise FileError(
                 table.path, f"holds truth beyond ±{LARGEST:.0f} m or rad, or none; generate the dataset again"

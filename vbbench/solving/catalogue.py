@@ -1,4 +1,4 @@
-"""Every solver that is registered: who brings it, how it works, and what it runs on splits that it was fitted on."""
+"""Every registered solver: its package, how it works, and its variants for splits that it was fitted on."""
 
 import inspect
 import json
@@ -14,15 +14,15 @@ from vbbench.solver import FrameSolver, SequenceSolver
 
 @dataclass(frozen=True, kw_only=True)
 class SolverCard:
-    """What there is to know about a solver before it runs.
+    """What is known about a solver before it runs.
 
     Parameters
     ----------
-    name : what ``solve`` calls it.
+    name : its registered name.
     package : the distribution that registers it, with its version.
     kind : ``frame by frame``, or ``whole sequence``.
-    summary : the first line of its docstring; empty where it has none.
-    held_out : what runs in its place, by split; see `vbbench.registry.held_out`.
+    summary : the first line of its docstring, if it has one.
+    held_out : what runs instead of it, by split; see `vbbench.registry.held_out`.
     """
 
     name: str
@@ -45,7 +45,12 @@ def solver_cards() -> list[SolverCard]:
 
 def describe_solvers() -> str:
     """All solvers as text."""
-    return "\n".join(_describe(card) for card in solver_cards())
+    lines = []
+    for card in solver_cards():
+        lines.append(f"{card.name}: {card.summary} [{', '.join(filter(None, (card.kind, card.package)))}]")
+        if card.held_out:
+            lines.append(f"    variants that were not fitted on the split: {', '.join(sorted(card.held_out))}")
+    return "\n".join(lines)
 
 
 def solvers_json() -> str:
@@ -54,7 +59,7 @@ def solvers_json() -> str:
 
 
 def _card(name: str, factory: Any) -> SolverCard:
-    solver = factory if inspect.isclass(factory) else make_solver(name)  # only what is no class must be made to tell
+    solver = factory if inspect.isclass(factory) else make_solver(name)
     held_out = getattr(factory, "held_out", {})
     if not isinstance(held_out, Mapping):
         raise VbbenchError(f"solver '{name}': held_out must map splits to solvers, not be {type(held_out).__name__}")
@@ -73,10 +78,3 @@ def _kind(name: str, solver: Any) -> str:
         if all(callable(getattr(solver, method, None)) for method in vars(protocol) if not method.startswith("_")):
             return kind
     raise VbbenchError(f"solver '{name}' has neither start and step nor solve")
-
-
-def _describe(card: SolverCard) -> str:
-    lines = [f"{card.name}: {card.summary} [{', '.join(filter(None, (card.kind, card.package)))}]"]
-    if card.held_out:
-        lines.append(f"    variants that were not fitted on the split: {', '.join(sorted(card.held_out))}")
-    return "\n".join(lines)

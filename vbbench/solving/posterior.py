@@ -17,13 +17,12 @@ from vbbench.solving.runner import frames_of, reveal
 
 @dataclass(frozen=True, kw_only=True)
 class Posterior:
-    """A solver that has just answered for a frame, ready to be asked about the observer's location.
+    """A solver that has just answered for a frame, with its energy of the observer's location.
 
     Parameters
     ----------
-    solver : what it is called.
-    protocol : what it was given.
-    frame : the frame last answered.
+    solver, protocol : their names.
+    frame : the frame answered last.
     estimate : its answers up to that frame, NaN after.
     source : the solver itself.
     """
@@ -47,27 +46,23 @@ class Posterior:
         return np.asarray(energies[1:] - energies[0]).reshape(len(y), len(x))
 
     def reach(self, level: float, farthest: float = 16.0) -> float:
-        """Half the side in m of a square about the pose that holds all places of excess under ``level``, or nearly."""
-        half = 0.05
-        while half < farthest and self.excess(*self._square(half, 9)).min(where=_RIM, initial=np.inf) < level:
+        """Half the side in m of a square about the pose that holds (nearly) all places of excess under ``level``."""
+        half, steps, (x, y, _) = 0.05, np.linspace(-1.0, 1.0, 9), self.pose
+        while half < farthest and self.excess(x + half * steps, y + half * steps)[_RIM].min() < level:
             half *= 1.4
         return half
-
-    def _square(self, half: float, size: int) -> tuple[FloatArray, FloatArray]:
-        steps = np.linspace(-half, half, size)
-        return self.pose[0] + steps, self.pose[1] + steps
 
 
 _RIM = np.pad(np.zeros((7, 7), dtype=np.bool_), 1, constant_values=True)
 
 
 def find_posterior(dataset: Dataset, index: int, frame: int, *, solver: str, protocol: str) -> Posterior:
-    """Let a solver answer for frames 0 … ``frame`` of a sequence.
+    """Run a solver on frames 0 … ``frame`` of a sequence.
 
     Raises
     ------
     VbbenchError
-        If a name is unknown, the frame is given or not there, truth is needed but withheld, or the solver is not a
+        If a name is unknown, the frame is given or does not exist, truth is needed but withheld, or the solver is not a
         `LocationPosterior`.
     """
     rules, source, sequence = get_protocol(protocol), make_solver(solver), dataset.sequence(index)

@@ -1,8 +1,8 @@
-"""What made an answer: the solver's version, the state of its source, and the hardware. No solver is imported for that.
+"""What made an answer: the solver's version, the state of its source, and the hardware, without importing the solver.
 
-What counts of its source is where it lives: the whole package with every file in it (parameters that were learned,
-compiled extensions), or its one module; and, likewise, whatever that imports by name that is not installed. Installed
-packages are told by their version; the solver's own is read, too, wherever it lies.
+Its source is its whole package with every file in it (learned parameters, compiled extensions), or its one module; and
+likewise every module imported by name that is not an installed package. Installed packages are identified by their
+version, but the solver's own package is always read.
 """
 
 import hashlib
@@ -20,19 +20,14 @@ from pathlib import Path
 from vbbench.registry import registered
 
 READ_WHOLE = 1 << 24
-"""Bytes up to which a file is read; of larger ones size and time of the last change count."""
+"""Bytes up to which a file is hashed; larger ones are identified by size and time of the last change."""
 
 IMPORT = re.compile(r"(?:^|[:;])[ \t]*(?:from[ \t]+(\w+)|import[ \t]+([\w.,  \t]+))", re.MULTILINE)
 """``from one import …`` or ``import several, of, them``."""
 
 
 def source_digest(solver: str) -> str:
-    """16 hex digits of a hash of the solver's files and of those it imports that are not installed packages.
-
-    Parameters
-    ----------
-    solver : a registered name, or ``module:attribute``.
-    """
+    """16 hex digits of a hash of the files of a solver (a registered name, or ``module:attribute``); see above."""
     package = _package(solver)
     digest, seen, left = hashlib.sha256(), {package}, [package]
     while left:
@@ -63,7 +58,7 @@ def _places(spec: ModuleSpec | None) -> list[Path]:
 
 
 def _files(name: str) -> Iterator[tuple[str, Path]]:
-    """The files of a top-level module or package, each with a name that does not depend on where they lie."""
+    """The files of a top-level module or package, each with a name that does not depend on its location."""
     for place in _places(_spec(name)):
         if not place.is_dir():
             yield place.name, place
@@ -74,7 +69,7 @@ def _files(name: str) -> Iterator[tuple[str, Path]]:
 
 
 def _content(path: Path) -> bytes:
-    """The hash of a file, or of what can be had of it."""
+    """The hash of a file, or facts that stand in for it."""
     try:
         facts = path.stat()
         if facts.st_size > READ_WHOLE:
@@ -85,7 +80,7 @@ def _content(path: Path) -> bytes:
 
 
 def _imports(path: Path) -> set[str]:
-    """Top-level names that a Python file imports anywhere, or seems to: a text that reads so only costs a look."""
+    """Top-level names that a Python file imports anywhere, or seems to: a false match does no harm."""
     if path.suffix != ".py" or not path.is_file():
         return set()
     found = IMPORT.findall(path.read_text("utf-8", "replace"))
@@ -103,7 +98,7 @@ def _is_own(name: str) -> bool:
 
 
 def _spec(name: str) -> ModuleSpec | None:
-    """Where a top-level module is found; looking for it runs none of its code."""
+    """The spec of a top-level module, found without running its code."""
     try:
         return find_spec(name)
     except (ImportError, ValueError):

@@ -1,4 +1,4 @@
-"""Drives a solver through one sequence under a protocol, showing it nothing but what the protocol gives.
+"""Runs a solver on one sequence under a protocol, showing it only what the protocol gives.
 
 Every array that a solver gets is a copy: neither its values nor its memory lead to truth.
 """
@@ -17,7 +17,7 @@ from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 
 WINDOW = 2
-"""Past frames that a solver is shown beside the current one."""
+"""Past frames that a solver is shown besides the current one."""
 
 Answer = TypeVar("Answer", FrameEstimate, Estimate)
 
@@ -29,12 +29,12 @@ def run_sequence(
 
     Parameters
     ----------
-    truth : needed where the protocol reveals past frames; only these reach the solver.
+    truth : needed if the protocol reveals past frames; only these reach the solver.
 
     Raises
     ------
     VbbenchError
-        If the solver has neither ``step`` nor ``solve``, or leaves out or garbles what is scored.
+        If the solver has neither ``step`` nor ``solve``, or a scored answer is missing or not credible.
     """
     given = protocol.select_given(sequence.given)
     if protocol.needs_truth and truth is None:
@@ -54,18 +54,16 @@ def run_sequence(
 
 
 def reveal(given: Given, observed: BoolArray, truth: Truth) -> Given:
-    """Everything true about past frames: all poses, and the positions of whoever was observed ([T, K])."""
-    positions = np.where(observed[..., None], truth.positions, given.positions)
-    return Given(poses=truth.poses, positions=positions)
+    """Everything true about past frames: all poses, and the positions of everybody ``observed`` [T, K]."""
+    return Given(poses=truth.poses, positions=np.where(observed[..., None], truth.positions, given.positions))
 
 
 def frames_of(sequence: Sequence, given: Given, known: Given) -> Iterator[Frame]:
     """The frames as a solver sees them: ``known`` of the two before each, ``given`` of the frame itself."""
     for t in range(sequence.frames):
-        window = Given(
-            poses=_window(known.poses, given.poses, t), positions=_window(known.positions, given.positions, t)
-        )
-        yield Frame(index=t, observations=sequence.observations[t].copy(), given=window)
+        poses, positions = _window(known.poses, given.poses, t), _window(known.positions, given.positions, t)
+        given_now = Given(poses=poses, positions=positions)
+        yield Frame(index=t, observations=sequence.observations[t].copy(), given=given_now)
 
 
 def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:
@@ -94,12 +92,9 @@ def _run_frames(
 def _run_prefixes(
     solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, known: Given
 ) -> tuple[Estimate, float]:
-    """One call a frame, on everything up to it, with the truth of all frames before it."""
-    answers = [
-        Estimate(poses=given.poses, positions=given.positions).frame(t)
-        for t in range(min(START_FRAMES, sequence.frames))
-    ]
-    seconds = 0.0
+    """One call per frame, on everything up to it, with the truth of all frames before it."""
+    start = Estimate(poses=given.poses, positions=given.positions)
+    answers, seconds = [start.frame(t) for t in range(min(START_FRAMES, sequence.frames))], 0.0
     for t in range(START_FRAMES, sequence.frames):
         past = np.arange(t + 1) < t
         shown = Given(
@@ -141,7 +136,7 @@ def _check_shape(estimate: Estimate, sequence: Sequence, given: Given) -> None:
 
 
 def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
-    """Whatever is scored must be there and credible."""
+    """Check that every scored answer exists and is credible."""
     _check_shape(estimate, sequence, given)
     wanted = {
         "pose": scored_frames(sequence.observed)[:, None] & ~is_credible(estimate.poses),

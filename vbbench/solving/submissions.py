@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,14 @@ from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.schemas import to_arrow
-from vbbench.files.sequence_tables import Ranges, part_ranges
+from vbbench.files.sequence_tables import part_ranges
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_rows import answer_rows
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parallel.parts import Part, Work, check_jobs, write_in_parts
+from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver
 from vbbench.solving.isolation.grants import beside
@@ -55,17 +54,17 @@ def solve(
     Parameters
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
-        submission is then partitioned, and `partitions.merge` makes it whole.
+        submission is then partitioned, and `partitions.merge` joins it.
     tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
-    isolate : run the solver in a process of its own, fed over a pipe, that truth does not reach; where the kernel has
-        Landlock it cannot read the dataset's files, either.
-    covariance : write the covariances of poses and positions, too.
+    isolate : run the solver in a separate process that never gets truth; if the kernel has Landlock, it cannot read the
+        dataset's files either.
+    covariance : also write the covariances of poses and positions.
 
     Raises
     ------
     VbbenchError
-        If a name is unknown, truth is needed but withheld, covariances are wanted of a solver that reports none, or
-        ``out`` is in the way.
+        If a name is unknown, truth is needed but withheld, covariances are requested from a solver that reports none,
+        or ``out`` already exists.
     """
     check_jobs(jobs)
     if tls and scheduler is None:
@@ -80,24 +79,28 @@ def solve(
     run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
-    job = _Job(
-        work=partial(_solve_part, dataset, run_as, opened, rules, covariance),
-        ranges=part_ranges(len(dataset), dataset.cells),
-        label=f"{solver} {protocol}",
-        declare=partial(_declared, dataset, solver, run_as, protocol),
-    )
+    solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance)
+    declared = partial(_declared, dataset, solver, run_as, protocol)
+    ranges, label = part_ranges(len(dataset), dataset.cells), f"{solver} {protocol}"
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key, partitioned=scheduler is not None):
             if scheduler is None:
-                _solve_here(job, work, jobs)
+                tables = {name: work.new / f"{name}.parquet" for name in TABLES}
+                facts = write_in_parts(solve_part, ranges, work.parts, tables, jobs=jobs, label=label)
+                for name in tables.keys() - _reported(facts):
+                    tables[name].unlink()
+                write_text_atomically(work.new / SUBMISSION_FILE, declared(facts).to_json())
             else:
-                _solve_on_cluster(job, work, scheduler, tls)
+                facts = write_partitions(solve_part, ranges, work.new, scheduler, tls=tls, label=label)
+                parts = [part_name(first) for first, _ in ranges]
+                layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
+                write_layout(work.new, layout, declared(facts).to_json())
             work.publish()
     return out
 
 
 Opened = AbstractContextManager[Any]
-"""A solver to drive, as long as the context lasts."""
+"""Gives the solver to run, for as long as the context lasts."""
 
 
 def _opened_here(name: str) -> Opened:
@@ -105,7 +108,7 @@ def _opened_here(name: str) -> Opened:
 
 
 def _isolated(dataset: Dataset, out: Path, scheduler: str | None) -> Callable[[str], Opened]:
-    """How to open a solver that can read neither the dataset nor anything it is made of, nor what others answered."""
+    """Opens solvers that can read neither the dataset, nor its sources, nor other solvers' answers."""
     warn_of_open_files()
     hidden = [*beside(dataset.folder), *beside(dataset.truth_folder), *beside(out), *data_folders()]
     compiled = None if scheduler else WorkFolder(out).parts / "compiled"
@@ -119,33 +122,8 @@ def _held_out_apart(opened: Callable[[str], Opened], solver: str, split: str) ->
     return variants.get(split, solver)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Job:
-    """What is to be done, cut into ``ranges``, and how its facts become ``submission.json``."""
-
-    work: Work
-    ranges: Ranges
-    label: str
-    declare: Callable[[list[dict[str, Any]]], SubmissionInfo]
-
-
-def _solve_here(job: _Job, work: WorkFolder, jobs: int) -> None:
-    tables = {name: work.new / f"{name}.parquet" for name in TABLES}
-    facts = write_in_parts(job.work, job.ranges, work.parts, tables, jobs=jobs, label=job.label)
-    for name in tables.keys() - _reported(facts):
-        tables[name].unlink()
-    write_text_atomically(work.new / SUBMISSION_FILE, job.declare(facts).to_json())
-
-
-def _solve_on_cluster(job: _Job, work: WorkFolder, scheduler: str, tls: Path | None) -> None:
-    facts = write_partitions(job.work, job.ranges, work.new, scheduler, tls=tls, label=job.label)
-    parts = [part_name(first) for first, _ in job.ranges]
-    layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
-    write_layout(work.new, layout, job.declare(facts).to_json())
-
-
 def _reported(facts: list[dict[str, Any]]) -> list[str]:
-    """The tables of a submission: heights only where a part has some."""
+    """The tables of a submission: heights only if a part has some."""
     return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
@@ -189,10 +167,10 @@ def _solve_part(
 def _warm_solver(
     dataset: Dataset, name: str, opened: Callable[[str], Opened], protocol: Protocol, covariance: bool, first: int
 ) -> Iterator[Any]:
-    """The solver, warm, and on one thread: rounding differs with their number, and with it what is ill-posed.
+    """The solver, warmed up and limited to one thread: the number of threads changes rounding, and so answers.
 
-    A process is warmed up once, by a solver object of its own: what the one that counts has seen, and with it its
-    answers, must not depend on which process makes which part.
+    Each process is warmed up once, by a separate solver object: what the timed solver has seen, and so its answers,
+    must not depend on which process makes which part.
     """
     sample = dataset.sequence(first)
     problem, longest = dataset.problem(sample, covariances=covariance), int(dataset.rows["frames"].max())
@@ -210,4 +188,4 @@ def _warm_solver(
 
 
 _warm: set[tuple[str, str, str, bool]] = set()
-"""What this process was warmed up for: dataset, solver, protocol, and whether covariances are asked for."""
+"""What this process was warmed up for: dataset, solver, protocol, and whether covariances are requested."""

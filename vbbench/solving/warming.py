@@ -1,8 +1,8 @@
-"""Warms a solver up before its seconds are counted: it answers a synthetic sequence, which is then forgotten.
+"""Warms a solver up before its seconds are counted: it answers a synthetic sequence, which is then discarded.
 
-What a solver compiles, imports or loads when it first comes to it would be counted among its seconds otherwise. The
-synthetic sequence leads it down every path of the protocol: many people and few, nobody, late arrivals, who leaves and
-comes back, positions that are given and not; with the dataset's camera, frame rate, noise and covariances.
+Otherwise what a solver compiles, imports or loads on first use would count as solving time. The synthetic sequence
+exercises every path of the protocol: many people, few and none, late arrivals, people who leave and come back,
+positions that are given and not; with the dataset's camera, frame rate, noise and covariances.
 """
 
 import warnings
@@ -18,26 +18,23 @@ from vbbench.solver import FrameSolver, Problem, SequenceSolver
 from vbbench.solving.runner import run_sequence
 
 FRAMES = 14
-"""Frames of the synthetic sequence, where the dataset has any as long: more than a solver may remember."""
+"""Most frames of the synthetic sequence: more than a solver may remember."""
 
 PEOPLE = 8
 """People in it; the number changes from frame to frame."""
 
 PACE = 1.3
-"""In m/s, of the observer, whom the others accompany."""
+"""Speed in m/s of the observer and of the people."""
 
 
 def warm_up(solver: FrameSolver | SequenceSolver, problem: Problem, protocol: Protocol, frames: int = FRAMES) -> None:
-    """Answer a synthetic sequence like those of ``problem``, of at most ``frames`` frames.
-
-    A solver that fails here does not fail: it is told apart from the others by the sequences that count.
-    """
+    """Answer a synthetic sequence like those of ``problem``, of at most ``frames`` frames; failures are ignored."""
     sequence, truth = synthetic_sequence(problem, min(frames, FRAMES))
     _answer(solver, replace(problem, tracks=sequence.tracks), sequence, protocol, truth)
 
 
 def begin(solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequence, protocol: Protocol) -> None:
-    """Answer the first frame of a sequence that is asked for: what every new solver object has to load.
+    """Answer the first solved frame of a real sequence, so that a new solver object loads what it needs.
 
     The frames before it are given under every protocol.
     """
@@ -59,7 +56,7 @@ def _answer(
 
 
 def synthetic_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
-    """People who walk before an observer, and come, go and hide."""
+    """People who walk ahead of an observer, appear, leave and hide."""
     rng, time = np.random.default_rng(0), np.arange(frames) * problem.dt
     poses = np.column_stack((PACE * time, np.zeros(frames), 0.1 * np.sin(time)))
     ahead, aside = 2.5 + 0.7 * np.arange(PEOPLE), 0.9 * (np.arange(PEOPLE) % 4 - 1.5)
@@ -84,7 +81,7 @@ def synthetic_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
 
 
 def _shown(frames: int) -> BoolArray:
-    """[T, K] who is shown.
+    """[T, K] who is visible.
 
     Nobody in frame 3, and one person in frame 5; the nearest two arrive in frames 4 and 7, the last hides from 6 to 8.
     """

@@ -1,4 +1,4 @@
-"""What annotators would draw: boxes round heads, by hand in key frames and joined by lines, and what does not count."""
+"""What annotators would draw: boxes around heads, by hand in key frames and interpolated, and others to ignore."""
 
 from dataclasses import dataclass
 
@@ -17,10 +17,9 @@ SMALLEST = 0.2
 def draw_boxes(heads: Heads, noise: float, key_every: int, rng: np.random.Generator) -> FloatArray:
     """Boxes [N, 4] (left, top, width, height) in px from 0, with errors.
 
-    Key frames are every ``key_every``-th, the first and the last of each track. There, each of width and height is
-    wrong by a normal factor, and each side of the box moves as much, so that the centre is wrong by half of that.
-    Between, the four numbers are interpolated; key boxes are wrong by more than ``noise``, so that all boxes together
-    are by as much.
+    Key frames are every ``key_every``-th, the first and the last of each track. There, width and height are each wrong
+    by a normal factor, and each side of the box moves as much, so that the centre is wrong by half of that. The boxes
+    between are interpolated; the errors of key boxes are raised so that those of all boxes together have ``noise``.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ def _keys(heads: Heads, key_every: int) -> IntArray:
 
 
 def _raised(key_every: int) -> float:
-    """Root mean square error of key boxes over that of all boxes, of which most are means of two."""
+    """Root mean square error of key boxes, divided by that of all boxes, most of which are means of two."""
     part = np.arange(key_every) / key_every
     return float(1.0 / np.sqrt(np.mean(part**2 + (1.0 - part) ** 2)))
 
@@ -58,14 +57,13 @@ def _joined(heads: Heads, keys: IntArray, boxes: FloatArray) -> FloatArray:
     after = np.minimum(before + (keys[before] != rows), len(keys) - 1)
     start, end = heads.frame[keys[before]], heads.frame[keys[after]]
     part = ((heads.frame - start) / np.maximum(end - start, 1))[:, None]
-    joined: FloatArray = (1.0 - part) * boxes[before] + part * boxes[after]
-    return joined
+    return np.asarray((1.0 - part) * boxes[before] + part * boxes[after])
 
 
 PEDESTRIAN, STATIC, IGNORE, ON_VEHICLE = 1, 2, 3, 4
 """Classes of MOTChallenge Head Tracking 21."""
 SITTING, POSTERS, RIDERS, REFLECTIONS = 4, 2, 3, 5
-"""How many there are: people who sit, regions to ignore, people on vehicles, heads of confidence 0."""
+"""Numbers of people who sit, regions to ignore, people on vehicles, and heads of confidence 0."""
 SEAT_HEIGHT, SADDLE_HEIGHT, REFLECTION_HEIGHT = 1.15, 1.75, 2.5
 """Heights of their heads over the ground in m."""
 RIDING_SPEED = 5.0
@@ -79,7 +77,7 @@ class Others:
     Parameters
     ----------
     frame : [N] from 0.
-    number : [N] whose they are, from 0.
+    number : [N] which object they belong to, from 0.
     boxes : [N, 4] (left, top, width, height) in px from 0.
     kind : [N] class.
     confidence : [N] 0 or 1.

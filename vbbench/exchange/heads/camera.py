@@ -1,4 +1,4 @@
-"""The surveillance camera: a pinhole that looks down on a crowd from far above it."""
+"""The surveillance camera: a pinhole camera that looks down on a crowd from far above."""
 
 import re
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from vbbench.parsing.numbers import check_ranges
 HEAD_HEIGHT = 1.58
 """Height in m over the ground of the head's centre of somebody 1.70 m tall."""
 FARTHEST = 10.0
-"""Where a picture reaches up to the horizon, the ground counts as seen so many camera heights away."""
+"""Where a picture reaches the horizon, the ground counts as visible up to so many camera heights away."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,18 +84,18 @@ class SurveillanceCamera:
         return np.stack([side, ends], axis=-1)
 
     def middle_of_view(self) -> float:
-        """How far in m in front of the camera the centre of `footprint` lies."""
+        """Distance in m from the camera forward to the centre of `footprint`."""
         (_, near), (wide_near, _), (wide_far, far), _ = self.footprint()
         return float(near + (far - near) * (wide_near + 2.0 * wide_far) / (3.0 * (wide_near + wide_far)))
 
 
 def camera_of(options: HeadOptions) -> SurveillanceCamera:
-    """The camera that is asked for.
+    """The camera that the options describe.
 
     Raises
     ------
     VbbenchError
-        If it cannot be, or would see no heads from above.
+        If an option is out of range, or the camera would not see heads from above.
     """
     try:
         check_ranges(options)
@@ -105,15 +105,10 @@ def camera_of(options: HeadOptions) -> SurveillanceCamera:
     if size is None or min(int(size[1]), int(size[2])) < 1:
         raise VbbenchError(f"size must be width x height in px such as 1920x1080, not {quoted(options.size)}")
     if not options.camera_height > HEAD_HEIGHT + 1.0:
-        raise VbbenchError(
-            f"camera_height must be more than a metre above people's heads, not {options.camera_height:g}"
-        )
-    for name, value, low, high in (
-        ("tilt", options.tilt, 0.0, 90.0),
-        ("roll", options.roll, -45.0, 45.0),
-        ("fov", options.fov, 0.0, 150.0),
-    ):
-        if not low < value < high:
+        problem = f"camera_height must be more than a metre above people's heads, not {options.camera_height:g}"
+        raise VbbenchError(problem)
+    for name, low, high in (("tilt", 0.0, 90.0), ("roll", -45.0, 45.0), ("fov", 0.0, 150.0)):
+        if not low < (value := getattr(options, name)) < high:
             raise VbbenchError(f"{name} must be between {low:g} and {high:g} degrees, not {value:g}")
     width, height = int(size[1]), int(size[2])
     return SurveillanceCamera(

@@ -1,4 +1,4 @@
-"""A simulated crowd as a recording of MOTChallenge Head Tracking 21, with the truth that it was made from beside it."""
+"""A simulated crowd as a recording of MOTChallenge Head Tracking 21, and the truth that it was made from."""
 
 import io
 import json
@@ -22,7 +22,7 @@ from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 
 TRUTH_TABLE, TRUTH_FACTS = "truth.parquet", "truth.json"
-"""Where each head truly is in every frame; the camera, and what was done."""
+"""The true place of each head in every frame; the camera, the options and figures of the recording."""
 
 
 def export_heads(
@@ -32,72 +32,62 @@ def export_heads(
 
     The folder holds ``seqinfo.ini`` and ``gt/gt.txt`` (9 columns, frames and boxes counted from 1), and beside them
     `TRUTH_TABLE` (frame from 0, track, person, right, forward, x, y in m, u, v, size in px, visible) and `TRUTH_FACTS`.
-    Everybody of the scene is photographed, the observer too. The same options and seed give the same bytes.
+    Everybody in the scene is photographed, including the observer. The same options and seed give the same bytes.
 
     Parameters
     ----------
     dataset : with its truth.
     out : folder to write; its name is the recording's.
     options : camera and annotation.
-    sequence : whose frames; may be left out where there is only one.
+    sequence : whose frames; may be omitted if there is only one.
     seed : of the annotators' errors, and of what is annotated besides people.
 
     Raises
     ------
     VbbenchError
-        If an option cannot be, the truth is withheld, or the camera sees nobody.
+        If an option is out of range, the truth is withheld, or the camera sees nobody.
     """
     out, camera = Path(out), camera_of(options)
-    _check(options, seed)
-    with loose_files(out):
-        _photograph(dataset, out, options, camera, sequence, seed)
-    return out
-
-
-def _check(options: HeadOptions, seed: int) -> None:
     if seed < 0:
         raise VbbenchError(f"seed must be at least 0, not {seed}")
     if options.key_every < 1:
         raise VbbenchError(f"key_every must be at least 1 frame, not {options.key_every}")
     if not 0.0 <= options.box_noise < 0.5:
         raise VbbenchError(f"box_noise must be at least 0 and below 0.5, not {options.box_noise:g}")
-
-
-def _photograph(
-    dataset: Dataset, out: Path, options: HeadOptions, camera: SurveillanceCamera, sequence: int | None, seed: int
-) -> None:
-    number, scene = _photographed(dataset, sequence)
-    station = _station(scene, camera, options)
-    heads = see_heads(scene.positions, scene.heights, camera, station, dt=scene.dt, round_heads=options.round_heads)
-    if not len(heads):
-        raise VbbenchError("the camera sees nobody; without a place and a direction of your own it looks at the crowd")
-    rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
-    boxes = draw_boxes(heads, options.box_noise, options.key_every, rng)
-    screens = draw_screens(camera, rng)
-    visible = visible_fractions(heads, scene.heights[heads.person] - BELOW_TOP, camera, screens)
-    others = draw_others(camera, scene.frames, scene.dt, rng)
-    write_text_atomically(out / "gt" / "gt.txt", _truth_text(heads, boxes, visible, others))
-    info = sequence_info(out.name, scene.dt, scene.frames, (camera.width, camera.height), ".jpg")
-    write_text_atomically(out / "seqinfo.ini", info)
-    write_bytes_atomically(out / TRUTH_TABLE, _truth_table(heads, visible, scene))
-    facts = {
-        "dataset": dataset.info.id,
-        "sequence": number,
-        "seed": seed,
-        "options": asdict(options),
-        "camera": {**asdict(camera), "horizon": camera.horizon},
-        "station": dict(zip(("x", "y", "yaw"), station.tolist(), strict=True)),
-        "screens": screens.tolist(),
-        "head": {"diameter": HEAD, "below_top": BELOW_TOP},
-        **_counts(heads, boxes, visible, scene),
-    }
-    write_text_atomically(out / TRUTH_FACTS, json.dumps(facts, indent=2) + "\n")
+    with loose_files(out):
+        number, scene = _photographed(dataset, sequence)
+        station = _station(scene, camera, options)
+        heads = see_heads(scene.positions, scene.heights, camera, station, dt=scene.dt, round_heads=options.round_heads)
+        if not len(heads):
+            raise VbbenchError("the camera sees nobody; by default it stands and looks so that the crowd is in view")
+        rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
+        boxes = draw_boxes(heads, options.box_noise, options.key_every, rng)
+        screens = draw_screens(camera, rng)
+        visible = visible_fractions(heads, scene.heights[heads.person] - BELOW_TOP, camera, screens)
+        others = draw_others(camera, scene.frames, scene.dt, rng)
+        write_text_atomically(out / "gt" / "gt.txt", _truth_text(heads, boxes, visible, others))
+        info = sequence_info(out.name, scene.dt, scene.frames, (camera.width, camera.height), ".jpg")
+        write_text_atomically(out / "seqinfo.ini", info)
+        write_bytes_atomically(out / TRUTH_TABLE, _truth_table(heads, visible, scene))
+        facts = {
+            "dataset": dataset.info.id,
+            "sequence": number,
+            "seed": seed,
+            "options": asdict(options),
+            "camera": {**asdict(camera), "horizon": camera.horizon},
+            "station": dict(zip(("x", "y", "yaw"), station.tolist(), strict=True)),
+            "screens": screens.tolist(),
+            "head": {"diameter": HEAD, "below_top": BELOW_TOP},
+            **_counts(heads, boxes, visible, scene),
+        }
+        write_text_atomically(out / TRUTH_FACTS, json.dumps(facts, indent=2) + "\n")
+    return out
 
 
 def _photographed(dataset: Dataset, sequence: int | None) -> tuple[int, Scene]:
     """The number of the sequence, and its scene in its frames."""
     if sequence is None and len(dataset) > 1:
-        raise VbbenchError(f"{dataset.folder} has {len(dataset)} sequences; say which one is recorded")
+        raise VbbenchError(f"{dataset.folder} has {len(dataset)} sequences; choose the one to record")
     one = dataset.sequence(sequence or 0)
     people, positions, heights = dataset.scene(one.scene)
     frames = slice(one.first_frame, one.first_frame + one.frames)
@@ -107,7 +97,7 @@ def _photographed(dataset: Dataset, sequence: int | None) -> tuple[int, Scene]:
 
 
 def _station(scene: Scene, camera: SurveillanceCamera, options: HeadOptions) -> FloatArray:
-    """Where the camera stands, [3] (x, y, yaw): as asked, or so that the crowd is in the middle of what it sees."""
+    """The camera's place, [3] (x, y, yaw): as chosen, or so that the crowd is in the middle of its view."""
     yaw = float(np.radians(options.facing))
     if options.at is not None:
         return np.array([*options.at, yaw])
@@ -116,7 +106,7 @@ def _station(scene: Scene, camera: SurveillanceCamera, options: HeadOptions) -> 
 
 
 def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: Others) -> str:
-    """The lines of ``gt.txt``, by track and frame; what does not count follows with ids of its own."""
+    """The lines of ``gt.txt``, by track and frame; boxes that do not count follow with ids of their own."""
     ids = np.concatenate([heads.track, heads.track.max() + 1 + others.number])
     frames = np.concatenate([heads.frame, others.frame]) + 1
     drawn = np.concatenate([boxes, others.boxes]) + np.array([1.0, 1.0, 0.0, 0.0])
@@ -124,12 +114,8 @@ def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: Ot
     kinds = np.concatenate([np.full(len(heads), PEDESTRIAN), others.kind])
     shares = np.concatenate([visible, np.ones(len(others.frame))])
     columns = (frames, ids, *drawn.T, confidence, kinds, shares)
-    return "".join(
-        f"{frame},{track},{left:.2f},{top:.2f},{width:.2f},{height:.2f},{sure},{kind},{share:.2f}\n"
-        for frame, track, left, top, width, height, sure, kind, share in zip(
-            *(column.tolist() for column in columns), strict=True
-        )
-    )
+    line = "{},{},{:.2f},{:.2f},{:.2f},{:.2f},{},{},{:.2f}\n"
+    return "".join(line.format(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _truth_table(heads: Heads, visible: FloatArray, scene: Scene) -> bytes:
@@ -153,7 +139,7 @@ def _truth_table(heads: Heads, visible: FloatArray, scene: Scene) -> bytes:
 
 
 def _counts(heads: Heads, boxes: FloatArray, visible: FloatArray, scene: Scene) -> dict[str, float]:
-    """How large the recording is, and how wrong its boxes are."""
+    """The size of the recording, and the error of its boxes."""
     errors = boxes[:, 2:] / heads.sizes - 1.0
     return {
         "tracks": int(heads.track.max()),

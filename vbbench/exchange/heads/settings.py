@@ -1,4 +1,4 @@
-"""What a user asks of a recording of heads; apart, so that the command line shows it without importing NumPy."""
+"""Options of a recording of heads; apart, so that the command line shows them without importing NumPy."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -23,10 +23,10 @@ class HeadOptions:
     at: tuple[Annotated[float, Within(-1e6, 1e6, "m")], Annotated[float, Within(-1e6, 1e6, "m")]] | None = None
     """x and y in m of the ground below the camera; default: the crowd is in the middle of what it sees."""
     facing: Annotated[float, Within(-360.0, 360.0, "degrees")] = 90.0
-    """Where it looks, in degrees counter-clockwise from the world's x axis."""
+    """Direction of view in degrees, counter-clockwise from the world's x axis."""
     box_noise: float = 0.12
-    """Root mean square error of the widths and heights of boxes, as a part of them."""
+    """Relative root mean square error of the widths and heights of boxes."""
     key_every: int = 5
-    """Boxes are drawn by hand in every so many frames; straight lines join them."""
+    """Frames from one box drawn by hand to the next; those between are interpolated."""
     round_heads: bool = False
-    """Heads are balls, which a lens stretches off its axis, and not discs that face the camera."""
+    """Heads are spheres, which a lens stretches off its axis, instead of discs that face the camera."""

@@ -1,4 +1,4 @@
-"""Which heads a surveillance camera sees where, and how much of each shows: one row a head a frame."""
+"""Which heads a surveillance camera sees where, and how much of each is visible: one row per head and frame."""
 
 from dataclasses import dataclass, fields
 
@@ -12,7 +12,7 @@ HEAD = 0.24
 BELOW_TOP = 0.12
 """How far in m the centre of the head is below the top of the person."""
 SAME_TRACK = 1.0
-"""Who is back in the picture within so many seconds keeps the track."""
+"""A person who is back in the picture within so many seconds keeps the track."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class Heads:
     Parameters
     ----------
     frame : [N] from 0.
-    track : [N] from 1, in the order in which they appear; who comes back into the picture has a new one.
+    track : [N] from 1, in order of appearance; a person who comes back later has a new one.
     person : [N] whose head it is, a column of the scene.
     ground : [N, 2] (right, forward) in m of the person from the ground below the camera.
     places : [N, 2] centre (u, v) of the head in px from 0.
@@ -68,11 +68,11 @@ def see_heads(
 
     Parameters
     ----------
-    positions : [T, K, 2] of the people in m, NaN where somebody is absent.
+    positions : [T, K, 2] of the people in m, NaN = absent.
     heights : [K] in m.
     station : [3] (x, y, yaw) of the camera in m and rad.
-    dt : seconds a frame.
-    round_heads : whether heads are balls, wider by 1/cos of the angle off the axis, and not discs facing the camera.
+    dt : seconds per frame.
+    round_heads : heads are spheres, wider by 1/cos of the angle off the axis, instead of discs facing the camera.
     """
     ground = world_to_relative(positions, station)
     up = np.broadcast_to(heights - BELOW_TOP, ground.shape[:2])
@@ -100,8 +100,7 @@ def _tracks(person: IntArray, frame: IntArray, gap: int) -> IntArray:
     first = np.flatnonzero(begins)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.lexsort([person[first], frame[first]])] = np.arange(1, len(first) + 1)
-    tracks: IntArray = rank[np.cumsum(begins) - 1]
-    return tracks
+    return np.asarray(rank[np.cumsum(begins) - 1])
 
 
 SHOULDER_WIDTH = 0.46
@@ -109,12 +108,11 @@ SHOULDER_WIDTH = 0.46
 BELOW_HEAD = 0.18
 """How far in m the shoulders are below the head's centre."""
 LEAST_VISIBLE = 0.15
-"""Of whom less shows, nothing counts as visible."""
+"""Smaller visible fractions count as 0."""
 POLES, POLE_WIDTH, POLE_END = 3, 0.012, (0.4, 0.8)
-"""Lamp posts from the top of the picture down: how many, how wide in picture widths, and where in the picture's height
-they end."""
+"""Lamp posts from the top of the picture down: number, width in picture widths, range of lower ends in its heights."""
 BOARD = (0.04, 0.06)
-"""Width and height of a sign, in parts of the picture's."""
+"""Width and height of a sign, as fractions of the picture's."""
 _SIDE = 7
 _GRID = np.stack(np.meshgrid(*[(np.arange(_SIDE) + 0.5) / _SIDE - 0.5] * 2), axis=-1).reshape(-1, 2)
 _SPOTS = _GRID[np.hypot(_GRID[:, 0], _GRID[:, 1]) <= 0.5]
@@ -126,8 +124,7 @@ def draw_screens(camera: SurveillanceCamera, rng: np.random.Generator) -> FloatA
     left = rng.uniform(0.0, 1.0 - POLE_WIDTH, POLES)
     poles = np.column_stack([left, np.zeros(POLES), np.full(POLES, POLE_WIDTH), rng.uniform(*POLE_END, POLES)])
     board = [*rng.uniform([0.0, 0.0], 1.0 - np.array(BOARD)), *BOARD]
-    screens: FloatArray = np.vstack([poles, board]) * np.tile([float(camera.width), float(camera.height)], 2)
-    return screens
+    return np.asarray(np.vstack([poles, board]) * np.tile([float(camera.width), float(camera.height)], 2))
 
 
 def visible_fractions(heads: Heads, heights: FloatArray, camera: SurveillanceCamera, screens: FloatArray) -> FloatArray:
@@ -137,7 +134,7 @@ def visible_fractions(heads: Heads, heights: FloatArray, camera: SurveillanceCam
 
     Parameters
     ----------
-    heads : as `see_heads` makes them.
+    heads : from `see_heads`.
     heights : [N] in m of each head's centre over the ground.
     screens : [P, 4] (left, top, width, height) in px; they hide whatever is behind.
     """
@@ -169,7 +166,7 @@ def _by_screens(screens: FloatArray, spots: FloatArray) -> BoolArray:
 
 
 def _candidates(heads: Heads, feet: FloatArray, rows: IntArray) -> tuple[IntArray, IntArray]:
-    """Pairs among ``rows``, all of one frame: whose head may be hidden, ascending, and who is nearer and may do it."""
+    """Pairs among ``rows`` of one frame: whose head may be hidden, ascending, and who is nearer and may hide it."""
     u, v = heads.places[rows].T
     across, high = heads.sizes[rows].T
     left, right = np.minimum(u, feet[rows, 0]), np.maximum(u, feet[rows, 0])
@@ -184,8 +181,7 @@ def _candidates(heads: Heads, feet: FloatArray, rows: IntArray) -> tuple[IntArra
 def _by_heads(heads: Heads, hiding: IntArray, spots: FloatArray) -> BoolArray:
     """[P, S] spots [P, S, 2] px that the heads ``hiding`` [P] cover."""
     offset = (spots - heads.places[hiding, None]) / heads.sizes[hiding, None]
-    covered: BoolArray = np.hypot(offset[..., 0], offset[..., 1]) <= 0.5
-    return covered
+    return np.asarray(np.hypot(offset[..., 0], offset[..., 1]) <= 0.5)
 
 
 def _by_bodies(shoulders: FloatArray, feet: FloatArray, focal: float, spots: FloatArray) -> BoolArray:
@@ -194,5 +190,4 @@ def _by_bodies(shoulders: FloatArray, feet: FloatArray, focal: float, spots: Flo
     middle = shoulders[:, None, 0] + along * (feet - shoulders)[:, None, 0]
     depth = shoulders[:, None, 2] + along * (feet - shoulders)[:, None, 2]
     beside = np.abs(spots[..., 0] - middle) <= focal * SHOULDER_WIDTH / 2.0 / depth
-    covered: BoolArray = beside & (along >= 0.0) & (along <= 1.0)
-    return covered
+    return np.asarray(beside & (along >= 0.0) & (along <= 1.0))

@@ -33,11 +33,11 @@ def export_mot(
 
     Parameters
     ----------
-    dataset : where the sequences lie.
-    out : folder to write into; made if needed.
-    sequence : number of the only one wanted; ``None`` for all.
-    backend : what renders pictures into ``img1``, which needs truth; ``None`` for no pictures.
-    announce : is told what draws.
+    dataset : the dataset.
+    out : folder to write into; created if needed.
+    sequence : number of the only sequence to write; ``None`` for all.
+    backend : renders pictures into ``img1``, which needs truth; ``None`` for no pictures.
+    announce : called with a line that names the renderer.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def export_mot(
     Raises
     ------
     VbbenchError
-        If there is no such sequence or backend, or pictures are wanted and the truth is withheld.
+        If there is no such sequence or backend, or pictures are requested and the truth is withheld.
     """
     out = Path(out)
     chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]

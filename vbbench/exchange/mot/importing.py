@@ -1,4 +1,4 @@
-"""Any tracker's MOTChallenge files as a dataset of tier `tracked`: its boxes, and who they are by their overlap."""
+"""Any tracker's MOTChallenge files as a dataset of tier `tracked`: its boxes, matched to people by their overlap."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -24,10 +24,9 @@ from vbbench.scene import Scene
 from vbbench.sequence import Sequence, SequenceData, Truth
 
 REVISION = 1
-"""Raised whenever the same files give another dataset, so that ids differ too."""
+"""Incremented whenever the same files give another dataset, so that ids differ too."""
 PIXEL_STD = {"perspective": 9.0, "panorama": 2.4}
-"""What solvers are told of the noise of a tracker's columns, tops and bottoms in px: as in docs/tiers.md, of pictures
-with borders and of those that close on themselves."""
+"""Noise in px of a tracker's columns, tops and bottoms that the dataset declares, as in docs/tiers.md."""
 
 
 def import_mot(
@@ -41,25 +40,24 @@ def import_mot(
 ) -> Dataset:
     """Make a dataset of tier `tracked` from a tracker's boxes on the pictures of ``dataset``.
 
-    Tracks are matched to people frame by frame (`match_boxes`); those that are nobody in all but two frames are left
-    out. Given is where the person behind a track is in its first two matched frames. Sequences without a file are left
-    out, and the others numbered anew, in order.
+    Tracks are matched to people frame by frame (`match_boxes`); those matched in fewer than three frames are left out.
+    Given is where the person behind a track is in its first two matched frames. Sequences without a file are left out,
+    and the others renumbered in order.
 
     Parameters
     ----------
-    folder : ``sequence-000012.txt`` for sequence 12; if there is no such file, ``sequence-000012/gt/gt.txt``.
-    dataset : whose pictures they are, with its truth.
+    folder : with ``sequence-000012.txt``, or else ``sequence-000012/gt/gt.txt``, for sequence 12.
+    dataset : the dataset of the pictures, with its truth.
     out : folder of the new dataset.
-    pixel_std : standard deviation in px of a box's column, top and bottom that solvers are told; ``None`` for that of
-        the tracker that comes with vbbench.
-    overwrite : replace the dataset that is there.
-    announce : is told how many boxes were kept.
+    pixel_std : standard deviation in px of a box's column, top and bottom that the dataset declares; ``None`` for that
+        of the bundled tracker.
+    overwrite : replace an existing dataset.
+    announce : called with a line that says how many boxes were kept.
 
     Raises
     ------
     VbbenchError
-        If a file cannot be used (`read_mot`), none of them sees anybody, the truth is withheld, or ``out`` is in the
-        way.
+        If a file cannot be used (`read_mot`), no track matches a person, the truth is withheld, or ``out`` exists.
     """
     out = Path(out)
     if pixel_std is None:
@@ -68,23 +66,23 @@ def import_mot(
         raise VbbenchError(f"pixel_std must be at least 0 px, not {pixel_std:g}")
     plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
     if not any(plan.build(index).sequence.tracks.size for index in range(len(plan))):
-        problem = "no track is anybody in three frames; are its boxes in pixels of the rendered pictures?"
+        problem = "no track matches a person in three frames; are its boxes in pixels of the rendered pictures?"
         raise FileError(folder, problem)
     made = write_dataset(plan, out, overwrite=overwrite)
     kept, boxes = made.info.counts["observations"], sum(len(rows.frame) for rows in plan.contents)
-    announce(f"{kept} of {boxes} boxes kept: of tracks that are somebody in {LEAST_FRAMES} frames or more")
+    announce(f"{kept} of {boxes} boxes kept: of tracks that match a person in {LEAST_FRAMES} frames or more")
     return made
 
 
 @dataclass(frozen=True)
 class TrackedPlan:
-    """The plan of a dataset made from tracks; see `vbbench.generation.generator.Plan`.
+    """The plan of a dataset made from tracks (`vbbench.generation.generator.Plan`).
 
     Parameters
     ----------
-    dataset : whose sequences they are.
-    files : a file for each sequence, by its number there.
-    pixel_std : the noise in px that solvers are told.
+    dataset : the dataset of the pictures.
+    files : a file for each sequence, by its number in ``dataset``.
+    pixel_std : the noise in px that the new dataset declares.
     """
 
     dataset: Dataset
@@ -96,17 +94,17 @@ class TrackedPlan:
 
     @cached_property
     def contents(self) -> list[MotRows]:
-        """What the files say."""
+        """The rows of the files."""
         return [_tracks(path, int(self.dataset.rows["frames"][number])) for number, path in self.files.items()]
 
     @cached_property
     def scenes(self) -> tuple[Scene, ...]:
-        """The scenes that sequences share; none where each has its own."""
+        """The scenes that sequences share; none if each has its own."""
         return tuple(scene_of(self.dataset, number) for number in self._scene_numbers) if self._shared else ()
 
     @cached_property
     def info(self) -> DatasetInfo:
-        """The published facts; the id follows from the files and from the dataset that they belong to."""
+        """The published facts; the id follows from the files and the id of the dataset that they belong to."""
         source = self.dataset.info
         names = tuple(source.scenes[n] for n in self._scene_numbers) if self._shared else source.scenes
         definition: dict[str, Any] = {
@@ -121,7 +119,7 @@ class TrackedPlan:
         return replace(source, tier="tracked", scenes=names, pixel_std=self.pixel_std, **facts)
 
     def build(self, index: int) -> SequenceData:
-        """Match the tracks of one sequence, and leave out those that are nobody."""
+        """Match the tracks of one sequence, and leave out those that match nobody."""
         source = self.dataset.sequence(list(self.files)[index])
         camera, scene = self.dataset.info.camera, scene_of(self.dataset, source.scene)
         tracks, boxes, visible = _dense(self.contents[index], source.frames)
@@ -155,8 +153,7 @@ class TrackedPlan:
 
 def _files(folder: Path, sequences: int) -> dict[int, Path]:
     """Each sequence's file, by number."""
-    results = sorted(folder.glob("*.txt"))
-    named = {path: path.stem for path in results} or {
+    named = {path: path.stem for path in sorted(folder.glob("*.txt"))} or {
         path: path.parent.parent.name for path in sorted(folder.glob("sequence-*/gt/gt.txt"))
     }
     if not named:

@@ -20,24 +20,26 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.parsing.numbers import finite_number
 
 UNLINKED = -1
-"""Track of a detection that nobody linked; class and visibility where they are not told."""
+"""Track of an unlinked detection; class and visibility if they are unknown."""
+PEDESTRIAN = 1
+"""The class of walking people."""
 COLUMNS = ("frame", "id", "left", "top", "width", "height", "conf", "class", "visibility")
-_UNTOLD = (1.0, -1.0, -1.0)
+_DEFAULTS = (1.0, -1.0, -1.0)
 """Confidence, class and visibility of lines without them."""
 _LARGEST_ID = 2**31 - 1
 FARTHEST = 1e6
-"""Px that no side or size of a box is beyond."""
+"""Largest side or size of a box in px."""
 
 
 @dataclass(frozen=True)
 class MotTable:
-    """Rows as they stand in a file.
+    """Rows as they are in a file.
 
     Parameters
     ----------
     path : the file, for messages.
     values : [N, 9] numbers, by `COLUMNS`, frames and boxes from 1.
-    lines : [N] where they stand, from 1.
+    lines : [N] their line numbers, from 1.
     """
 
     path: Path
@@ -45,7 +47,7 @@ class MotTable:
     lines: IntArray
 
     def select(self, kept: BoolArray) -> "MotTable":
-        """The rows that are ``kept`` [N]."""
+        """The rows marked in ``kept`` [N]."""
         return MotTable(self.path, self.values[kept], self.lines[kept])
 
     @property
@@ -70,17 +72,33 @@ class MotTable:
         Raises
         ------
         FileError
-            At the first line with a frame that the sequence has not, an id that is none, a box without size, or a
-            visibility that is no fraction.
+            At the first line with a frame beyond the sequence, an invalid id, a box without size, or a visibility that
+            is not a fraction.
         """
         frame, track, _, _, width, height, _, _, visible = self.values.T
-        bad = (frame != np.round(frame)) | (frame < 1) | (frame > frames)
-        bad |= (track != np.round(track)) | (track < UNLINKED) | (track > _LARGEST_ID)
-        bad |= (width <= 0) | (height <= 0) | (np.abs(self.values[:, 2:6]) > FARTHEST).any(axis=1)
-        bad |= (visible != UNLINKED) & ((visible < 0.0) | (visible > 1.0))
+        reach = np.abs(self.values[:, 2:6]).max(axis=1, initial=0.0)
+        checks = (
+            (
+                (frame != np.round(frame)) | (frame < 1) | (frame > frames),
+                "frame {0:.10g} is not in the sequence; its frames are 1 to {frames}",
+            ),
+            (
+                (track != np.round(track)) | (track < UNLINKED) | (track > _LARGEST_ID),
+                "id {1:.10g} is not a whole number from 0 on (or -1 for a detection)",
+            ),
+            ((width <= 0) | (height <= 0), "the box is {4:g} x {5:g} px; leave out frames without a box"),
+            (reach > FARTHEST, "the box reaches {reach:g} px; boxes are in px of the picture"),
+            (
+                (visible != UNLINKED) & ((visible < 0.0) | (visible > 1.0)),
+                "visibility is {8:g}; it is a fraction between 0 and 1 (or -1: unknown)",
+            ),
+        )
+        bad = np.any([wrong for wrong, _ in checks], axis=0)
         if bad.any():
             row = int(bad.argmax())
-            raise FileError(self.path, _problem(self.values[row].tolist(), frames), int(self.lines[row]))
+            problem = next(text for wrong, text in checks if wrong[row])
+            text = problem.format(*self.values[row], frames=frames, reach=reach[row])
+            raise FileError(self.path, text, int(self.lines[row]))
 
     def refuse_repetition(self) -> None:
         """Refuse a track that has two boxes in a frame; rows without a track may repeat.
@@ -88,7 +106,7 @@ class MotTable:
         Raises
         ------
         FileError
-            At the first line that comes too late.
+            At the first line that repeats an earlier one.
         """
         linked = np.flatnonzero(self.track != UNLINKED)
         frame, track = self.frame[linked], self.track[linked]
@@ -105,18 +123,18 @@ class MotTable:
 
 
 def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> MotTable:
-    """Make numbers of MOTChallenge text; blank lines and comments (``#``) are passed over.
+    """Parse MOTChallenge text; blank lines and comments (``#``) are skipped.
 
     Parameters
     ----------
-    path : what messages call it.
+    path : the file, for messages.
     content : the text, UTF-8.
-    least, most : how many columns a line may have. Those with 9 have all; others tell no class and no visibility.
+    least, most : how many columns a line may have. Lines without all 9 have neither class nor visibility.
 
     Raises
     ------
     FileError
-        At the first line with another number of columns, or with what is no finite number.
+        At the first line with another number of columns, or with something other than finite numbers.
     """
     values = _read_even(content, least, most)
     if values is not None:
@@ -130,27 +148,27 @@ def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> 
 
 
 def _read_even(content: bytes, least: int, most: int) -> FloatArray | None:
-    """The rows [N, 9] of a text whose lines are all alike; ``None`` where a line differs, or holds no finite number."""
+    """The rows [N, 9] of a text whose lines are all alike, in finite numbers; else ``None``."""
     count = content.partition(b"\n")[0].count(b",") + 1
     if not least <= count <= most:
         return None
     names = [str(column) for column in range(count)]
-    told = names[: _told(count)]
-    convert = csv.ConvertOptions(column_types=dict.fromkeys(told, pa.float64()), include_columns=told, null_values=[])
+    read = names[: _columns_read(count)]
+    convert = csv.ConvertOptions(column_types=dict.fromkeys(read, pa.float64()), include_columns=read, null_values=[])
     parse = csv.ParseOptions(quote_char=False, ignore_empty_lines=False)
     try:
         table = csv.read_csv(BytesIO(content), csv.ReadOptions(column_names=names), parse, convert)
     except pa.ArrowException:
         return None
     values = np.empty((len(table), len(COLUMNS)))
-    values[:, 6:] = _UNTOLD
+    values[:, 6:] = _DEFAULTS
     for column, cells in enumerate(table.columns):
         values[:, column] = column_values(cells)
     return values if np.isfinite(values).all() else None
 
 
-def _told(columns: int) -> int:
-    """How many of `COLUMNS` a line of so many tells."""
+def _columns_read(columns: int) -> int:
+    """How many of `COLUMNS` are read from a line of ``columns``."""
     return len(COLUMNS) if columns == len(COLUMNS) else min(columns, 7)
 
 
@@ -161,28 +179,9 @@ def _row(path: Path, line: int, text: str, least: int, most: int) -> list[float]
         wanted = f"{least}" if least == most else f"{least} to {most}"
         problem = f"{len(cells)} columns with commas between, wanted {wanted}: {','.join(COLUMNS)}"
         raise FileError(path, problem, line)
-    row = [
-        finite_number(path, line, name, cell) for name, cell in zip(COLUMNS[: _told(len(cells))], cells, strict=False)
-    ]
-    return row + list(_UNTOLD[len(row) - 6 :])
-
-
-def _problem(row: list[float], frames: int) -> str:
-    """What is wrong with the numbers of a line."""
-    frame, track, _, _, width, height, _, _, visible = row
-    if not frame.is_integer() or not 1 <= frame <= frames:
-        return f"frame {frame:.10g} is none of the sequence; its frames are 1 to {frames}"
-    if not track.is_integer() or not UNLINKED <= track <= _LARGEST_ID:
-        return f"id {track:.10g} is no whole number from 0 on (or -1 for a detection)"
-    if width <= 0 or height <= 0:
-        return f"the box is {width:g} x {height:g} px; leave out frames without a box"
-    if max(map(abs, row[2:6])) > FARTHEST:
-        return f"the box reaches {max(map(abs, row[2:6])):g} px; boxes are in px of the picture"
-    return f"visibility is {visible:g}; it is a fraction between 0 and 1 (or -1: unknown)"
-
-
-PEDESTRIAN = 1
-"""The class of walking people."""
+    names = COLUMNS[: _columns_read(len(cells))]
+    row = [finite_number(path, line, name, cell) for name, cell in zip(names, cells, strict=False)]
+    return row + list(_DEFAULTS[len(row) - 6 :])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,12 +221,7 @@ def write_mot(path: Path, rows: MotRows) -> None:
         f"{frame + 1},{track},{','.join(map(repr, box))},{confidence:g},"
         + ("-1,-1,-1\n" if track == UNLINKED else f"{PEDESTRIAN},{visible:.6g}\n")
         for frame, track, box, confidence, visible in zip(
-            rows.frame.tolist(),
-            rows.track.tolist(),
-            numbers,
-            rows.confidence.tolist(),
-            rows.visible.tolist(),
-            strict=True,
+            rows.frame, rows.track, numbers, rows.confidence, rows.visible, strict=True
         )
     ]
     write_text_atomically(path, "".join(lines))
@@ -236,35 +230,29 @@ def write_mot(path: Path, rows: MotRows) -> None:
 def read_mot(path: Path, frames: int) -> MotRows:
     """Read MOTChallenge text of a sequence of ``frames`` frames.
 
-    Lines have 6 to 10 columns. In those with 9, as ground truth has them, rows of conf 0, of another class than 1 (or
-    -1), and of visibility 0 are left out, as the evaluation of MOTChallenge does; in others class and visibility are
-    unknown and count as 1.
+    Lines have 6 to 10 columns. In those with 9, as in ground truth, rows of conf 0, of another class than 1 (or -1),
+    and of visibility 0 are left out, as in the evaluation of MOTChallenge; in others class and visibility are unknown
+    and count as 1.
 
     Raises
     ------
     FileError
-        With the line: wrong number of columns, text or NaN in a number, a box without size, a frame that the sequence
-        has not, an id that is none, or a track that has two boxes in a frame.
+        With the line: wrong number of columns, text or NaN in a number, or as in `MotTable.check` and
+        `MotTable.refuse_repetition`.
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
     table = parse_mot(path, path.read_bytes())
     table.check(frames)
-    table = table.select(_counts(table.values))
+    confidence, kind, visible = table.values[:, 6:].T
+    table = table.select((kind == UNLINKED) | ((kind == PEDESTRIAN) & (confidence != 0.0) & (visible != 0.0)))
     table.refuse_repetition()
-    visible = table.values[:, 8]
+    confidence, _, visible = table.values[:, 6:].T
     return MotRows(
         frame=table.frame,
         track=table.track,
         boxes=table.boxes,
-        confidence=table.values[:, 6],
+        confidence=confidence,
         visible=np.where(visible == UNLINKED, 1.0, visible),
         line=table.lines,
     )
-
-
-def _counts(values: FloatArray) -> BoolArray:
-    """Which rows [N, 9] the evaluation of MOTChallenge counts."""
-    confidence, kind, visible = values[:, 6:].T
-    counts: BoolArray = (kind == UNLINKED) | ((kind == PEDESTRIAN) & (confidence != 0.0) & (visible != 0.0))
-    return counts

@@ -1,4 +1,4 @@
-"""The bird's-eye view of a film: the whole sequence in one window that stands still."""
+"""The bird's-eye view of a film: the whole sequence in one fixed window."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from vbbench.pictures.replay import Replay
 
 _MARGIN = 1.0  # m around everything drawn
 _OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
-_REACH = 20.0  # m from the observer's path; who is farther away may be outside the map
+_REACH = 20.0  # m from the observer's path; people farther away may be outside the map
 _TAIL_SECONDS = 3.0
 _ARROW = 44.0  # px
 _LABEL = 12  # px
@@ -20,7 +20,7 @@ _STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 
 
 class BirdsEyeView:
-    """Draws one frame after the other on a map of ``width`` x ``height`` px.
+    """Draws frames on a map of ``width`` x ``height`` px.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class BirdsEyeView:
         return canvas
 
     def _draw_ground(self) -> Canvas:
-        """What never changes: the grid, and everybody's track from beginning to end."""
+        """The part that is the same in all frames: the grid, and the whole track of everybody."""
         canvas = paint.blank(self.width, self.height)
         half = np.array([self.width, self.height]) / (2.0 * self.scale)
         low, high = self._middle - half, self._middle + half
@@ -124,7 +124,7 @@ class BirdsEyeView:
         return tail, tail + _ARROW * np.array([np.cos(pose[2]), -np.sin(pose[2])])
 
     def _draw_labels(self, canvas: Canvas, frame: int) -> None:
-        """Ids beside people, the nearest first; who has no free place goes without."""
+        """Ids beside people, the nearest first; an id without a free place is left out."""
         replay = self._replay
         known, estimated = replay.known.positions[frame], replay.estimated[frame]
         places = self.place(np.where(np.isnan(estimated), known, estimated))

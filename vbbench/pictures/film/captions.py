@@ -1,7 +1,8 @@
-"""The words of a film: a title over the pictures, a legend under them."""
+"""The texts of a film: a title over the pictures, a legend under them."""
 
 import textwrap
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -14,11 +15,11 @@ _ROW, _TEXT, _EDGE, _GAP, _MARK = 26, 14, 14, 22, 26  # px
 _BAR = 80  # px that the scale of distances is wide
 
 Mark = Callable[[Canvas, float, float], None]
-"""Draws a mark of the legend from a column on around a row."""
+"""Draws a mark of the legend, given its left column and middle row."""
 
 
 def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
-    """What is shown, the time, and how far the estimate is off in this frame."""
+    """What is shown, the time, and the errors of the estimate in this frame."""
     canvas, info = paint.blank(width, TITLE_HEIGHT), replay.info
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
     title = "  ·  ".join([info.split, f"sequence {replay.sequence.index}", info.camera.kind, tier])
@@ -35,7 +36,7 @@ def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
 
 
 def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
-    """Every mark of the film, in as many rows as it takes; it is the same in all frames."""
+    """Every mark of the film, in as many rows as needed; the same in all frames."""
     rows: list[list[tuple[Mark, str, float]]] = [[]]
     column = float(_EDGE)
     for mark, label in _entries(replay, farthest):
@@ -56,51 +57,42 @@ def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
 
 def _entries(replay: Replay, farthest: float) -> list[tuple[Mark, str]]:
     some = paint.distance_hues(np.array([0.35]), 1.0)[0]
-    entries: list[tuple[Mark, str]] = [(_scale, f"distance told by the box, 0 to {farthest:g} m")]
-    entries += [(_arrow(paint.TRUTH), "true observer"), (_line(paint.TRUTH_TAIL), "true path")]
+    entries: list[tuple[Mark, str]] = [
+        (_scale, f"distance by the box, 0 to {farthest:g} m"),
+        (partial(_arrow, colour=paint.TRUTH), "true observer"),
+        (partial(_line, colour=paint.TRUTH_TAIL), "true path"),
+    ]
     if replay.answer is None:
-        entries.append((_disc(some, paint.TRUTH), "person"))
+        entries.append((partial(_disc, colour=some, rim=paint.TRUTH), "person"))
     else:
         entries += [
-            (_disc(paint.WHITE, paint.TRUTH), "true place"),
-            (_arrow(paint.ESTIMATE), "estimated observer"),
-            (_disc(some, some), "estimated place"),
-            (_line(paint.INK), "error"),
+            (partial(_disc, colour=paint.WHITE, rim=paint.TRUTH), "true place"),
+            (partial(_arrow, colour=paint.ESTIMATE), "estimated observer"),
+            (partial(_disc, colour=some, rim=some), "estimated place"),
+            (partial(_line, colour=paint.INK), "error"),
         ]
-    entries.append((_disc(paint.WHITE, paint.UNSEEN, 3.5), "there, without a box"))
+    entries.append((partial(_disc, colour=paint.WHITE, rim=paint.UNSEEN, radius=3.5), "present, without a box"))
     if replay.false_alarms.any():
-        entries.append((_box(paint.CAUTION), "false alarm"))
+        entries.append((_false_alarm, "false alarm"))
     if replay.camera.view is not None:
         entries.append((_wedge, "field of view"))
     return entries
 
 
-def _disc(colour: Colour, rim: Colour, radius: float = 6.0) -> Mark:
-    def draw(canvas: Canvas, left: float, row: float) -> None:
-        paint.draw_disc(canvas, (left + _MARK / 2, row), radius, colour, rim)
-
-    return draw
+def _disc(canvas: Canvas, left: float, row: float, *, colour: Colour, rim: Colour, radius: float = 6.0) -> None:
+    paint.draw_disc(canvas, (left + _MARK / 2, row), radius, colour, rim)
 
 
-def _line(colour: Colour) -> Mark:
-    def draw(canvas: Canvas, left: float, row: float) -> None:
-        paint.draw_lines(canvas, np.array([[(left, row), (left + _MARK, row)]]), colour, 2)
-
-    return draw
+def _line(canvas: Canvas, left: float, row: float, *, colour: Colour) -> None:
+    paint.draw_lines(canvas, np.array([[(left, row), (left + _MARK, row)]]), colour, 2)
 
 
-def _arrow(colour: Colour) -> Mark:
-    def draw(canvas: Canvas, left: float, row: float) -> None:
-        paint.draw_arrow(canvas, np.array([left + 6.0, row]), np.array([left + _MARK, row]), colour)
-
-    return draw
+def _arrow(canvas: Canvas, left: float, row: float, *, colour: Colour) -> None:
+    paint.draw_arrow(canvas, np.array([left + 6.0, row]), np.array([left + _MARK, row]), colour)
 
 
-def _box(colour: Colour) -> Mark:
-    def draw(canvas: Canvas, left: float, row: float) -> None:
-        paint.draw_box(canvas, np.array([left + 9.0, row - 9.0, 8.0, 18.0]), colour, 2)
-
-    return draw
+def _false_alarm(canvas: Canvas, left: float, row: float) -> None:
+    paint.draw_box(canvas, np.array([left + 9.0, row - 9.0, 8.0, 18.0]), paint.CAUTION, 2)
 
 
 def _wedge(canvas: Canvas, left: float, row: float) -> None:

@@ -16,8 +16,8 @@ _ROWS = 5  # lines over a head in which a free place is sought
 def draw_ego(picture: Canvas, replay: Replay, frame: int, colours: list[Colour]) -> Canvas:
     """The picture with boxes in the people's ``colours`` [K] and their ids; false alarms are marked as such.
 
-    Boxes have no fill: small ones lie on top, so that none is lost behind somebody near. A box that crosses the seam of
-    a panorama is drawn at both ends.
+    Boxes have no fill, and small ones lie on top, so that no box hides another. A box that crosses the seam of a
+    panorama is drawn at both ends.
     """
     canvas, camera = np.array(picture), replay.camera
     seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame]

@@ -1,4 +1,4 @@
-"""Frames of a film, one after the other: the ego view and the map, a title above and a legend below."""
+"""Frames of a film: the ego view and the map, a title above and a legend below."""
 
 from collections.abc import Iterable, Iterator
 
@@ -14,11 +14,11 @@ from vbbench.pictures.replay import Replay
 
 _MAP = 560  # px, least height of a map
 _LEAST_WIDTH = 960  # px, for the words
-_FARTHEST = 30.0  # m up to which colours tell distances apart
+_FARTHEST = 30.0  # m up to which colours show distances
 
 
 class Film:
-    """The frames of a sequence as pictures of one size; nothing is kept of those that were made.
+    """The frames of a sequence as pictures of one size; none is kept in memory.
 
     A picture with borders has the map beside it, a panorama below it.
 
@@ -47,7 +47,7 @@ class Film:
         self.height += self.height % 2
 
     def frames(self, renderer: Renderer, wanted: Iterable[int]) -> Iterator[Canvas]:
-        """Pictures [height, width, 3] of the wanted frames of the sequence, each made when it is asked for."""
+        """Pictures [height, width, 3] of the wanted frames of the sequence, each made when it is needed."""
         sequence, replay = self.replay.sequence, self.replay
         for frame in wanted:
             pose = replay.known.poses[frame]

@@ -1,4 +1,4 @@
-"""Colours, and antialiased marks and words on a picture in memory: what a film needs a few hundred times a frame."""
+"""Colours, and antialiased marks and texts on a picture in memory: drawn a few hundred times per frame of a film."""
 
 from functools import cache, lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ Colour = tuple[int, int, int]
 Point = tuple[float, float] | FloatArray
 """Column and row in px, 0 in the middle of the first pixel."""
 
-_BITS = 4  # of a pixel's fraction that OpenCV is told
+_BITS = 4  # of a pixel's fraction in OpenCV's coordinates
 _WORDS = 4096  # texts whose masks are kept
 _HALO = 2  # px around outlined text
 
@@ -104,7 +104,7 @@ def text_width(text: str, size: int, *, bold: bool = False) -> int:
 
 
 def draw_arrow(canvas: Canvas, tail: FloatArray, tip: FloatArray, colour: Colour) -> None:
-    """Draw an arrow, its observer's place marked at the tail."""
+    """Draw an arrow with the observer's place marked at its tail."""
     along = (tip - tail) / max(float(np.hypot(*(tip - tail))), 1e-9)
     across = np.array([-along[1], along[0]])
     draw_lines(canvas, np.stack([tail, tip - 6.0 * along])[None], colour, 3)
@@ -126,12 +126,12 @@ def contrast(colour: Colour) -> Colour:
 
 
 def _fixed(points: Any) -> NDArray[np.int32]:
-    """Coordinates in OpenCV's fixed-point numbers; far outside is far enough."""
+    """Coordinates as OpenCV's fixed-point numbers, clipped far outside the picture."""
     return np.asarray(np.round(np.clip(points, -3e4, 3e4) * (1 << _BITS)), dtype=np.int32)
 
 
 def _blend(canvas: Canvas, mask: Canvas, left: int, top: int, colour: Colour) -> None:
-    """Mix ``colour`` into the canvas where ``mask`` [h, w] covers it; what lies outside is lost."""
+    """Mix ``colour`` into the canvas where ``mask`` [h, w] covers it; parts outside are cut off."""
     right, bottom = min(left + mask.shape[1], canvas.shape[1]), min(top + mask.shape[0], canvas.shape[0])
     x, y = max(left, 0), max(top, 0)
     if x >= right or y >= bottom:

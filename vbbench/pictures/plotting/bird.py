@@ -142,10 +142,12 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int) -> None:
     shown = np.flatnonzero(replay.sequence.observed[frame] & np.array(inside, bool))
     order = shown[np.argsort(replay.distances[frame, shown])][: style.MOST_LABELS]
     texts = [str(track) for track in replay.sequence.tracks[order]]
+    pose = replay.known.poses[frame] if replay.answer is None else replay.answer.estimate.poses[frame]
+    along_arrow = pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose)
     offsets = labels.beside(
         _in_points(axes, places[order]),
         labels.text_extent(texts, style.LABEL_SIZE),
-        _in_points(axes, np.vstack([places[order], known[order], _along_arrow(axes, replay, frame)])),
+        _in_points(axes, np.vstack([places[order], known[order], along_arrow])),
         clearance=3.5,
     )
     halo = [withStroke(linewidth=1.6, foreground="white")]
@@ -153,11 +155,6 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int) -> None:
     for text, (x, y), (right, up) in zip(texts, places[order], offsets, strict=True):
         if np.isfinite(right):
             axes.annotate(text, (x, y), (right, up), textcoords="offset points", gid=f"id-{text}", zorder=7, **look)
-
-
-def _along_arrow(axes: Axes, replay: Replay, frame: int) -> FloatArray:
-    pose = replay.known.poses[frame] if replay.answer is None else replay.answer.estimate.poses[frame]
-    return np.asarray(pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose))
 
 
 def _in_points(axes: Axes, places: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The words of the figure: title, legend, distance scale and the facts beside them."""
+"""The texts of the figure: title, legend, distance scale and the facts beside them."""
 
 import textwrap
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
 
 def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
-    """Over everything: what is shown, how far the estimate is off in this frame, and the split's caution."""
+    """Over everything: what is shown, the errors of the estimate in this frame, and the split's caution."""
     info, sequence = replay.info, replay.sequence
     what = [info.split, f"sequence {sequence.index}", f"frame {frame} (0–{sequence.frames - 1})"]
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
@@ -42,13 +42,8 @@ def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
 def draw_legend(axes: Axes, replay: Replay, frame: int, more: Sequence[Line2D] = ()) -> None:
     """What every mark of the map means, only marks that are there; and ``more``."""
     axes.set_axis_off()
-    axes.legend(
-        handles=[*_handles(replay, frame), *more],
-        loc="upper left",
-        frameon=False,
-        fontsize=style.TEXT_SIZE,
-        borderpad=0.0,
-    )
+    handles = [*_handles(replay, frame), *more]
+    axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=style.TEXT_SIZE, borderpad=0.0)
 
 
 def draw_facts(axes: Axes, replay: Replay, frame: int) -> None:

@@ -24,7 +24,7 @@ def draw_ego(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) ->
     rows = camera.horizon(columns)
     _set_window(axes, replay, rows)
     axes.plot(columns, rows, color="#9a9a9a", linewidth=0.8, linestyle=(0, (6, 3)), zorder=1, gid="horizon")
-    # Boxes have next to no fill: small ones lie on top, so that none is lost behind somebody near.
+    # Boxes have almost no fill, and small ones lie on top, so that no box hides another.
     seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame]
     near_to_far = np.flatnonzero(seen)[np.argsort(-observations[seen, 2])]
     hues = colours.to_rgba(replay.distances[frame])[:, :3]
@@ -72,19 +72,13 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int, people: IntArray) -> No
     u, v, lengths = replay.sequence.observations[frame, people].T
     tops = v - 0.5 * lengths
     places = labels.spread(u, gap, 0.7 * gap, width - 0.7 * gap)
-    row = _label_row(axes, np.append(tops, replay.camera.horizon(u)))
-    for text, place, column, top in zip(texts, places, u, tops, strict=True):
-        _draw_label(axes, text, (column, top), (place, row), 0 if in_line else 90)
-
-
-def _draw_label(axes: Axes, text: str, head: tuple[float, float], place: tuple[float, float], rotation: float) -> None:
-    leader = {"arrowstyle": "-", "color": "#b0b0b0", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
-    label = axes.annotate(text, head, place, ha="center", va="bottom", arrowprops=leader, annotation_clip=False)
-    label.set(fontsize=style.LABEL_SIZE, color=style.INK, rotation=rotation, zorder=4, gid=f"id-{text}")
-
-
-def _label_row(axes: Axes, rows: FloatArray) -> float:
-    """Above all ``rows`` [N] in px, and in the window."""
     low, high = sorted(axes.get_ylim())
     pad = 0.05 * (high - low)
-    return float(np.clip(np.min(rows, initial=high) - pad, low + 2.0 * pad, high))
+    above = np.min(np.append(tops, replay.camera.horizon(u)), initial=high) - pad
+    row = float(np.clip(above, low + 2.0 * pad, high))
+    leader = {"arrowstyle": "-", "color": "#b0b0b0", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
+    look: dict[str, Any] = {"ha": "center", "va": "bottom", "arrowprops": leader, "annotation_clip": False}
+    for text, place, column, top in zip(texts, places, u, tops, strict=True):
+        label = axes.annotate(text, (column, top), (place, row), **look)
+        rotation = 0 if in_line else 90
+        label.set(fontsize=style.LABEL_SIZE, color=style.INK, rotation=rotation, zorder=4, gid=f"id-{text}")

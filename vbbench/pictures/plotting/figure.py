@@ -49,11 +49,11 @@ def plot_sequence(
 
     Parameters
     ----------
-    dataset : where the sequence lies; without truth, what is given and estimated is drawn.
+    dataset : the dataset; without truth, what is given and estimated is drawn.
     index : number of the sequence.
     estimate : a solver's answer for the whole sequence.
     frame : frame of the sequence, from 0; by default the fullest of the middle third.
-    solver : name to put on the picture.
+    solver : name to show on the picture.
     protocol : what the solver was given; that is marked, and not counted in the errors of the frame.
 
     Raises
@@ -84,7 +84,7 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
 
 
 def _checked(replay: Replay, frame: int | None) -> int:
-    """The frame that is drawn where ``frame`` is asked for; by default the fullest frame of the middle third."""
+    """The frame to draw; by default the fullest of the middle third, or without truth and answers the last given."""
     sequence = replay.sequence
     if frame is None:
         bare = replay.truth is None and not replay.answers
@@ -102,7 +102,7 @@ def middle_frame(sequence: Sequence) -> int:
 
 
 def person_colours(replay: Replay, frame: int) -> ScalarMappable:
-    """The colour that every view gives a person, by distance in m."""
+    """The colour of a person in every view, by distance in m."""
     farthest = np.ceil(np.nanmax(replay.distances[frame], initial=1.0))
     return ScalarMappable(Normalize(0.0, farthest), distance_colours())
 

@@ -31,7 +31,7 @@ def spread(wanted: FloatArray, gap: float, low: float, high: float) -> FloatArra
 def beside(points: FloatArray, extents: FloatArray, obstacles: FloatArray, clearance: float) -> FloatArray:
     """Offsets [N, 2] from points [N, 2] to the centres of their labels; NaN where no free place was found.
 
-    The first points choose first. A label keeps off the labels before it and off all obstacles [M, 2].
+    Labels are placed in order. Each avoids the labels before it and all obstacles [M, 2].
     """
     offsets = np.full(points.shape, np.nan)
     centres, halves = np.empty((0, 2)), np.empty((0, 2))

@@ -41,7 +41,7 @@ _EDGE = 9.0  # excess of −ln p at the edge of the close-up: p is e⁻⁹ of it
 def plot_posterior(
     dataset: Dataset, index: int, *, solver: str = "vb-cv", protocol: str = "one-step", frame: int | None = None
 ) -> Figure:
-    """Draw where a solver thinks that the observer is in one frame, and how sure it is.
+    """Draw a solver's posterior of the observer's location in one frame.
 
     Parameters
     ----------
@@ -66,7 +66,9 @@ def plot_posterior(
     _draw_landscape(parts["bird"], parts["energy"], posterior)
     grid = _close_up(parts["close"], posterior, replay.known.poses[frame])
     _draw_close_up(parts["close"], posterior, replay, frame, *grid)
-    _mark_close_up(parts["bird"], *grid)
+    x, y = grid
+    outline = Rectangle((x[0], y[0]), np.ptp(x), np.ptp(y), fill=False, edgecolor=style.INK, linewidth=0.8, zorder=5)
+    parts["bird"].add_patch(outline).set_gid("close-up")
     draw_scale(parts["scale"], colours)
     draw_legend(parts["legend"], replay, frame, _handles())
     draw_title(figure, replay, frame)
@@ -93,10 +95,8 @@ def _draw_landscape(axes: Axes, scale: Axes, posterior: Posterior) -> None:
 
 def _paint(axes: Axes, x: FloatArray, y: FloatArray, values: FloatArray, **look: Any) -> AxesImage:
     """Values [M, N] at the points of x [N] and y [M] as a picture under everything else."""
-    limits = (x[0], x[-1], y[0], y[-1])
-    return axes.imshow(
-        values, extent=limits, origin="lower", aspect="auto", interpolation="bilinear", zorder=0.2, **look
-    )
+    look |= {"extent": (x[0], x[-1], y[0], y[-1]), "origin": "lower", "aspect": "auto"}
+    return axes.imshow(values, interpolation="bilinear", zorder=0.2, **look)
 
 
 def _close_up(axes: Axes, posterior: Posterior, known: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,11 +138,6 @@ def spread(density: FloatArray, x: FloatArray, y: FloatArray) -> tuple[float, fl
 
 def _draw_place(axes: Axes, pose: FloatArray, colour: str, gid: str) -> None:
     axes.plot(*pose[:2], marker="o", markersize=7.5, color=colour, markeredgecolor="white", zorder=6, gid=gid)
-
-
-def _mark_close_up(axes: Axes, x: FloatArray, y: FloatArray) -> None:
-    outline = Rectangle((x[0], y[0]), np.ptp(x), np.ptp(y), fill=False, edgecolor=style.INK, linewidth=0.8, zorder=5)
-    axes.add_patch(outline).set_gid("close-up")
 
 
 def _handles() -> list[Line2D]:

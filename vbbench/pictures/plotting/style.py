@@ -1,4 +1,4 @@
-"""What figures share: colours safe for colour-blind readers (Okabe and Ito; viridis), sizes, layout and PNG files."""
+"""Shared by figures: colours safe for colour-blind readers (Okabe and Ito; viridis), sizes, layout and PNG files."""
 
 import io
 from pathlib import Path
@@ -27,7 +27,7 @@ CAUTION = "#9c2a00"
 LABEL_SIZE = 6.5
 TEXT_SIZE = 8.5
 MOST_LABELS = 60
-"""In larger crowds only so many of the nearest people bear their ids."""
+"""In larger crowds, only so many of the nearest people are labelled."""
 TAIL_FRAMES = 8
 """Frames of the past drawn darker than the rest of a track."""
 _DPI = 150

@@ -1,4 +1,4 @@
-"""What the observer sees: boxes, and the rendered picture, depth and ids where they are asked for."""
+"""What the observer sees: boxes, and the rendered picture, depth and ids if requested."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -21,12 +21,12 @@ _HORIZON_POINTS = 181
 
 
 def ego_root(replay: Replay) -> str:
-    """Where the picture hangs: on a pinhole camera whose pose is known, else in a plane of its own."""
+    """The parent of the picture: a pinhole camera whose pose is known, else a plane of its own."""
     return CAMERA if replay.camera.intrinsics is not None and replay.truth is not None else "ego"
 
 
 def record_boxes(tape: Tape, replay: Replay) -> None:
-    """Record everybody's box in their colour, false alarms in red; at both ends where it crosses a panorama's seam."""
+    """Record everybody's box in their colour, false alarms in red, and at both ends if it crosses a panorama's seam."""
     root, sequence = ego_root(replay), replay.sequence
     frame, track = np.nonzero(sequence.observed)
     colours = marks.id_colours(sequence.tracks)[track]
@@ -45,7 +45,7 @@ def record_boxes(tape: Tape, replay: Replay) -> None:
 
 
 def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iterable[Picture]) -> None:
-    """Record rendered pictures, one a frame; an id's number among the ``people`` [N], from 1, is its class."""
+    """Record rendered pictures, one per frame; a person's class is their number among the ``people`` [N], from 1."""
     rr, root = tape.rr, ego_root(replay)
     colours = marks.id_colours(people).tolist()
     classes = [(n, str(person), colour) for n, (person, colour) in enumerate(zip(people, colours, strict=True), 1)]
@@ -59,7 +59,7 @@ def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iter
 
 
 def _record_frame(tape: Tape, replay: Replay, root: str) -> None:
-    """The picture's border and the horizon, and in a panorama where its columns look; lines of one pixel."""
+    """The picture's border and horizon, and in a panorama the directions of its columns; lines of one pixel."""
     rr, camera = tape.rr, replay.camera
     width, height = camera.picture_size
     look: dict[str, Any] = {"colors": [marks.BORDER], "radii": rr.Radius.ui_points(0.5)}

@@ -1,7 +1,7 @@
-"""How things are marked in a recording: its colours, its columns of frames, and marks on the ground plane.
+"""Colours of a recording, its columns of frames, and marks on the ground plane.
 
-Colours show on rerun's dark ground; RGBA, 0 to 255. Each mark on the ground is drawn twice: in the world, and on the
-map from above. Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
+Colours are RGBA, 0 to 255, for rerun's dark background. Each mark on the ground is drawn twice: in the world, and on
+the map from above. Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
 """
 
 import colorsys
@@ -30,14 +30,16 @@ SOLVERS = (
     (204, 121, 167, 255),
     (148, 103, 255, 255),
 )
-"""One a submission, in order, told apart by colour-blind eyes (after Okabe and Ito); a seventh begins again."""
+"""One per submission, in order, safe for colour-blind readers (after Okabe and Ito); a seventh starts again."""
 
 _GOLDEN = 0.6180339887
 
 
 def id_colours(ids: Iterable[int]) -> Colours:
-    """The colour [N, 4] that belongs to each id, in every recording; neighbouring ids look different."""
-    return np.array([_id_colour(int(number)) for number in ids], np.uint8).reshape(-1, 4)
+    """The colour [N, 4] of each id, the same in every recording; neighbouring ids look different."""
+    tones = [((int(number) * _GOLDEN) % 1.0, 0.5, 0.8 + 0.1 * (int(number) % 3)) for number in ids]
+    colours = [[*(round(255 * part) for part in colorsys.hsv_to_rgb(*tone)), 255] for tone in tones]
+    return np.array(colours, np.uint8).reshape(-1, 4)
 
 
 def solver_colour(number: int) -> Colour:
@@ -45,24 +47,18 @@ def solver_colour(number: int) -> Colour:
     return SOLVERS[number % len(SOLVERS)]
 
 
-def _id_colour(number: int) -> Colour:
-    hue, light = (number * _GOLDEN) % 1.0, 0.8 + 0.1 * (number % 3)
-    red, green, blue = colorsys.hsv_to_rgb(hue, 0.5, light)
-    return round(255 * red), round(255 * green), round(255 * blue), 255
-
-
 _FRAME, _TIME = "frame", "time"
 """The two timelines: frame of the sequence from 0, and seconds from its start."""
 
 
 class Tape:
-    """Takes what there is to show of an entity in every frame, in columns: no loop over frames, and a small file.
+    """Records entities for all frames in columns: no loop over frames, and a small file.
 
     Parameters
     ----------
     stream : a ``rerun.RecordingStream``.
     frames : number of frames.
-    dt : seconds a frame.
+    dt : seconds per frame.
     """
 
     def __init__(self, stream: Any, frames: int, dt: float) -> None:
@@ -72,11 +68,11 @@ class Tape:
         self.stream, self.frames, self.dt = stream, frames, dt
 
     def always(self, path: str, shown: Any) -> None:
-        """Something that is there in every frame."""
+        """Record something for all frames."""
         self.stream.log(path, shown, static=True)
 
     def now(self, frame: int, path: str, shown: Any) -> None:
-        """Something that is too large for columns, in one frame."""
+        """Record something too large for columns, in one frame."""
         self.stream.set_time(_FRAME, sequence=frame)
         self.stream.set_time(_TIME, duration=frame * self.dt)
         self.stream.log(path, shown)
@@ -88,7 +84,7 @@ class Tape:
             self.stream.send_columns(path, self._times(wanted), kind.columns(**values))
 
     def many(self, path: str, kind: Any, counts: IntArray, **values: Any) -> None:
-        """So many instances in each frame: counts [T], and components that hold those of all frames on end."""
+        """Counts [T] of instances in each frame, and components with those of all frames, concatenated."""
         if counts.any():
             columns = kind.columns(**values).partition(counts)
             self.stream.send_columns(path, self._times(np.arange(self.frames)), columns)
@@ -105,31 +101,26 @@ _ABOVE_LINES = 31.0  # rerun draws what has a higher number later; points have 3
 _FLIP = np.array([1.0, -1.0])
 
 GIRTH = 0.22
-"""Half a person's width in m, as they are drawn; only heights are known."""
+"""Half the width in m of a person as drawn; only heights are known."""
 
 
 @dataclass(frozen=True)
 class People:
-    """How people are marked: colours [K, 4], and texts [K], which show at once or when pointed at."""
+    """How people are marked: colours [K, 4], and texts [K], shown always or on hover."""
 
     colours: Colours
     labels: list[str] | None = None
     shown: bool = False
 
     def rows(self, there: BoolArray) -> dict[str, Any]:
-        """Components of those who are there [T, K], all frames on end."""
+        """Components of those present [T, K], of all frames, concatenated."""
         person = np.nonzero(there)[1]
         labels = {} if self.labels is None else {"labels": np.array(self.labels, dtype=str)[person]}
         return {"colors": self.colours[person], **labels}
 
 
 class Ground:
-    """The ground plane of a recording; what is NaN in a frame is not there in that frame.
-
-    Parameters
-    ----------
-    tape : where it is recorded.
-    """
+    """The ground plane of a recording; what is NaN in a frame is not shown in that frame."""
 
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
@@ -177,14 +168,14 @@ class Ground:
         self.strips(path, there.sum(axis=1), np.stack([starts[there], ends[there]], axis=1), colour, radius)
 
     def trails(self, path: str, places: FloatArray, now: BoolArray, colour: Colour, past: int) -> None:
-        """The last ``past`` steps of everybody who is there ``now`` [T, K]: places [T, K, 2] in m."""
+        """The last ``past`` steps of everybody present ``now`` [T, K]: places [T, K, 2] in m."""
         frame, person = np.nonzero(now & _there(places))
         window = np.maximum(frame[:, None] + np.arange(-past, 1), 0)
         strips = _held(places)[window, person[:, None]]
         self.strips(path, np.bincount(frame, minlength=len(places)), strips, colour, 0.015)
 
     def strips(self, path: str, counts: IntArray, strips: FloatArray, colour: Colour, radius: float) -> None:
-        """Lines through as many points each, [N, P, 2] in m, so many in each frame; on the map as wide at any zoom."""
+        """Lines through P points each, [N, P, 2] in m, ``counts`` of them in each frame; equally wide at any zoom."""
         rr = self.tape.rr
         lifted = np.concatenate([strips, np.full((*strips.shape[:2], 1), _LIFT)], axis=2)
         for root, kind, values in ((WORLD, rr.LineStrips3D, lifted), (MAP, rr.LineStrips2D, strips * _FLIP)):
@@ -193,7 +184,7 @@ class Ground:
             self.tape.many(f"{root}/{path}", kind, counts, strips=values)
 
     def arrows(self, path: str, poses: FloatArray, colour: Colour, length: float, height: float) -> None:
-        """Where an observer stands and looks: poses [T, 3] in m and rad; in the world at a height in m."""
+        """An observer's place and direction: poses [T, 3] in m and rad; in the world at a height in m."""
         rr, there = self.tape.rr, np.isfinite(poses).all(axis=1)
         x, y, yaw = poses[there].T
         ahead = length * np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
@@ -210,7 +201,7 @@ def _there(places: FloatArray) -> BoolArray:
 
 
 def _held(places: FloatArray) -> FloatArray:
-    """Places [T, K, 2] with gaps filled: where somebody was last, and before that where they are first."""
+    """Places [T, K, 2] with gaps filled by the last known place, or before that by the first."""
     row = np.where(_there(places), np.arange(len(places))[:, None], -1)
     last, first = np.maximum.accumulate(row, axis=0), np.argmax(row >= 0, axis=0)
     return np.asarray(np.take_along_axis(places, np.where(last < 0, first, last)[..., None], axis=0))

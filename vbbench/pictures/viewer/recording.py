@@ -38,12 +38,12 @@ def record_to_file(
 
     Parameters
     ----------
-    dataset : where the sequence lies; without truth, boxes, what is given and estimates are recorded.
-    sequence : its number.
+    dataset : the dataset; without truth, boxes, what is given and estimates are recorded.
+    sequence : number of the sequence.
     out : an ``.rrd`` file; by default named after split and sequence, in the working directory.
     submissions : folders of submissions that answer the dataset.
-    backend : who renders the picture, depth and ids of every frame; ``None`` for boxes alone.
-    announce : is told once what renders.
+    backend : renders the picture, depth and ids of every frame; ``None`` for boxes only.
+    announce : called once with a line that names the renderer.
 
     Returns
     -------
@@ -53,13 +53,16 @@ def record_to_file(
     ------
     VbbenchError
         If rerun is not installed, there is no such sequence or backend, a submission answers another dataset,
-        pictures are asked for and the truth is withheld, or ``out`` is no ``.rrd`` file.
+        pictures are requested and the truth is withheld, or ``out`` is not an ``.rrd`` file.
     """
     package = rerun()
     replay = load_replay(dataset, sequence, submissions)
-    path = _checked(Path(out or f"{dataset.info.split}-{sequence}{SUFFIX}"))
+    path = Path(out or f"{dataset.info.split}-{sequence}{SUFFIX}")
+    if path.suffix != SUFFIX or path.is_dir():
+        raise FileError(path, f"a recording is a file that ends in {SUFFIX}; give it such a name")
     with replacing(path) as temporary, strictly():
-        stream = package.RecordingStream(_application(replay))
+        # The viewer remembers a layout for each application; that of another sequence does not fit this one.
+        stream = package.RecordingStream(f"vbbench {replay.info.split} {replay.camera.kind} {sequence}")
         if not package.is_enabled(stream):
             raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
         stream.save(temporary)
@@ -67,11 +70,6 @@ def record_to_file(
         _record(Tape(stream, replay.sequence.frames, dataset.info.dt), replay, backend, announce)
         stream.disconnect()
     return path
-
-
-def _application(replay: Replay) -> str:
-    """The viewer remembers a layout for each application; that of another sequence does not fit this one."""
-    return f"vbbench {replay.info.split} {replay.camera.kind} {replay.sequence.index}"
 
 
 def _record(tape: Tape, replay: Replay, backend: Backend | None, announce: Callable[[str], object]) -> None:
@@ -97,12 +95,6 @@ def _render(tape: Tape, replay: Replay, backend: Backend, announce: Callable[[st
         record_pictures(tape, replay, scene.people, shown())
 
 
-def _checked(path: Path) -> Path:
-    if path.suffix != SUFFIX or path.is_dir():
-        raise FileError(path, f"a recording is a file that ends in {SUFFIX}; give it such a name")
-    return path
-
-
 def _layout(replay: Replay, *, pictures: bool) -> Any:
     """The blueprint of a recording; ``pictures`` says whether there are rendered ones."""
     import rerun.blueprint as rrb
@@ -117,7 +109,9 @@ def _layout(replay: Replay, *, pictures: bool) -> Any:
     words = rrb.Horizontal(
         rrb.TextDocumentView(origin=f"/{NOW}", name="Frame"), rrb.TextDocumentView(origin=f"/{FACTS}", name="Facts")
     )
-    right = [_map_view(rrb, replay), *_plots(rrb, replay), words]
+    (west, south), (east, north) = _extent(replay)
+    bounds = rrb.VisualBounds2D(x_range=(west, east), y_range=(-north, -south))  # rows of the map are −y
+    right = [rrb.Spatial2DView(origin=f"/{MAP}", visual_bounds=bounds, name="Map"), *_plots(rrb, replay), words]
     shares = [6, 4, 3] if len(right) == 3 else [2, 1]
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Vertical(*right, row_shares=shares), column_shares=[3, 2]),
@@ -147,15 +141,8 @@ def _plots(rrb: Any, replay: Replay) -> list[Any]:
     return [rrb.Grid(*views, grid_columns=2)] if views else []
 
 
-def _map_view(rrb: Any, replay: Replay) -> Any:
-    """The map with everything in sight; rows of the plane are −y."""
-    (left, bottom), (right, top) = _extent(replay)
-    bounds = rrb.VisualBounds2D(x_range=(left, right), y_range=(-top, -bottom))
-    return rrb.Spatial2DView(origin=f"/{MAP}", visual_bounds=bounds, name="Map")
-
-
 def _eye(rrb: Any, replay: Replay) -> dict[str, Any]:
-    """Look at the middle of the scene from behind the observer's start, where this rerun lets us choose."""
+    """Look at the middle of the scene from behind the observer's start, if this rerun has the option."""
     if not hasattr(rrb, "EyeControls3D"):
         return {}
     low, high = _extent(replay)
@@ -168,7 +155,7 @@ def _eye(rrb: Any, replay: Replay) -> dict[str, Any]:
 
 
 def _extent(replay: Replay) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper corner [2] in m of what there is on the ground, with a margin; wild estimates do not count."""
+    """Lower and upper corner [2] in m of everything on the ground, with a margin, ignoring wild estimates."""
     sequence, guesses = replay.sequence, [answer.estimate for answer in replay.answers] if replay.truth is None else []
     sources = [replay.truth or sequence.given, *guesses]
     places = [one.positions[sequence.observed] for one in sources] + [one.poses[:, :2] for one in sources]

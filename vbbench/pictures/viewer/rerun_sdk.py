@@ -1,4 +1,4 @@
-"""The rerun package, where it is installed, and its viewer, where there is a display."""
+"""The rerun package, if it is installed, and its viewer, if there is a display."""
 
 import os
 import shlex
@@ -29,7 +29,7 @@ def rerun() -> Any:
 
 @contextmanager
 def strictly() -> Iterator[None]:
-    """Inside, what rerun cannot replay is an error; by itself it leaves such data out and warns."""
+    """Inside, what rerun cannot record is an error; by default it omits such data and warns."""
     from rerun import error_utils
 
     before = error_utils.strict_mode()
@@ -41,7 +41,7 @@ def strictly() -> Iterator[None]:
 
 
 class Opened(Enum):
-    """What became of a wish to look at a recording."""
+    """The result of opening a recording in the viewer."""
 
     SHOWN = "shown"
     NO_DISPLAY = "there is no display here"
@@ -49,7 +49,7 @@ class Opened(Enum):
 
 
 def open_viewer(path: Path) -> Opened:
-    """Start the rerun viewer on a recording, and leave it running, if that can be of use to anybody."""
+    """Start the rerun viewer on a recording, and leave it running, if there are a display and a viewer."""
     if not _has_display():
         return Opened.NO_DISPLAY
     program = viewer_program()

@@ -1,4 +1,4 @@
-"""The words of a recording: facts about the dataset and the submissions, and a line for each frame."""
+"""The texts of a recording: facts about the dataset and the submissions, and a line for each frame."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ from vbbench.sequence import Given
 FACTS, NOW = "facts", "now"
 
 _READING = """\
-**How to read it.** Solid bodies are people where they are, in the colour of their id; grey wire frames are people who
-are there without a box. Wire frames in a submission's colour are where it says that they are, red lines join the two,
-blue rings are given positions. The map shows world (x, y) at (x, −y), since rows count downwards there. Only heights
-are known: widths of bodies and boxes are made up."""
+**How to read it.** Solid bodies are people at their true places, in the colour of their id; grey wire frames are people
+without a box. Wire frames in a submission's colour are its estimates, red lines join the two, blue rings are given
+positions. The map shows world (x, y) at (x, −y), since rows count downwards there. Only heights are known: widths of
+bodies and boxes are made up."""
 
 
 def record_words(tape: Tape, replay: Replay) -> None:
-    """Record the facts, and the words of every frame."""
+    """Record the facts, and the text of every frame."""
     rr = tape.rr
     tape.always(FACTS, rr.TextDocument(_facts(replay), media_type=rr.MediaType.MARKDOWN))
     texts = [_frame_text(replay, frame) for frame in range(replay.sequence.frames)]

@@ -1,4 +1,4 @@
-"""What is so and what submissions answer, in the world and on the map: people, observers, and errors over time."""
+"""Truth and the answers of submissions, in the world and on the map: people, observers, and errors over time."""
 
 import numpy as np
 
@@ -27,31 +27,23 @@ def record_world(ground: Ground, replay: Replay) -> None:
     if not replay.answers:
         ground.rings("given", sequence.given.positions, marks.GIVEN, 1.5 * GIRTH)
     source = sequence.given if replay.truth is None else replay.truth
-    _record_people(ground, replay, np.where(sequence.observed[..., None], source.positions, np.nan))
+    places = np.where(sequence.observed[..., None], source.positions, np.nan)
+    look = People(marks.id_colours(sequence.tracks), [str(track) for track in sequence.tracks], shown=True)
+    ground.bodies("people", places, _heights(replay), look, solid=True)
+    ground.dots("people", places, look, 5.0)
     if replay.truth is None:
         ground.arrows("given-observer", sequence.given.poses, marks.GIVEN, 1.0, 0.05)
         return
     ground.trails("trails", replay.truth.positions, sequence.observed, marks.TRAIL, TRAIL_FRAMES)
-    _record_bystanders(ground, replay)
-    _record_observer(ground, replay, replay.truth.poses)
-
-
-def _record_people(ground: Ground, replay: Replay, places: FloatArray) -> None:
-    names = [str(track) for track in replay.sequence.tracks]
-    look = People(marks.id_colours(replay.sequence.tracks), names, shown=True)
-    ground.bodies("people", places, _heights(replay), look, solid=True)
-    ground.dots("people", places, look, 5.0)
-
-
-def _record_bystanders(ground: Ground, replay: Replay) -> None:
     places, heights = replay.bystanders
     look = People(np.tile(np.array(marks.UNSEEN, np.uint8), (len(heights), 1)))
     ground.bodies("unseen", places, heights, look, solid=False)
     ground.dots("unseen", places, look, 2.5)
+    _record_observer(ground, replay, replay.truth.poses)
 
 
 def _record_observer(ground: Ground, replay: Replay, poses: FloatArray) -> None:
-    """The observer moves and turns; body, viewing direction and camera hang on that."""
+    """The observer's moving frame, with body, viewing direction and camera in it."""
     tape, rr, camera = ground.tape, ground.tape.rr, replay.camera
     half, level = 0.5 * poses[:, 2], np.zeros(len(poses))
     tape.each(
@@ -75,29 +67,34 @@ def _record_observer(ground: Ground, replay: Replay, poses: FloatArray) -> None:
 
 
 def _record_pinhole(ground: Ground, camera: Camera, intrinsics: FloatArray) -> None:
-    """The camera at its height, tilted as it is, and its picture before it."""
+    """The camera at its height, with its tilt, and its picture in front of it."""
     rr = ground.tape.rr
     # Rows are where the camera looks, its left and its top, as (forward, left, up) of the observer.
     axes = camera.to_level(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])) @ _FORWARD_LEFT_UP
     placed = rr.Transform3D(translation=(0.0, 0.0, camera.mount_height), mat3x3=axes.T)
-    size, towards = camera.picture_size, rr.ViewCoordinates.FLU
-    pinhole = rr.Pinhole(
-        image_from_camera=intrinsics, resolution=size, camera_xyz=towards, image_plane_distance=_FRUSTUM
-    )
+    look = {"camera_xyz": rr.ViewCoordinates.FLU, "image_plane_distance": _FRUSTUM}
     ground.tape.always(CAMERA, placed)
-    ground.tape.always(CAMERA, pinhole)
+    ground.tape.always(CAMERA, rr.Pinhole(image_from_camera=intrinsics, resolution=camera.picture_size, **look))
 
 
 def record_estimate(ground: Ground, replay: Replay, number: int) -> None:
-    """Record the answer of submission ``number``, in a tree and a colour of its own."""
+    """Record the answer of submission ``number``, in its own tree and colour, and its errors."""
     answer, colour = replay.answers[number], marks.solver_colour(number)
     name = ground.tape.rr.escape_entity_path_part(answer.name)
     tree = f"estimates/{name}"
     _record_answered_people(ground, replay, answer, tree, colour)
     _record_answered_observer(ground, answer, tree, colour)
-    if replay.truth is not None:
-        _record_error_lines(ground, replay, answer, tree)
-        _record_error_series(ground, answer, name, colour)
+    if replay.truth is None:
+        return
+    true, estimated = (
+        np.concatenate([one.positions, one.poses[:, None, :2]], axis=1) for one in (replay.truth, answer.estimate)
+    )
+    ground.lines(f"{tree}/{ERRORS}", true, estimated, marks.ERROR, 0.03)
+    tape = ground.tape
+    for key, values in answer.errors.items():
+        path, frames = f"{ERRORS}/{key}/{name}", np.flatnonzero(np.isfinite(values))
+        tape.always(path, tape.rr.SeriesLines(colors=[colour], names=[answer.name], widths=[1.5]))
+        tape.each(path, tape.rr.Scalars, frames, scalars=values[frames])
 
 
 def _record_answered_people(ground: Ground, replay: Replay, answer: Answer, tree: str, colour: Colour) -> None:
@@ -124,26 +121,7 @@ def _record_answered_observer(ground: Ground, answer: Answer, tree: str, colour:
         ground.ellipses(f"{tree}/observer-95-percent", poses[:, None, :2], spread, colour, reach=CONFIDENCE)
 
 
-def _record_error_lines(ground: Ground, replay: Replay, answer: Answer, tree: str) -> None:
-    """From where people and the observer are to where they are said to be."""
-    if replay.truth is None:
-        return
-    truth = np.concatenate([replay.truth.positions, replay.truth.poses[:, None, :2]], axis=1)
-    said = np.concatenate([answer.estimate.positions, answer.estimate.poses[:, None, :2]], axis=1)
-    ground.lines(f"{tree}/{ERRORS}", truth, said, marks.ERROR, 0.03)
-
-
-def _record_error_series(ground: Ground, answer: Answer, name: str, colour: Colour) -> None:
-    tape = ground.tape
-    for key, values in answer.errors.items():
-        path, frames = f"{ERRORS}/{key}/{name}", np.flatnonzero(np.isfinite(values))
-        tape.always(path, tape.rr.SeriesLines(colors=[colour], names=[answer.name], widths=[1.5]))
-        tape.each(path, tape.rr.Scalars, frames, scalars=values[frames])
-
-
 def _heights(replay: Replay) -> FloatArray:
-    """[K] true heights in m where they are known, the prior's mean elsewhere."""
-    mean = replay.info.height_mean
-    if replay.truth is None:
-        return np.full(len(replay.sequence.tracks), mean)
-    return np.where(np.isfinite(replay.truth.heights), replay.truth.heights, mean)
+    """[K] true heights in m if they are known, else the prior's mean."""
+    true = np.full(len(replay.sequence.tracks), np.nan) if replay.truth is None else replay.truth.heights
+    return np.where(np.isfinite(true), true, replay.info.height_mean)

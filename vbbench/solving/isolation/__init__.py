@@ -1,4 +1,4 @@
-"""Runs a solver in a process of its own that truth never reaches: not over its pipe, not in memory, not in files.
+"""Runs a solver in a separate process that truth never reaches: not over its pipe, not in memory, not in files.
 
 `solver_process` and `remote` are the side that holds truth, `confinement` and `serving` the side that runs the solver.
 Between them go `messages`, arrays and plain JSON that the first side checks; never pickles, which would let a solver

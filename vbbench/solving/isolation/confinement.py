@@ -1,6 +1,6 @@
-"""How the solver's process begins: it gives up, for good, what it may do, then serves what `solver_process` asks.
+"""How the solver's process starts: it gives up its rights for good, then serves the requests of `solver_process`.
 
-Landlock and namespaces, used by their system calls, work on a process of one thread only. So this module imports
+Landlock and namespaces, used by their system calls, work only on a process with one thread. So this module imports
 nothing heavy and nothing of the solver's: NumPy, whose libraries start threads, comes afterwards.
 Numbers are those of ``linux/landlock.h``, ``linux/sched.h``, ``linux/prctl.h`` and ``linux/capability.h``.
 """
@@ -16,7 +16,7 @@ from typing import IO, Any
 from vbbench.parallel.stopping import end_with_parent
 
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446
-"""System calls, of the same number on every architecture but Alpha."""
+"""System calls; their numbers are the same on every architecture but Alpha."""
 
 PATH_BENEATH = 1
 EXECUTE, WRITE_FILE, READ_FILE, READ_DIR = (1 << bit for bit in range(4))
@@ -24,7 +24,7 @@ READ = EXECUTE | READ_FILE | READ_DIR
 TRUNCATE, IOCTL_DEV = 1 << 14, 1 << 15
 FILE_RIGHTS = EXECUTE | WRITE_FILE | READ_FILE | TRUNCATE | IOCTL_DEV
 RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 1}
-"""Everything that can be forbidden to do with files, by the version that brought the last of it."""
+"""Every right on files that can be denied, by the Landlock version that added the last of them."""
 
 TCP_SINCE, TCP = 4, 0b11
 SCOPES_SINCE, SCOPES = 6, 0b11
@@ -54,7 +54,7 @@ def main(requests: IO[bytes], facts: dict[str, Any]) -> None:
 
 
 def _take_stdout() -> IO[bytes]:
-    """The pipe that stdout was: what a solver prints goes to stderr, and it reads nothing."""
+    """The pipe that was stdout; from now on prints go to stderr, and stdin is empty."""
     answers = open(os.dup(1), "wb")  # noqa: PTH123, SIM115
     os.dup2(2, 1)
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -77,17 +77,17 @@ def _confine(facts: dict[str, Any]) -> None:
 
 
 def landlock_version() -> int:
-    """Landlock's version in the running kernel; 0 where there is none, or it is switched off."""
+    """Landlock's version in the running kernel; 0 if it is missing or switched off."""
     if not sys.platform.startswith("linux"):
         return 0
     return max(0, int(_libc().syscall(CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(1))))
 
 
 def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
-    """From now on no file can be opened but ``readable`` and ``writable`` and what is in them.
+    """Deny, for good, access to all files except ``readable`` and ``writable`` and what is in them.
 
-    So it is with whatever this process starts. No TCP, no memory of a process from outside, and no signal to one,
-    either, as far as the kernel knows how; nor is there a way back.
+    As far as the kernel supports it, TCP and access to the memory of other processes and signals to them are denied
+    too. Child processes inherit all of this.
 
     Raises
     ------
@@ -104,32 +104,28 @@ def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
             _allow(ruleset, path, READ & handled)
         for path in writable:
             _allow(ruleset, path, handled)
-        _forbid_new_privileges()
+        if _libc().prctl(SET_NO_NEW_PRIVS, 1, 0, 0, 0):
+            raise _error("prctl")
         _call("landlock_restrict_self", RESTRICT_SELF, ruleset, 0)
     finally:
         os.close(ruleset)
 
 
 def leave_namespaces() -> bool:
-    """Leave network, shared memory and root's rights over other processes behind; False where the kernel forbids it."""
+    """Leave the network, shared memory and root's rights over other processes; False if the kernel forbids it."""
     user, group = os.getuid(), os.getgid()
     if _libc().unshare(NEW_USER | NEW_IPC | NEW_NET):
         return False
-    with suppress(OSError):  # this process then is nobody, by name
+    with suppress(OSError):  # if it fails, this process runs as user "nobody"
         for name, text in {"setgroups": "deny", "uid_map": f"{user} {user} 1", "gid_map": f"{group} {group} 1"}.items():
             Path("/proc/self", name).write_text(text, encoding="ascii")
     return True
 
 
 def drop_capabilities() -> None:
-    """Root's rights are no longer this process's, nor those that a new user namespace came with."""
+    """Give up root's rights, and those that come with a new user namespace."""
     nothing = (ctypes.c_uint32 * 6)()
     _libc().capset((ctypes.c_uint32 * 2)(CAPABILITY_VERSION, 0), nothing)
-
-
-def _forbid_new_privileges() -> None:
-    if _libc().prctl(SET_NO_NEW_PRIVS, 1, 0, 0, 0):
-        raise _error("prctl")
 
 
 def _allow(ruleset: int, path: str, rights: int) -> None:

@@ -1,7 +1,7 @@
 """Which files an isolated solver may read: Python and what is installed, its own modules, and no dataset.
 
-The kernel's rules open whole folders. Where one that a solver needs has in it what must stay hidden, what lies around
-that is listed instead.
+The kernel's rules open whole folders. If a folder that a solver needs contains something that must stay hidden, the
+other entries are listed instead.
 """
 
 import os
@@ -22,10 +22,10 @@ SYSTEM = (
     *("/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/sys/vm", "/proc/driver/nvidia"),
     *("/sys/devices/system", "/sys/bus/pci", "/sys/class/drm", "/sys/fs/cgroup", "/dev/urandom", "/dev/random"),
 )
-"""What programs read of a Linux system; what is not there is passed over."""
+"""What programs read of a Linux system; missing paths are skipped."""
 
 DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/dri", "/dev/kfd")
-"""What programs write to and keep nothing; with them graphics cards, as ``/dev/nvidia*``."""
+"""Devices that programs write to and that keep nothing, and graphics cards (besides ``/dev/nvidia*``)."""
 
 OF_DATASETS = frozenset(
     [
@@ -33,19 +33,19 @@ OF_DATASETS = frozenset(
         *(f"{table}.{kind}" for table in ("poses", "positions", "given", "scenes") for kind in ("parquet", "csv")),
     ]
 )
-"""Names by which a folder is known as a dataset, its truth, or answers to it, whatever it is called; or as a Python
-environment, which is open where it is in use."""
+"""Files that mark a folder as a dataset, its truth, or answers to it; or as a Python environment, which is readable
+only if it is in use."""
 
 MOST_ENTRIES = 50_000
-"""Entries that are looked at in search of datasets below a folder of the user's; what comes after stays closed."""
+"""Entries searched for datasets below a folder of the user's; the rest stays closed."""
 
 
 def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[str]:
-    """What may be read: a rule for each, in which none of ``hidden``, all resolved, is.
+    """What may be read, a path for each rule; none contains any of ``hidden``, all of which are resolved.
 
     Parameters
     ----------
-    needed : files and folders that are opened besides Python's, installed packages' and those of `sys.path`.
+    needed : files and folders to open besides Python's, installed packages' and those of `sys.path`.
     """
     installed = [Path(place).resolve() for place in _installed()]
     roots = [*needed, *(Path(entry or os.curdir).resolve() for entry in sys.path)]
@@ -56,13 +56,13 @@ def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[
 
 
 def beside(folder: Path) -> list[Path]:
-    """The folder, and those that writing it leaves beside it: its work folder and withheld truth."""
+    """The folder, and those that belong beside it: its work folder and withheld truth."""
     place = folder.resolve()
     return [place, *(named_beside(place, ending) for ending in (WORK, TRUTH))]
 
 
 def device_paths() -> list[str]:
-    """What may be read and written besides a folder of the solver's own."""
+    """What may be read and written besides the solver's own folder."""
     return [*DEVICES, *(str(path) for path in Path("/dev").glob("nvidia*"))]
 
 
@@ -87,15 +87,15 @@ def _around(place: Path, hidden: Iterable[Path]) -> Iterator[Path]:
 
 
 class _Search:
-    """Looks for datasets in folders where a solver's modules lie."""
+    """Looks for datasets in the folders of a solver's modules."""
 
     def __init__(self, hidden: Sequence[Path]) -> None:
         self._hidden, self._left, self._seen = frozenset(hidden), MOST_ENTRIES, set[Path]()
 
     def open_parts(self, folder: Path) -> tuple[bool, list[Path]]:
-        """Whether the whole of ``folder`` may be read, and what of it may be.
+        """Whether the whole of ``folder`` may be read, and which parts of it may be.
 
-        What begins with a dot is the user's own affair: keys, settings, histories of versions.
+        Entries whose name starts with a dot stay closed: keys, settings, version control.
         """
         if folder in self._seen or any(folder.is_relative_to(path) for path in self._hidden):
             return False, []
@@ -113,7 +113,7 @@ class _Search:
         return (True, [folder]) if whole else (False, parts)
 
     def _open_entry(self, entry: "os.DirEntry[str]") -> tuple[bool, list[Path]]:
-        """The same of a folder's entry; links are passed over, for the kernel looks at what they lead to."""
+        """The same for a folder's entry; links are skipped, since the kernel checks their targets."""
         path = Path(entry.path)
         if entry.is_symlink():
             return True, []

@@ -1,7 +1,7 @@
 """Where numba keeps compiled kernels, so that an isolated solver need not compile what was compiled before.
 
-Numba's caches are pickles. A solver may read those that are there, but what it adds goes into a folder of its own: a
-cache that it could write to would be loaded by the next process that holds truth.
+Numba's caches are pickles. A solver may read existing ones, but what it adds goes into a folder of its own: a cache
+that it could write to would be loaded by the next process that holds truth.
 """
 
 import os
@@ -18,11 +18,11 @@ CACHES_VARIABLE = "VBBENCH_NUMBA_CACHES"
 """Names the folders of `user_caches` to the solver's process."""
 
 MOST_BYTES = 1 << 28
-"""Bytes of compiled kernels that are kept; a solver that makes more compiles again and again."""
+"""Bytes of compiled kernels that are kept; beyond them a solver compiles in every process."""
 
 
 def user_caches() -> list[str]:
-    """Numba's caches outside of ``__pycache__``: the one that is set, and the user's, where they are."""
+    """Numba's existing caches outside of ``__pycache__``: the configured one, and the user's."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "numba")
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return [str(path.resolve()) for path in ([Path(chosen)] if chosen else []) + [user] if path.is_dir()]
@@ -47,7 +47,7 @@ def keep_files(source: Path, target: Path) -> None:
 
 
 def _read_plain_file(path: Path, most: int) -> bytes:
-    """The bytes of a file that is neither a link nor a device, nor longer than ``most``; empty where it is not so."""
+    """The bytes of a regular file of at most ``most`` bytes; empty for anything else."""
     try:
         file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
     except OSError:
@@ -60,13 +60,13 @@ def _read_plain_file(path: Path, most: int) -> bytes:
 
 
 def __getattr__(name: str) -> Any:
-    """``Overlay``, which numba asks for by name in the solver's process; elsewhere nothing of numba is imported."""
+    """``Overlay``, which numba looks up by name in the solver's process; elsewhere numba is not imported."""
     if name != "Overlay":
         raise AttributeError(f"module '{__name__}' has no attribute {name!r}")
     from numba.core.caching import UserProvidedCacheLocator
 
     class Overlay(UserProvidedCacheLocator):  # type: ignore[misc]
-        """A cache in ``$NUMBA_CACHE_DIR`` that begins with links to what other caches hold of the same module.
+        """A cache in ``$NUMBA_CACHE_DIR`` that starts with links to other caches of the same module.
 
         What numba adds replaces a link and never what it points to.
         """
@@ -84,7 +84,7 @@ def __getattr__(name: str) -> Any:
 
 @cache
 def link_caches(py_file: str, folder: str) -> None:
-    """Link into ``folder`` what caches hold of a module, where it is not there yet."""
+    """Link a module's files in other caches into ``folder``, unless it has them already."""
     elsewhere = [
         Path(path, Path(folder).name) for path in os.environ.get(CACHES_VARIABLE, "").split(os.pathsep) if path
     ]

@@ -1,8 +1,8 @@
-"""What goes over a solver's pipe: a JSON object of plain facts and, after it, the bytes of arrays that it lists.
+"""What goes over a solver's pipe: a JSON object of plain facts, followed by the bytes of the arrays that it lists.
 
 A message is the length of its object in bytes (uint32, little-endian), the object, and the arrays' bytes in order. The
-object lists ``arrays`` as [name, dtype, shape]. Who reads says which arrays may come and of what shape, and the object
-has a limit, so that nothing is allocated because the other side says so; nothing is unpickled or run.
+object lists ``arrays`` as [name, dtype, shape]. The reader says which arrays may come and of what shape, and limits the
+size of the object, so that the sender cannot decide how much is allocated; nothing is unpickled or run.
 """
 
 import json
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 HEADER_LIMIT = 1 << 16
-"""Bytes of the object of a message that is not trusted."""
+"""Most bytes of the object of an untrusted message."""
 
 TEXT_LIMIT = 5_000
 """Characters of a text in a message; escaped, each takes 12 bytes at most."""
@@ -25,18 +25,18 @@ FLOAT, INT, BOOL = "<f8", "<i8", "|b1"
 """Types of arrays, as NumPy spells them."""
 
 READ_AS: dict[str, "np.dtype[Any]"] = {FLOAT: np.dtype(FLOAT), INT: np.dtype(INT), BOOL: np.dtype("u1")}
-"""A bool is read as a byte first: some bytes are neither true nor false."""
+"""A bool is read as a byte first, which may be neither 0 nor 1."""
 
 Shapes = Mapping[str, tuple[str, tuple[int, ...]]]
 """Arrays that may come: dtype and shape by name."""
 
 
 class MessageError(Exception):
-    """What came is not a message, or not one that was asked for; the text is the end of a sentence."""
+    """What came is not a message, or not an expected one; the text is the end of a sentence."""
 
 
 class ClosedError(MessageError):
-    """The other side has hung up."""
+    """The other side has closed the pipe."""
 
 
 def write_message(pipe: IO[bytes], facts: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> None:
@@ -49,7 +49,7 @@ def write_message(pipe: IO[bytes], facts: Mapping[str, Any], arrays: Mapping[str
 
 @lru_cache(maxsize=16)
 def _header(facts: str, listed: tuple[tuple[str, str, tuple[int, ...]], ...]) -> bytes:
-    """Length and object of a message; they are the same in every frame of a sequence."""
+    """Length and object of a message, cached since they are the same in every frame of a sequence."""
     header = json.dumps({**json.loads(facts), "arrays": listed}).encode()
     return struct.pack("<I", len(header)) + header
 
@@ -64,7 +64,7 @@ def read_message(pipe: IO[bytes], expected: Shapes | None = None) -> tuple[dict[
     Raises
     ------
     ClosedError
-        If the other side has hung up.
+        If the other side has closed the pipe.
     MessageError
         If what comes is not a message, or has arrays that are not expected.
     """
@@ -105,7 +105,7 @@ def _listed(arrays: Any) -> dict[str, tuple[str, tuple[int, ...]]]:
 def _check(listed: Shapes, expected: Shapes) -> None:
     for name, (dtype, shape) in listed.items():
         if name not in expected:
-            raise MessageError(f"an array {plain(name, 40)!r}, which nobody asked for")
+            raise MessageError(f"an array {plain(name, 40)!r}, which was not requested")
         wanted_dtype, wanted_shape = expected[name]
         if dtype != wanted_dtype:
             raise MessageError(f"'{name}' of type {plain(dtype, 40)}, not {wanted_dtype}")
@@ -132,6 +132,6 @@ def _read(pipe: IO[bytes], count: int) -> bytearray:
 
 
 def plain(text: str, limit: int, *, lines: bool = False) -> str:
-    """Text of the other side for a terminal: no control characters, and its last ``limit`` characters at most."""
+    """Untrusted text for a terminal: no control characters, and at most its last ``limit`` characters."""
     shown = text if len(text) <= limit else f"…{text[-limit:]}"
     return "".join(c if c.isprintable() or (lines and c == "\n") else " " for c in shown)

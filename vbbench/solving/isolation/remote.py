@@ -1,4 +1,4 @@
-"""Asks a solver in another process, and checks every answer before anything is made of it."""
+"""Calls a solver in another process, and checks every answer before it is used."""
 
 import os
 import signal
@@ -29,7 +29,7 @@ from vbbench.solving.isolation.messages import (
 )
 
 LAST_WORDS = 4096
-"""Bytes that are kept of what a solver prints."""
+"""Bytes kept of what a solver prints."""
 
 
 class Child:
@@ -43,7 +43,7 @@ class Child:
         self.working_on = "loading"
 
     def introduced(self, keep_compiled: Callable[[], None]) -> "RemoteFrameSolver | RemoteSequenceSolver":
-        """The solver to drive, of the kind that the process says it is."""
+        """The solver to run, of the kind that the process reports."""
         facts, _ = self._receive({})
         variants = facts.get("held_out")
         if facts["said"] != "ready" or not isinstance(variants, dict):
@@ -65,7 +65,7 @@ class Child:
         expected: Shapes,
         needed: Sequence[str] = (),
     ) -> dict[str, NDArray[Any]]:
-        """Ask for one thing; the answer is some of the arrays that are expected, those needed among them."""
+        """Make one request; the answer holds some of the arrays expected, and all of those needed."""
         try:
             write_message(pipe_of(self._process.stdin), facts, arrays)
         except OSError as error:
@@ -79,13 +79,13 @@ class Child:
         return answer
 
     def end(self) -> None:
-        """Kill the process, and whatever it has started that stayed in its group."""
+        """Kill the process and the rest of its process group."""
         with suppress(OSError):
             if os.name == "posix":
                 os.killpg(self._process.pid, signal.SIGKILL)
             self._process.kill()
         self._process.wait()
-        with suppress(OSError):  # bytes that it did not take
+        with suppress(OSError):  # bytes that it did not read
             pipe_of(self._process.stdin).close()
         if self._process.stdout is not None:
             self._process.stdout.close()
@@ -110,7 +110,7 @@ class Child:
         return VbbenchError(f"solver '{self._name}' sent {what}, while {self.working_on}; its answers are not used")
 
     def _ended(self) -> VbbenchError:
-        """The error that says how the process ended, and what it printed last."""
+        """An error that says how the process ended, and what it printed last."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=1)
         self._listener.join(timeout=1)
@@ -137,14 +137,14 @@ def _how(status: int | None) -> str:
 
 
 def pipe_of(pipe: IO[bytes] | None) -> IO[bytes]:
-    """A pipe of a process that was started with all three."""
+    """A pipe of a process that was started with all three, narrowed for the type checker."""
     if pipe is None:
         raise VbbenchError("the solver's process has no pipe")
     return pipe
 
 
 class Remote:
-    """What a driver of solvers sees of one in another process.
+    """A solver in another process, as the runner sees it.
 
     Parameters
     ----------
@@ -157,12 +157,20 @@ class Remote:
 
 
 class RemoteFrameSolver(Remote):
-    """One that works frame by frame."""
+    """A `FrameSolver` in another process."""
 
     def start(self, problem: Problem) -> None:
         """As `FrameSolver.start`."""
         self._child.working_on = f"solving sequence {problem.sequence}"
-        self._expected = _frame_shapes(len(problem.tracks))
+        people = len(problem.tracks)
+        self._expected: Shapes = {
+            "pose": (FLOAT, (3,)),
+            "positions": (FLOAT, (people, 2)),
+            "pose_covariance": (FLOAT, (3, 3)),
+            "position_covariances": (FLOAT, (people, 2, 2)),
+            **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
+            **dict.fromkeys(("fallback", "converged"), (BOOL, ())),
+        }
         self._child.call({"call": "start", **_facts(problem)}, {"tracks": problem.tracks}, {})
 
     def step(self, frame: Frame) -> FrameEstimate:
@@ -180,7 +188,7 @@ class RemoteFrameSolver(Remote):
 
 
 class RemoteSequenceSolver(Remote):
-    """One that sees whole sequences."""
+    """A `SequenceSolver` in another process."""
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """As `SequenceSolver.solve`."""
@@ -191,7 +199,15 @@ class RemoteSequenceSolver(Remote):
             "poses": given.poses,
             "positions": given.positions,
         }
-        expected = _sequence_shapes(*given.positions.shape[:2])
+        frames, people = given.positions.shape[:2]
+        expected: Shapes = {
+            "poses": (FLOAT, (frames, 3)),
+            "positions": (FLOAT, (frames, people, 2)),
+            "pose_covariances": (FLOAT, (frames, 3, 3)),
+            "position_covariances": (FLOAT, (frames, people, 2, 2)),
+            **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
+            **dict.fromkeys(("fallback", "converged"), (BOOL, (frames,))),
+        }
         answer = self._child.call({"call": "solve", **_facts(problem)}, shown, expected, ("poses", "positions"))
         return Estimate(**answer)
 
@@ -199,27 +215,3 @@ class RemoteSequenceSolver(Remote):
 def _facts(problem: Problem) -> dict[str, Any]:
     values = {name: value for name, value in vars(problem).items() if name not in ("camera", "tracks")}
     return {"problem": values, "camera": camera_to_dict(problem.camera)}
-
-
-def _frame_shapes(people: int) -> Shapes:
-    """The arrays of a `FrameEstimate`."""
-    return {
-        "pose": (FLOAT, (3,)),
-        "positions": (FLOAT, (people, 2)),
-        "pose_covariance": (FLOAT, (3, 3)),
-        "position_covariances": (FLOAT, (people, 2, 2)),
-        **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
-        **dict.fromkeys(("fallback", "converged"), (BOOL, ())),
-    }
-
-
-def _sequence_shapes(frames: int, people: int) -> Shapes:
-    """The arrays of an `Estimate`."""
-    return {
-        "poses": (FLOAT, (frames, 3)),
-        "positions": (FLOAT, (frames, people, 2)),
-        "pose_covariances": (FLOAT, (frames, 3, 3)),
-        "position_covariances": (FLOAT, (frames, people, 2, 2)),
-        **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
-        **dict.fromkeys(("fallback", "converged"), (BOOL, (frames,))),
-    }

@@ -1,4 +1,4 @@
-"""Answers, in the solver's process, what `solver_process` asks over the pipe."""
+"""Answers, in the solver's process, the requests that come over the pipe."""
 
 import traceback
 from collections.abc import Callable
@@ -19,11 +19,11 @@ from vbbench.solving.isolation.messages import TEXT_LIMIT, ClosedError, read_mes
 Arrays = dict[str, NDArray[Any]]
 
 HINT = "; isolated, it reads what is installed and what lies beside it, but nothing in the folder of a dataset"
-"""What a solver that runs elsewhere may miss here."""
+"""Why a solver may fail to load here that loads elsewhere."""
 
 
 def serve(name: str, requests: IO[bytes], answers: IO[bytes]) -> None:
-    """Make the solver, say what it is, and do what is asked until the pipe closes."""
+    """Make the solver, report its kind, and answer requests until the pipe closes."""
     try:
         solver = make_solver(name)
         held_out = dict(getattr(load("solver", name), "held_out", {}))
@@ -52,7 +52,7 @@ def _kind(solver: object) -> str:
 
 
 def _start(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
-    threadpool_limits(1)  # what was loaded on the way, too, is on one thread from here on
+    threadpool_limits(1)  # libraries loaded since the last call are on one thread too from here on
     solver.start(_problem(facts, arrays))
     return {}
 
@@ -60,13 +60,13 @@ def _start(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
 def _step(solver: Any, _facts: dict[str, Any], arrays: Arrays) -> Arrays:
     given = Given(poses=arrays["poses"], positions=arrays["positions"])
     frame = Frame(index=int(arrays["index"]), observations=arrays["observations"], given=given)
-    return _told(solver.step(frame), FrameEstimate)
+    return _arrays(solver.step(frame), FrameEstimate)
 
 
 def _solve(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
     threadpool_limits(1)
     given = Given(poses=arrays["poses"], positions=arrays["positions"])
-    return _told(solver.solve(_problem(facts, arrays), arrays["observations"], given), Estimate)
+    return _arrays(solver.solve(_problem(facts, arrays), arrays["observations"], given), Estimate)
 
 
 _CALLS: dict[str, Callable[[Any, dict[str, Any], Arrays], Arrays]] = {"start": _start, "step": _step, "solve": _solve}
@@ -76,13 +76,12 @@ def _problem(facts: dict[str, Any], arrays: Arrays) -> Problem:
     return Problem(**{**facts["problem"], "camera": camera_from_dict(facts["camera"]), "tracks": arrays["tracks"]})
 
 
-def _told(answer: object, kind: type[FrameEstimate] | type[Estimate]) -> Arrays:
-    """What a solver reports, by name; marks are bool, everything else is float64."""
+def _arrays(answer: object, kind: type[FrameEstimate] | type[Estimate]) -> Arrays:
+    """The parts of an answer that a solver reports, by name; marks are bool, everything else is float64."""
     if not isinstance(answer, kind):
         raise TypeError(f"the solver returned a {type(answer).__name__}, not a {kind.__name__}")
-    values = {field.name: getattr(answer, field.name) for field in fields(kind)}
     return {
-        name: np.asarray(value, bool if name in ("fallback", "converged") else np.float64)
-        for name, value in values.items()
-        if value is not None
+        field.name: np.asarray(value, bool if field.name in ("fallback", "converged") else np.float64)
+        for field in fields(kind)
+        if (value := getattr(answer, field.name)) is not None
     }

@@ -1,4 +1,4 @@
-"""Starts a solver's process, asks it, and checks every answer; this is the side that may hold truth."""
+"""Starts a solver's process; this is the side that may hold truth."""
 
 import json
 import os
@@ -32,22 +32,22 @@ PASSED_ON = re.compile(
     r"PATH|LANG|LANGUAGE|LC_\w+|TZ|USER|LOGNAME|LD_LIBRARY_PATH|DYLD_\w+|SYSTEMROOT|WINDIR|PYTHON(HASHSEED|HOME|UTF8|"
     r"IOENCODING|WARNINGS|NOUSERSITE)|(NUMBA|OMP|OPENBLAS|MKL|BLIS|KMP|CUDA|NVIDIA|TORCH|PYTORCH|XLA|JAX|TF)_\w+"
 )
-"""Names of variables that a solver gets to see: what libraries are set with."""
+"""Names of environment variables that a solver sees: the settings of libraries."""
 
 
 class IsolatedSolver:
-    """A solver in a process of its own; use it in a ``with`` block, which gives the solver to drive.
+    """A solver in a separate process; use it in a ``with`` block, which gives the solver to run.
 
     Parameters
     ----------
     name : registered, or ``module:attribute``; it is never imported here.
     hidden : files and folders that it must not read, besides every folder beside it that looks like a dataset.
-    compiled : folder, there or not, for what numba compiles before the solver has seen any data (`keep_compiled`).
+    compiled : folder for what numba compiles before the solver has seen any data (`keep_compiled`).
 
     Raises
     ------
     VbbenchError
-        If the solver cannot be loaded, fails, ends, or answers with anything but the arrays it was asked for.
+        If the solver cannot be loaded, fails, ends, or answers with anything but the arrays requested.
     """
 
     def __init__(self, name: str, hidden: Sequence[Path] = (), *, compiled: Path | None = None) -> None:
@@ -69,10 +69,9 @@ class IsolatedSolver:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def keep_compiled(self) -> None:
-        """Keep what numba has compiled until now, for the processes that are given the same folder ``compiled``.
+        """Keep what numba has compiled until now, for later processes of this solver with the same ``compiled``.
 
-        No process of another solver loads it, and this one neither. Whatever a solver has seen by now it can tell those
-        processes: nothing but synthetic data.
+        Whatever the solver has seen by now it could pass on to them this way: nothing but synthetic data.
         """
         if self._compiled is not None and not self._compiled.exists():
             keep_files(self._folder / "numba", self._compiled)
@@ -95,9 +94,9 @@ class IsolatedSolver:
             stderr=subprocess.PIPE,
             cwd=self._folder,
             env=self._environment(),
-            start_new_session=True,  # what a terminal sends on Ctrl-C is for this process alone
+            start_new_session=True,  # a terminal's Ctrl-C must reach this process alone
         )
-        with suppress(BrokenPipeError):  # it is said why when the answer is read
+        with suppress(BrokenPipeError):  # reading the answer then raises an error with the reason
             pipe_of(process.stdin).write(json.dumps(facts).encode() + b"\n")
             pipe_of(process.stdin).flush()
         return process
@@ -120,7 +119,7 @@ class IsolatedSolver:
 
 
 def warn_of_open_files() -> None:
-    """Say so where the kernel cannot keep files from a solver."""
+    """Warn if the kernel cannot keep files from a solver."""
     if not landlock_version():
         warnings.warn(
             "this system cannot keep files from an isolated solver (it takes Linux 5.13 or later, with Landlock): "
