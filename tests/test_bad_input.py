@@ -300,7 +300,7 @@ def test_what_a_stranger_wrote_never_steers_the_terminal(
 def test_arguments_are_text(capsys: pytest.CaptureFixture[str], argument: str, tmp_path: Path) -> None:
     status, error = run(capsys, "solve", tmp_path, "--solver", argument, "--out", tmp_path / "out")
     assert (status, error.count("\n")) == (2, 1)
-    assert "argument 4 is no UTF-8 text" in error
+    assert "argument 4 is not UTF-8 text" in error
 
 
 def test_a_full_disk_behind_stdout(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

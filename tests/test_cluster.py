@@ -224,7 +224,7 @@ def test_interrupted_and_resumed(dask: Cluster, single: Dataset, tmp_path: Path)
     with busy_machine():
         for _ in range(3):
             run.send_signal(signal.SIGINT)
-        assert ended(run) == (130, "vbbench: stopped; the same command goes on where this one was\n")
+        assert ended(run) == (130, "vbbench: stopped; run the same command again to continue\n")
     kept = finished_parts(out)
     assert len(kept) == BEFORE_THE_GATE
     dask.open_gate()
@@ -245,7 +245,7 @@ def test_all_workers_lost_and_new_ones_go_on(dask: Cluster, single: Dataset, tmp
         worker.kill()
     status, errors = ended(run)
     assert (status, errors.count("\n")) == (2, 1), errors
-    assert "no workers are left; finished parts are kept, and the same command goes on" in errors
+    assert "no workers are left; finished parts are kept; run the same command again" in errors
     dask.open_gate()
     dask.of(2)
     assert ended(start(*command))[0] == 0

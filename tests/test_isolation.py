@@ -221,7 +221,7 @@ def test_what_cannot_be_loaded_is_said(place: Path) -> None:
     for name, says in {
         "hostile:Absent": "has no attribute 'Absent'",
         "nobody:Home": "cannot be imported: ModuleNotFoundError",
-        "hostile:message": "is no class that is called without arguments",
+        "hostile:message": "is not a class that can be called without arguments",
         "builtins:dict": "dict is not a solver: it has neither start and step nor solve",
     }.items():
         with pytest.raises(VbbenchError, match=says), IsolatedSolver(name):

@@ -82,7 +82,7 @@ def test_tables_are_read_some_sequences_at_a_time(tmp_path: Path, read: list[int
 
 
 def test_scenes_at_hand_are_few(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("vbbench.files.dataset.SCENES_AT_HAND", 2)
+    monkeypatch.setattr("vbbench.files.dataset.SCENES_KEPT", 2)
     made = generation.generate("sim", tmp_path / "sim", Options(limit=5))
     dataset = Dataset(made.folder)
     for sequence in dataset.sequences():

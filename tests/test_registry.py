@@ -47,7 +47,7 @@ def test_module_and_attribute_need_no_registration() -> None:
 
 @pytest.mark.parametrize("value", ["math:pi", "math:sqrt"])
 def test_a_solver_must_be_a_class_without_arguments(value: str) -> None:
-    with pytest.raises(VbbenchError, match="no class that is called without arguments"):
+    with pytest.raises(VbbenchError, match="not a class that can be called without arguments"):
         registry.make_solver(value)
 
 

@@ -117,7 +117,7 @@ def test_those_of_other_packages_are_listed_too(install: Any, capsys: pytest.Cap
         ("nowhere:Solver", "cannot be imported: ModuleNotFoundError"),
         (f"{__name__}:NOTHING", "cannot be imported: AttributeError"),
         (f"{__name__}:Undecided", "has neither start and step nor solve"),
-        (f"{__name__}:made_of_nothing", "no class that is called without arguments"),
+        (f"{__name__}:made_of_nothing", "not a class that can be called without arguments"),
         (f"{__name__}:Entangled", "held_out must map splits to solvers"),
     ],
 )

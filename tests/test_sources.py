@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import sys
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
@@ -84,7 +85,6 @@ def test_fetch_downloads_once(server: ThreadingHTTPServer, no_data: Path) -> Non
     assert (no_data / "eth/tracks.txt").read_bytes() == BODY
     assert is_here(source)
     fetch([source])
-    fetch([source], no_data)
     assert Handler.asked == ["/whole"]
 
 
@@ -94,17 +94,14 @@ def test_fetch_keeps_what_lies_under_its_bare_name(server: ThreadingHTTPServer, 
     assert Handler.asked == []
 
 
-def test_fetch_into_a_named_folder(server: ThreadingHTTPServer, no_data: Path, tmp_path: Path) -> None:
-    put(no_data, "eth/tracks.txt")
-    assert fetch([source_at(server)], tmp_path / "new") == [tmp_path / "new/eth/tracks.txt"]
-
-
-def test_fetch_is_silent_off_a_terminal_and_draws_a_bar_on_demand(
-    server: ThreadingHTTPServer, no_data: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+def test_fetch_draws_a_bar_on_a_terminal_only(
+    server: ThreadingHTTPServer, no_data: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fetch([source_at(server)])
+    (path,) = fetch([source_at(server)])
     assert capfd.readouterr() == ("", "")
-    fetch([source_at(server)], tmp_path / "again", progress=True)
+    path.unlink()
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    fetch([source_at(server)])
     assert "100%" in capfd.readouterr().err
 
 
@@ -127,7 +124,7 @@ def partial(no_data: Path, body: bytes) -> Path:
 
 
 def test_an_interrupted_download_goes_on(server: ThreadingHTTPServer, no_data: Path) -> None:
-    with pytest.raises(VbbenchError, match="what came is kept, and fetching again goes on"):
+    with pytest.raises(VbbenchError, match="the part received is kept, and the next fetch continues it"):
         fetch([source_at(server, "truncated")])
     (path,) = fetch([source_at(server)])
     assert path.read_bytes() == BODY

@@ -24,7 +24,7 @@ from vbbench.solving import solve
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="lists processes as Linux does")
 
 SPLIT = "tests.slow_split:SLOW"
-GOES_ON = "the same command goes on where this one was\n"
+GOES_ON = "run the same command again to continue\n"
 SAID = {
     signal.SIGINT: f"vbbench: stopped; {GOES_ON}",
     signal.SIGTERM: f"vbbench: stopped by SIGTERM; {GOES_ON}",
@@ -205,7 +205,7 @@ def test_signals_that_are_ignored_stay_ignored(begin: Callable[..., Any], tmp_pa
 @pytest.mark.slow
 def test_a_worker_that_dies_is_one_line(dataset: Dataset, tmp_path: Path) -> None:
     slow = generate(SPLIT, tmp_path / "slow", Options())
-    with pytest.raises(VbbenchError, match=r"^a worker process died \(out of memory\?\); the same command goes on"):
+    with pytest.raises(VbbenchError, match=r"^a worker process died \(out of memory\?\); run the same command again"):
         solve(slow, "tests.slow_split:DeadlySolver", "rollout", tmp_path / "out", jobs=2)
 
 

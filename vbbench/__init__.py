@@ -48,7 +48,7 @@ _OLDER_PATHS = {
     "vbbench.torch": "vbbench.generation.torch",
     "vbbench.viewer": "vbbench.pictures.viewer",
 }
-"""Import paths of modules that have moved since they were published: they stay, as names of the same modules."""
+"""Older import paths of modules that have moved since they were published."""
 
 __all__ = [
     "Dataset",
@@ -106,16 +106,16 @@ def __dir__() -> list[str]:
 
 
 class _OlderPaths:
-    """Imports a module under its older path: the same module object, loaded when it is asked for.
+    """Imports a module under its older path, as the same module object.
 
-    No subclass of those in `importlib.abc`, which take half of the time that importing vbbench takes.
+    It is not a subclass of those in `importlib.abc`, whose import takes half of the time of importing vbbench.
     """
 
     def find_spec(self, fullname: str, *_: object) -> ModuleSpec | None:
         return ModuleSpec(fullname, self) if fullname in _OLDER_PATHS else None  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Have Python make a module; the one that is meant takes its place."""
+        """Let Python make a module; `exec_module` replaces it."""
 
     def exec_module(self, module: ModuleType) -> None:
         sys.modules[module.__name__] = import_module(_OLDER_PATHS[module.__name__])

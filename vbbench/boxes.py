@@ -26,22 +26,20 @@ def observations_of(boxes: FloatArray, camera: Camera) -> FloatArray:
 
 
 def cut_to_picture(boxes: FloatArray, camera: Camera) -> FloatArray:
-    """What of the boxes [..., 4] lies in the camera's picture; a panorama has no left and right border."""
-    width, height = camera.picture_size
-    left, top, right, bottom = _edges(boxes)
+    """The part of the boxes [..., 4] inside the camera's picture; a panorama has no left and right border."""
+    columns, rows = camera.picture_size
+    left, top, width, height = np.moveaxis(boxes, -1, 0)
+    right = left + width
     if camera.period is None:
-        left, right = np.clip(left, 0.0, width), np.clip(right, 0.0, width)
-    top, bottom = np.clip(top, 0.0, height), np.clip(bottom, 0.0, height)
+        left, right = np.clip(left, 0.0, columns), np.clip(right, 0.0, columns)
+    top, bottom = np.clip(top, 0.0, rows), np.clip(top + height, 0.0, rows)
     return np.stack([left, top, right - left, bottom - top], axis=-1)
 
 
 def with_seam_copies(boxes: FloatArray, period: float | None) -> tuple[FloatArray, IntArray]:
-    """Boxes [N, 4], each followed by its copy a turn further where it crosses the seam; and which box each of them is.
+    """Boxes [N, 4], each that crosses the seam followed by its copy one turn away; and the index of each one's box.
 
-    Parameters
-    ----------
-    boxes : (left, top, width, height) in px.
-    period : of the camera; `vbbench.camera.Camera.period`.
+    ``period`` is that of the camera, `vbbench.camera.Camera.period`.
     """
     rows = np.arange(len(boxes))
     if period is None:
@@ -56,10 +54,7 @@ def with_seam_copies(boxes: FloatArray, period: float | None) -> tuple[FloatArra
 def overlaps(first: FloatArray, second: FloatArray, period: float | None = None) -> FloatArray:
     """Intersection over union [N, M] of boxes [N, 4] with boxes [M, 4]; 0 where a box is NaN or empty.
 
-    Parameters
-    ----------
-    first, second : (left, top, width, height) in px.
-    period : of the camera; `vbbench.camera.Camera.period`.
+    ``period`` is that of the camera, `vbbench.camera.Camera.period`.
     """
     a, b = first[:, None], second[None]
     apart = b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2]
@@ -75,14 +70,14 @@ def overlaps(first: FloatArray, second: FloatArray, period: float | None = None)
 
 
 def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, period: float | None = None) -> IntArray:
-    """Non-maximum suppression: indices of the boxes left, best first, when of two that overlap the worse goes.
+    """Non-maximum suppression: indices of the boxes that remain, best first.
 
     Parameters
     ----------
     boxes : [N, 4] (left, top, width, height) in px.
     scores : [N], the higher the better.
-    overlap : intersection over union beyond which the worse goes.
-    period : of the camera; `vbbench.camera.Camera.period`.
+    overlap : intersection over union above which the box with the lower score is removed.
+    period : that of the camera, `vbbench.camera.Camera.period`.
     """
     order = np.argsort(-scores, kind="stable")
     shared = overlaps(boxes[order], boxes[order], period) > overlap
@@ -91,8 +86,3 @@ def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, period: floa
         if kept[row]:
             kept[row + 1 :] &= ~shared[row, row + 1 :]
     return np.asarray(order[kept], np.int64)
-
-
-def _edges(boxes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    left, top, width, height = np.moveaxis(boxes, -1, 0)
-    return left, top, left + width, top + height

@@ -1,4 +1,4 @@
-"""The errors that users meet. All of them are mistakes that the user can fix: exit status 2, no traceback."""
+"""The errors that users see. All of them are mistakes that the user can fix: exit status 2, no traceback."""
 
 import os
 import re
@@ -9,26 +9,26 @@ from pathlib import Path
 from typing import Any
 
 LONGEST = 5000
-"""Characters of a line of any message: a path may have 4,096."""
+"""Most characters of a line of any message: a path may have 4,096."""
 
 
 class VbbenchError(Exception):
-    """Something the user can put right.
+    """Something the user can fix.
 
-    Whatever a stranger wrote of it, every line can be shown: none is endless, no character steers a terminal
-    (`one_line`).
+    Every line can be shown, whatever text from a file it quotes: its length is limited, and no character controls the
+    terminal (`one_line`).
 
     Parameters
     ----------
     message : what is wrong and what to do.
-    details : further lines, where there is more than one thing to say.
+    details : further lines.
     """
 
     def __init__(self, message: str, *details: str) -> None:
         super().__init__("\n".join(one_line(line, LONGEST) for line in (message, *details)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Errors come whole out of other processes, whatever their constructors take."""
+        """Errors survive pickling between processes, whatever arguments their constructors take."""
         return _restored, (type(self), self.args, self.__dict__)
 
 
@@ -45,7 +45,7 @@ class FileError(VbbenchError):
     ----------
     path : the file.
     problem : what is wrong and what to do about it.
-    line : 1-based line number, where there is one.
+    line : 1-based line number, if there is one.
     """
 
     def __init__(self, path: Path | str, problem: str, line: int | None = None) -> None:
@@ -63,7 +63,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 
 class UnknownNameError(VbbenchError):
-    """A name that nobody registered; the nearest known one is suggested."""
+    """A name that is not registered; the nearest known one is suggested."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         super().__init__(f"no {kind} is called {quoted(name)}; {suggestion(name, sorted(known))}")
@@ -89,12 +89,7 @@ class MissingExtraError(VbbenchError):
 
 @contextmanager
 def needs_extra(extra: str, purpose: str) -> Iterator[None]:
-    """Import inside it what ``vbbench[extra]`` installs and vbbench alone does not.
-
-    Parameters
-    ----------
-    extra : the optional dependency in ``pyproject.toml``.
-    purpose : what needs it, as the message begins.
+    """For imports of packages that only ``vbbench[extra]`` installs; ``purpose`` begins the message.
 
     Raises
     ------
@@ -116,11 +111,9 @@ class VbbenchWarning(UserWarning):
 
 @contextmanager
 def plain_errors(path: Path, place: Path | None = None) -> Iterator[None]:
-    """Say of what the system refuses that ``path`` cannot be written.
+    """Turn system errors in the block into a FileError: ``path`` cannot be written.
 
-    Parameters
-    ----------
-    place : only of what is refused there, or nowhere in particular; by default of everything.
+    With ``place``, only errors about that path or about none are turned.
     """
     try:
         yield
@@ -133,16 +126,16 @@ def plain_errors(path: Path, place: Path | None = None) -> Iterator[None]:
 
 
 LONGEST_QUOTE = 60
-"""Characters of a quoted value that are repeated."""
+"""Most characters of a quoted value."""
 
 LONGEST_LINE = 600
-"""Characters of a message about a file, without the file's path."""
+"""Most characters of a message about a file, without its path."""
 
 _CONTROL = (
     r"\x00-\x09\x0b-\x1f\x7f-\x9f"  # C0 and C1 controls but for the line feed
-    r"\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # turns of the writing direction
-    r"\u2028\u2029\ufeff\ufff9-\ufffb"  # separators of lines and paragraphs, marks that nobody sees
-    r"\ud800-\udfff"  # halves of surrogate pairs: bytes that were no UTF-8
+    r"\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # changes of the writing direction
+    r"\u2028\u2029\ufeff\ufff9-\ufffb"  # separators of lines and paragraphs, invisible marks
+    r"\ud800-\udfff"  # halves of surrogate pairs: bytes that were not UTF-8
 )
 _IN_LINES = re.compile(f"[{_CONTROL}]")
 _IN_LINE = re.compile(f"[\\n{_CONTROL}]")
@@ -154,24 +147,22 @@ def is_printable(text: str) -> bool:
 
 
 def escaped(text: str, *, lines: bool = False) -> str:
-    r"""The text with ``\x1b`` and the like for whatever a terminal would obey, hide or fail to show.
+    r"""The text with escapes such as ``\x1b`` for characters that a terminal would obey, hide or fail to show.
 
-    Parameters
-    ----------
-    lines : let line feeds stand.
+    With ``lines``, line feeds are kept.
     """
     return (_IN_LINES if lines else _IN_LINE).sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def one_line(text: str, longest: int = LONGEST_LINE) -> str:
-    """The text escaped, and where it has more than ``longest`` characters cut, with their number."""
+    """The text escaped; one of more than ``longest`` characters is cut, and their number added."""
     if len(text) <= longest:
         return escaped(text)
     return f"{escaped(text[:longest])}… ({len(text)} characters)"
 
 
 def quoted(value: object) -> str:
-    """A value as messages repeat it: text between quotation marks, anything else as Python writes it."""
+    """A value for a message: text in quotation marks, anything else as Python writes it."""
     if isinstance(value, str):
         return f"'{escaped(value)}'" if len(value) <= LONGEST_QUOTE else one_line(f"'{value}", LONGEST_QUOTE)
     return one_line(repr(value), LONGEST_QUOTE)

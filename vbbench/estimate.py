@@ -1,4 +1,4 @@
-"""What a solver answers: poses and positions, and whatever else it chooses to report about them."""
+"""A solver's answer: poses and positions, and optionally heights and uncertainty."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,9 +9,8 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray, frozen_array
 
 LARGEST = 1e6
-"""No coordinate (m) and no angle (rad) of an answer lies farther from 0: 1000 km is farther than anybody walks, float64
-is exact there to 0.2 nm, and the errors of such answers can be squared and summed over any split. Beyond it, means and
-intervals would be made of one number, or overflow."""
+"""Largest absolute coordinate (m) or angle (rad) of an answer: float64 is exact to 0.2 nm at 1000 km, and errors can be
+squared and summed over any split. A larger one would dominate means and intervals, or make them overflow."""
 
 
 def is_credible(values: FloatArray) -> BoolArray:
@@ -28,11 +27,11 @@ class FrameEstimate:
     ----------
     pose : [3] (x, y, yaw) in m and rad.
     positions : [K, 2] in m, for every observed track; the rest is ignored.
-    fallback : whether fewer than two people were of use, so that the observer's own prior decided the pose.
-    converged : whether the solver believes that it found its own optimum; False warns of a pose that may be far off.
+    fallback : whether fewer than two people were usable, so that the observer's own prior decided the pose.
+    converged : whether the solver considers its optimum found; False warns that the pose may be far off.
     pose_covariance : [3, 3] of (x, y, yaw), in m², m·rad and rad².
     position_covariances : [K, 2, 2] of world positions, in m².
-    heights, height_variances : [K] what is believed by now of people's heights, in m and m².
+    heights, height_variances : [K] current estimates of people's heights, in m and m².
     """
 
     pose: FloatArray
@@ -60,8 +59,8 @@ class Estimate:
     poses : [T, 3] in m and rad.
     positions : [T, K, 2] in m.
     fallback, converged : [T] as in `FrameEstimate`.
-    pose_covariances, position_covariances : [T, 3, 3] and [T, K, 2, 2], likewise; NaN = not reported of that frame.
-    heights, height_variances : [K] what is believed in the end of people's heights, in m and m².
+    pose_covariances, position_covariances : [T, 3, 3] and [T, K, 2, 2], likewise; NaN = not reported for that frame.
+    heights, height_variances : [K] final estimates of people's heights, in m and m².
     """
 
     poses: FloatArray
@@ -97,7 +96,7 @@ class Estimate:
         )
 
     def frame(self, t: int) -> FrameEstimate:
-        """The answer for frame ``t``, with the heights believed in the end."""
+        """The answer for frame ``t``, with the final heights."""
         return FrameEstimate(
             pose=self.poses[t],
             positions=self.positions[t],
@@ -119,12 +118,12 @@ def _freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | Non
 
 
 def _marks(frames: list[bool | None]) -> BoolArray | None:
-    """Marks of consecutive frames, False for a frame without; ``None`` if no frame has one."""
+    """Flags of consecutive frames, False for a frame without one; ``None`` if no frame has one."""
     return None if all(mark is None for mark in frames) else np.array(frames, dtype=np.bool_)
 
 
 def _stack(frames: list[FloatArray | None]) -> FloatArray | None:
-    """Arrays of consecutive frames on end, NaN for a frame without; ``None`` if no frame has one."""
+    """Stacked arrays of consecutive frames, NaN for a frame without one; ``None`` if no frame has one."""
     known = next((array for array in frames if array is not None), None)
     if known is None:
         return None

@@ -3,9 +3,9 @@
 Every package compiles with these decorators, so that the rules are the same everywhere. No ``fastmath``: sums are taken
 in the order in which they are written, so that results depend neither on the width of vectors nor on the number of
 threads, and neighbouring triangles share their edges to the last bit. The cache is beside the source, or in the user's
-cache folder where nothing can be written there. ``docs/development.md`` says how to write kernels that compile fast.
+cache folder if nothing can be written there. ``docs/development.md`` explains how to write kernels that compile fast.
 
-Of the core only this module imports numba; who has no kernels does not import it.
+This is the only module of the core that imports numba.
 """
 
 import errno
@@ -31,7 +31,7 @@ except ImportError:  # Windows
 F = TypeVar("F", bound=Callable[..., Any])
 
 MESSAGE = "compiling kernels, once"
-"""What is said on a terminal before the first of them is compiled."""
+"""Printed on a terminal before the first of them is compiled."""
 
 _functions: set[Callable[..., Any]] = set()
 
@@ -55,11 +55,11 @@ def _compiled(function: F, *, parallel: bool) -> F:
 
 
 class _CacheFile(IndexDataCacheFile):  # type: ignore[misc]
-    """Numba's cache of a function, in which the index never names code that is not there yet.
+    """Numba's cache of a function, with the code saved before the index that names it.
 
-    Numba writes the index first. A process that is killed then leaves an index that names what an older version of the
-    source left under that name, and the next process would run it. What an older version left may also name classes
-    that have moved since: a cache that cannot be read is empty, and its function is compiled again.
+    Numba writes the index first: a process that is killed after that leaves an index whose name refers to code of an
+    older version of the source, which the next process would run. An older version's index may also name classes that
+    have moved since: a cache that cannot be read counts as empty, and its function is compiled again.
     """
 
     def load(self, key: Any) -> Any:
@@ -77,7 +77,7 @@ class _CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         return index
 
     def save(self, key: Any, data: Any) -> None:
-        """Save the code of one signature; one process at a time does so."""
+        """Save the code of one signature, in one process at a time."""
         index = self._load_index()
         name = index.get(key) or self._data_name(1 + len(index))
         self._save_data(name, data)
@@ -85,7 +85,7 @@ class _CacheFile(IndexDataCacheFile):  # type: ignore[misc]
 
 
 def _one_process_at_a_time(dispatcher: Any) -> Callable[[Any], Any]:
-    """A dispatcher's ``compile``: of several processes one compiles a function, and the others load what it saved."""
+    """A dispatcher's ``compile`` with which one of several processes compiles a function and the others load it."""
     compile_here = dispatcher.compile
 
     @wraps(compile_here)
@@ -97,12 +97,12 @@ def _one_process_at_a_time(dispatcher: Any) -> Callable[[Any], Any]:
 
 
 _held: set[Path] = set()
-"""Locks that this process holds: a function that calls itself compiles itself while it is compiled."""
+"""Locks that this process holds: a recursive function compiles itself while it is compiled."""
 
 
 @contextmanager
 def _alone(folder: Path, function: Callable[..., Any]) -> Iterator[None]:
-    """Keep other processes from compiling a function meanwhile, where there are locks and the folder can be written."""
+    """Keep other processes from compiling a function, if there are locks and the folder is writable."""
     path = folder / f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}.lock"
     handle = None
     if fcntl is not None and path not in _held:
@@ -122,15 +122,14 @@ def _alone(folder: Path, function: Callable[..., Any]) -> Iterator[None]:
 
 
 class _Announcer(event.Listener):  # type: ignore[misc]
-    """Hears of every function that is really compiled: what the cache has is no such event."""
+    """Is notified of every function that is compiled rather than loaded from the cache."""
 
     def on_start(self, compiling: Any) -> None:
-        """Say so where it is one of ours."""
         if compiling.data["dispatcher"].py_func in _functions:
             _announce()
 
     def on_end(self, compiling: Any) -> None:
-        """Say no more."""
+        """Required by numba."""
 
 
 _ANNOUNCER = _Announcer()
@@ -145,7 +144,7 @@ def _announce() -> None:
 
 
 def _is_first(terminal: int) -> bool:
-    """Whether no process beside this one has said it: who says it holds a lock on the terminal until it ends."""
+    """Whether no other process has printed it: the first holds a lock on the terminal until it ends."""
     if fcntl is None:
         return multiprocessing.parent_process() is None
     try:

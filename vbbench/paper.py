@@ -13,9 +13,8 @@ class Quoted:
 
     Parameters
     ----------
-    table : its number.
-    split, tier : what it is about; the centre lines of Table 4 are tier `ideal`, its tracker's boxes `tracked`.
-    solver : as the paper calls it.
+    split, tier : the centre lines of Table 4 are tier `ideal`, its tracker's boxes `tracked`.
+    solver : the paper's name for it.
     figures : metric → mean in m or rad; some rows have Δx alone.
     """
 
@@ -37,7 +36,7 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """All that is quoted, and where it stands."""
+    """All quoted figures, and their source."""
 
     source: str
     link: str

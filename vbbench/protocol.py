@@ -1,4 +1,4 @@
-"""Evaluation protocols: what is given when, and which rows are scored. Each is a named, frozen file."""
+"""Evaluation protocols: what a solver is given and when, and which rows are scored. Each is a named, frozen file."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -23,9 +23,9 @@ class Protocol:
 
     Parameters
     ----------
-    name, version, title, text : what it is called and says; name and version stand beside every score.
-    given : ``arrivals`` = the first two frames and everybody's first two visible frames; ``start`` = the former only.
-    revealed_frames : frames of truth shown before each frame (one-step: 2), 0 where the solver stands on its own.
+    name, version, title, text : its name and description; name and version are printed with every score.
+    given : ``arrivals`` = the first two frames and each track's first two visible frames; ``start`` = the former only.
+    revealed_frames : frames of truth shown before each frame (one-step: 2), 0 for none.
     """
 
     name: str
@@ -42,36 +42,30 @@ class Protocol:
 
     @property
     def needs_truth(self) -> bool:
-        """Whether the runner must have truth at hand while solving."""
+        """Whether the runner needs truth while solving."""
         return self.revealed_frames > 0
 
     def select_given(self, given: Given) -> Given:
-        """What this protocol hands over of the `sequential` given that a dataset stores."""
+        """The part that this protocol gives of the `sequential` given that a dataset stores."""
         return given if self.given == "arrivals" else given.first_frames(START_FRAMES)
 
     def is_given_row(self, frame: IntArray) -> BoolArray:
-        """Which rows of ``given.parquet``, by their frame [N], this protocol hands over."""
+        """Which rows of ``given.parquet``, by their frame [N], this protocol gives."""
         return np.ones(len(frame), bool) if self.given == "arrivals" else frame < START_FRAMES
 
 
 @cache
 def get_protocol(name: str) -> Protocol:
-    """The protocol called ``name``.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is none; the nearest name is suggested.
-    """
+    """The protocol called ``name``; raises UnknownNameError, which suggests the nearest name."""
     if name not in PROTOCOLS:
         raise UnknownNameError("protocol", name, PROTOCOLS)
     return read_bundled("vbbench", f"protocols/{name}.toml", Protocol, "protocol")
 
 
 def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
-    """What `sequential` gives: the first two poses, and each track's first two visible frames, from [T, K].
+    """What `sequential` gives: the first two poses, and each track's first two frames observed [T, K].
 
-    Of tracks those frames count in which somebody is behind them.
+    Only frames in which the track has a person count.
     """
     first_two = observed & (np.cumsum(observed, axis=0) <= START_FRAMES)
     first_poses = np.arange(len(truth.poses))[:, None] < START_FRAMES
@@ -81,7 +75,7 @@ def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
 
 
 def scored_frames(observed: BoolArray) -> BoolArray:
-    """[T] frames whose pose is scored: from the third on, where anybody is observed ([T, K])."""
+    """[T] frames whose pose is scored: from the third on, if anybody is observed ([T, K])."""
     return observed.any(axis=1) & (np.arange(len(observed)) >= START_FRAMES)
 
 

@@ -1,7 +1,7 @@
 """Finds cameras, generators, renderers, solvers and other plugins by entry point; imports none until asked."""
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -10,14 +10,18 @@ from typing import Any, Literal
 from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
 
 Kind = Literal["camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "command"]
-_SPOKEN = {"generator": "split"}
 
 
 @cache
 def registered(kind: Kind) -> dict[str, EntryPoint]:
-    """Everything registered under ``vbbench.<kind>s`` by name; of two with one name, the first found counts."""
+    """Everything registered under ``vbbench.<kind>s`` by name.
+
+    Of two with one name, vbbench's own counts, then the first by distribution name: no other package replaces a
+    bundled name.
+    """
     found: dict[str, EntryPoint] = {}
-    for point in _in_stable_order(entry_points(group=f"vbbench.{kind}s")):
+    points = entry_points(group=f"vbbench.{kind}s")
+    for point in sorted(points, key=lambda point: (_owner(point) != "vbbench", _owner(point), point.name)):
         if found.setdefault(point.name, point).value != point.value:
             warnings.warn(
                 f"{kind} '{point.name}' is registered twice; {found[point.name].value} is used, not {point.value}",
@@ -28,43 +32,37 @@ def registered(kind: Kind) -> dict[str, EntryPoint]:
 
 
 def load(kind: Kind, name: str) -> Any:
-    """Import what is registered as ``name``, or what ``module:attribute`` names.
+    """Import what is registered as ``name``, or ``module:attribute``.
 
     Raises
     ------
     UnknownNameError
-        If nothing is called so; the nearest name is suggested.
+        If nothing has this name; the nearest one is suggested.
     VbbenchError
-        If it is broken: its import fails or the attribute is missing.
+        If its import fails or the attribute is missing.
     """
     points = registered(kind)
     if name in points:
         return _import(kind, name, points[name].value)
     if ":" in name:
         return _import(kind, name, name)
-    raise UnknownNameError(_SPOKEN.get(kind, kind), name, points)
+    raise UnknownNameError("split" if kind == "generator" else kind, name, points)
 
 
 def make_solver(name: str) -> Any:
-    """A new solver of the class that ``name`` stands for.
-
-    Raises
-    ------
-    VbbenchError
-        If it is no class, or needs arguments.
-    """
+    """A new solver of the class called ``name``; raises VbbenchError if it needs arguments or is not a class."""
     found = load("solver", name)
     try:
         return found()
     except TypeError as error:
-        raise VbbenchError(f"solver '{name}' is no class that is called without arguments: {error}") from error
+        raise VbbenchError(f"solver '{name}' is not a class that can be called without arguments: {error}") from error
 
 
 def held_out(solver: str, split: str) -> str:
-    """What is run where ``solver`` is asked to solve ``split``: itself, or what it names for a split it was fitted on.
+    """The solver to run on ``split`` for ``solver``: itself, or its variant if it was fitted on the split.
 
-    A solver is not told which split it has. One whose parameters were fitted on public splits names a variant for each
-    that was not, in a class attribute ``held_out``: split to registered name or ``module:attribute``.
+    A solver does not know which split it runs on. One whose parameters were fitted on public splits names a variant
+    for each that was not, in a class attribute ``held_out``: split to registered name or ``module:attribute``.
 
     Raises
     ------
@@ -76,7 +74,7 @@ def held_out(solver: str, split: str) -> str:
 
 
 def load_all(kind: Kind) -> dict[str, Any]:
-    """Everything that imports; a broken plugin is a warning that names it."""
+    """Everything that can be imported; a broken plugin causes a warning that names it."""
     found: dict[str, Any] = {}
     for name in registered(kind):
         try:
@@ -84,11 +82,6 @@ def load_all(kind: Kind) -> dict[str, Any]:
         except VbbenchError as error:
             warnings.warn(str(error), VbbenchWarning, stacklevel=2)
     return found
-
-
-def _in_stable_order(points: Iterable[EntryPoint]) -> list[EntryPoint]:
-    """Our own first, then by distribution name, so that a stranger's package cannot replace a bundled name."""
-    return sorted(points, key=lambda point: (_owner(point) != "vbbench", _owner(point), point.name))
 
 
 def _owner(point: EntryPoint) -> str:

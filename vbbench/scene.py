@@ -11,12 +11,12 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Ground-plane trajectories of all people, one row a frame.
+    """Ground-plane trajectories of all people, one row per frame.
 
     Parameters
     ----------
-    name : what the scene is called in messages and files.
-    dt : seconds a frame.
+    name : the scene's name in messages and files.
+    dt : seconds per frame.
     people : [K] integer ids, ascending, stable within the scene.
     positions : [T, K, 2] in m, NaN where a person is absent.
     heights : [K] in m, NaN where unknown.
@@ -45,29 +45,18 @@ class Scene:
 
     @property
     def present(self) -> BoolArray:
-        """[T, K] whether a person is there."""
+        """[T, K] whether a person is present."""
         return ~np.isnan(self.positions[..., 0])
 
     def column_of(self, person: int) -> int:
-        """Where among the people [K] somebody stands.
-
-        Raises
-        ------
-        VbbenchError
-            If nobody has this id.
-        """
+        """Column of a person among the people [K]; raises VbbenchError if the scene has no such person."""
         column = int(np.searchsorted(self.people, person))
         if column == len(self.people) or self.people[column] != person:
-            raise VbbenchError(f"scene '{self.name}' has no person {person}; its people are {_listed(self.people)}")
+            few = len(self.people) <= 8
+            ids = ", ".join(map(str, self.people)) if few else f"{self.people[0]} … {self.people[-1]}"
+            raise VbbenchError(f"scene '{self.name}' has no person {person}; its people are {ids or 'none'}")
         return column
 
     def with_heights(self, heights: ArrayLike) -> "Scene":
         """The same scene with heights [K] in m."""
         return replace(self, heights=np.asarray(heights, dtype=np.float64))
-
-
-def _listed(people: IntArray) -> str:
-    """Ids in words: all of a few, else the ends."""
-    if len(people) > 8:
-        return f"{people[0]} … {people[-1]}"
-    return ", ".join(map(str, people)) or "none"

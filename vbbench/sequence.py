@@ -1,6 +1,6 @@
 """A sequence: a run of consecutive frames of one scene, seen by one observer.
 
-What a solver may see (`Sequence`), what it is handed (`Given`) and what it never sees (`Truth`) are three types.
+What a solver may see (`Sequence`), what it is given (`Given`) and what it never sees (`Truth`) are three types.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from vbbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Given:
-    """Positions and poses handed to a solver as known; NaN where nothing is given.
+    """Poses and positions that a solver is given as known; NaN = not given.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Given:
         object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
 
     def first_frames(self, frames: int) -> "Given":
-        """What is given in the first frames only, the rest NaN."""
+        """The same, with NaN after the first ``frames`` frames."""
         keep = np.arange(len(self.poses)) < frames
         poses = np.where(keep[:, None], self.poses, np.nan)
         return Given(poses=poses, positions=np.where(keep[:, None, None], self.positions, np.nan))
@@ -37,7 +37,7 @@ class Given:
 
 @dataclass(frozen=True, kw_only=True)
 class Sequence:
-    """What one observer sees, and what is given about it. Truth is not here.
+    """What one observer sees, and what is given about it, without truth.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Sequence:
     scene : number of the scene in its dataset.
     observer : person id of the camera's bearer in the scene.
     first_frame : scene frame of the sequence's frame 0.
-    tracks : [K] integer ids of everybody observed, ascending.
+    tracks : [K] integer ids of all observed tracks, ascending.
     observations : [T, K, 3] boxes (u, v, l) in px, NaN = not observed.
     visible : [T, K] visible fraction of each box in (0, 1], NaN = not observed.
     given : what the `sequential` protocol gives.
@@ -82,7 +82,7 @@ class Sequence:
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """Where the observer and the tracks really were.
+    """True poses of the observer and positions of the tracks.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ class SequenceData:
 
     Parameters
     ----------
-    sequence, truth : what is seen, and what is so.
-    scene : its scene, where no other sequence shares it.
+    sequence, truth : what is seen, and its truth.
+    scene : its scene, if no other sequence shares it.
     persons : [T, K] the person behind each track in each frame, −1 for a false alarm; of tiers that track only.
     """
 

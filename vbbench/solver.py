@@ -24,11 +24,11 @@ class Problem:
     ----------
     sequence : its number in the dataset.
     camera : intrinsics and mount height.
-    dt : seconds a frame.
+    dt : seconds per frame.
     tracks : [K] ids of the columns of every array below.
     height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
     pixel_std : standard deviation in px of u and of box top and bottom (0 in the ideal tier).
-    covariances : whether covariances are asked for; nobody reads them otherwise.
+    covariances : whether covariances are wanted; otherwise they are ignored.
     """
 
     sequence: int
@@ -64,7 +64,7 @@ class Frame:
 
 @runtime_checkable
 class FrameSolver(Protocol):
-    """Works frame by frame and keeps its own state between frames."""
+    """Solves frame by frame and keeps its own state between frames."""
 
     def start(self, problem: Problem) -> None:
         """Begin a sequence; forget the last one."""
@@ -75,7 +75,7 @@ class FrameSolver(Protocol):
 
 @runtime_checkable
 class SequenceSolver(Protocol):
-    """Sees the whole sequence at once."""
+    """Solves a whole sequence at once."""
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """Answer for all frames: observations [T, K, 3] in px, given as in `Given`."""
@@ -83,10 +83,10 @@ class SequenceSolver(Protocol):
 
 @runtime_checkable
 class LocationPosterior(FrameSolver, Protocol):
-    """A solver that can say, besides, how likely the observer is to be anywhere else; for pictures."""
+    """A solver that also reports the posterior of the observer's place, for pictures."""
 
     def location_energy(self, places: FloatArray) -> FloatArray:
         """−ln of the posterior density of the observer's place, up to a constant: places [N, 2] in m → [N].
 
-        It is that of the frame last stepped, with the yaw and everybody's position minimised or integrated out.
+        It is that of the last frame stepped, with the yaw and all positions minimised or integrated out.
         """

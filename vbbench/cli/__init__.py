@@ -1,6 +1,6 @@
 """The command line: parse, call one library function, print.
 
-Results go to stdout, everything else to stderr. Exit status: 0 done, 2 the user's mistake (one line, no traceback),
+Results go to stdout, everything else to stderr. Exit status: 0 success, 2 the user's mistake (one line, no traceback),
 1 a failure of the program, 128 + the signal that stopped it (`vbbench.parallel.stopping`).
 """
 
@@ -8,7 +8,7 @@ import errno
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from vbbench import __version__
@@ -55,21 +55,21 @@ UNWRITABLE = {
     *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAMETOOLONG),
     *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG),
 }
-"""System errors that say that the user asked for a place where nothing can be written or read."""
+"""System errors that mean that the place which the user named cannot be written or read."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     warnings.showwarning = lambda message, *_where, **_more: say_warning(message)
-    # A solver named module:attribute lies where the user stands; what is there must not pass for an installed module.
+    # A solver module:attribute may be in the current folder, which comes last: it must not hide installed modules.
     sys.path.append(os.getcwd())  # noqa: PTH109
     with guarded_streams():
         return _guarded(arguments)
 
 
 def _guarded(arguments: list[str]) -> int:
-    """Run the command; what the user can put right is one line."""
+    """Run the command; errors that the user can fix are printed as a message, without a traceback."""
     try:
         check_arguments(arguments)
         status = _run(arguments)
@@ -91,7 +91,7 @@ def _guarded(arguments: list[str]) -> int:
 
 
 def _run(arguments: list[str]) -> int:
-    """Run the command; what it returns is the exit status, nothing is 0."""
+    """Run the command and return its exit status; a command that returns ``None`` succeeded."""
     if arguments == ["--version"]:
         print(f"vbbench {__version__}")
         return 0
@@ -108,7 +108,7 @@ def _run(arguments: list[str]) -> int:
 def _chosen(
     commands: dict[str, Callable[..., Any]], arguments: list[str]
 ) -> tuple[dict[str, Callable[..., Any]], list[str]]:
-    """The commands that can be meant, one unless help is wanted; and the arguments, a name of two words as one."""
+    """The commands to parse for, one unless help is wanted; and the arguments, a name of two words as one."""
     if not arguments:
         raise VbbenchError("which command? 'vbbench --help' lists them")
     if arguments[0] in ("-h", "--help") or arguments[0].startswith("--tyro-"):
@@ -125,10 +125,6 @@ def _chosen(
         raise VbbenchError(f"'{arguments[0]}' wants one of {known}; see 'vbbench {arguments[0]} --help'")
     name = " ".join(arguments[:2])
     if name not in commands:
-        raise UnknownNameError("command", name if group else arguments[0], group or _first_words(commands))
+        first_words = {name.partition(" ")[0] for name in commands}
+        raise UnknownNameError("command", name if group else arguments[0], group or first_words)
     return {name: commands[name]}, [name, *arguments[2:]]
-
-
-def _first_words(commands: Iterable[str]) -> list[str]:
-    """What may stand first: names of commands, and of groups of them."""
-    return sorted({name.partition(" ")[0] for name in commands})

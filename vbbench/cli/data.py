@@ -1,4 +1,4 @@
-"""Commands that make and describe datasets: splits, tiers, fetch, generate, info, verify."""
+"""Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify."""
 
 from pathlib import Path
 from typing import Literal
@@ -11,7 +11,7 @@ EngineName = Literal["numba", "pysocialforce"]
 
 
 def splits() -> None:
-    """List every split: source, licence, citation, whether its source is here."""
+    """List every split: licence, citation, and whether its source files are on this machine."""
     from vbbench.generation.catalogue import describe_splits
 
     print(describe_splits())
@@ -25,8 +25,9 @@ def tiers() -> None:
 
 
 def fetch(names: Positional[tuple[str, ...]], /) -> None:
-    """Download the sources of splits, with SHA-256, into $VBBENCH_DATA or the user's cache folder; an interrupted
-    download goes on where it stopped.
+    """Download the source files of splits into $VBBENCH_DATA or the user's cache folder, and check their SHA-256.
+
+    The same command continues an interrupted download.
 
     Args:
         names: Splits, such as hotel eth students.
@@ -69,22 +70,22 @@ def generate(
         camera: panorama (360 degrees), perspective (90 degrees, 1280x720), or one that an installed package registers;
             default: the split's own (perspective for sim and street, panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
-        sigma_h: Standard deviation of people's heights in m, about 1.70 m.
-        look: Where the camera looks: along its bearer's past motion, or wandering about that.
-        seed: Seed of everything random; 0 is one like any other. With --withhold-truth: secret, which nobody can guess.
-        limit: Only the first so many sequences.
-        dt: Seconds a frame of your own file (split custom).
+        sigma_h: Standard deviation of people's heights in m; their mean is 1.70 m.
+        look: Where the camera looks: along its bearer's past motion, or wandering about that direction.
+        seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
+        limit: Make only this many sequences, from the first.
+        dt: Seconds per frame of your own file (split custom).
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom), or of the camera's
-            pictures, in place of its calibration (splits shibuya01 and shibuya02).
-        scenario: What a simulated crowd does: a name such as open or plaza, or a TOML file of yours (split sim).
+            pictures, instead of its calibration (splits shibuya01 and shibuya02).
+        scenario: Scenario of a simulated crowd: a name such as open or plaza, or your own TOML file (split sim).
         sequences: Number of sequences (splits sim and street).
-        people: Numbers of people, taken in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
-        engine: Who walks the crowd: numba, or pysocialforce, the library (splits sim, street).
+        people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
+        engine: Crowd simulator: numba, or the library pysocialforce (splits sim, street).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
-        tls: Folder with the certificates of the cluster (ca.pem, cert.pem, key.pem), whose address is tls://... then.
-        withhold_truth: Put the truth tables and the seed into OUT.truth beside the dataset, which keeps their hashes.
-        overwrite: Replace the dataset that is there.
+        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
+        withhold_truth: Write the truth tables and the seed to OUT.truth; the dataset keeps their hashes.
+        overwrite: Replace an existing dataset.
     """
     from vbbench.camera import make_camera
     from vbbench.errors import VbbenchError
@@ -123,16 +124,16 @@ def generate(
 
 
 def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool = False) -> None:
-    """Make whole what generate or solve left in partitions with --scheduler.
+    """Merge the partitions that generate or solve made with --scheduler.
 
     Args:
         folder: The partitioned dataset or submission.
-        out: Folder to make; default: the partitions are replaced by the whole.
-        overwrite: Replace the dataset or submission that is in OUT, and the truth that is kept beside it.
+        out: Folder to make; default: the merged files replace the partitions.
+        overwrite: Replace an existing dataset or submission in OUT, and the truth beside it.
     """
-    from vbbench.parallel.partitions import merge as make_whole
+    from vbbench.parallel.partitions import merge as merge_partitions
 
-    print(make_whole(folder, out, overwrite=overwrite))
+    print(merge_partitions(folder, out, overwrite=overwrite))
 
 
 def info(
@@ -143,7 +144,7 @@ def info(
     plot: Path | None = None,
     truth: Path | None = None,
 ) -> None:
-    """Print a dataset's row of Table 1, beside the paper's, and its parameters, and how its people walk.
+    """Print a dataset's row of Table 1 and the paper's, its parameters, and how its people walk.
 
     Args:
         folder: The dataset.
@@ -175,7 +176,7 @@ def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
 
     Args:
         folder: The dataset.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.files.verification import verify as check
 

@@ -1,4 +1,4 @@
-"""Commands that run solvers and judge what they answer: solvers, solve, score, compare."""
+"""Commands that run solvers and score their answers: solvers, solve, score, compare."""
 
 from pathlib import Path
 from typing import Literal
@@ -9,7 +9,7 @@ ProtocolName = Literal["one-step", "sequential", "rollout"]
 
 
 def solvers(json: bool = False) -> None:
-    """List every solver: who brings it, how it works, what it is.
+    """List every solver: its package, how it works, what it is.
 
     Args:
         json: Machine-readable.
@@ -39,14 +39,14 @@ def solve(
         folder: The dataset.
         solver: A registered name ('vbbench solvers' lists them), or module:attribute of your own.
         out: Submission folder to make.
-        protocol: What is given when.
-        truth: Folder with the truth tables, where they are kept elsewhere (one-step needs them).
+        protocol: Which truth the solver is given, and when.
+        truth: Folder with the truth tables, if they are not in the dataset (one-step needs them).
         jobs: Processes; the answers do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
-        tls: Folder with the certificates of the cluster (ca.pem, cert.pem, key.pem), whose address is tls://... then.
-        isolate: Run the solver in a process of its own that never holds truth.
-        covariance: Write the covariances of poses and positions, too, where the solver reports them.
-        overwrite: Replace the submission that is there.
+        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
+        isolate: Run the solver in a separate process that never holds truth.
+        covariance: Also write the covariances of poses and positions that the solver reports.
+        overwrite: Replace an existing submission.
     """
     from vbbench.files.dataset import Dataset
     from vbbench.solving.submissions import solve as run
@@ -80,9 +80,9 @@ def score(
     Args:
         submission: Folder with submission.json, poses and positions (.parquet or .csv).
         dataset: The dataset that it answers.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
         json: Machine-readable.
-        per_sequence: CSV file to write with one row a sequence.
+        per_sequence: CSV file to write with one row per sequence.
     """
     from vbbench.scoring.scores import score as judge
 
@@ -106,7 +106,7 @@ def compare(
         submission_a: One submission.
         submission_b: The other.
         dataset: The dataset that both answer.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
         json: Machine-readable.
     """
     from vbbench.scoring.comparison import compare as judge

@@ -10,7 +10,7 @@ from vbbench.exchange.heads.settings import HeadOptions
 
 
 def export_csv(folder: Positional[Path], /, out: Path) -> None:
-    """Write a dataset's boxes and given positions as CSV, for programs that read no Parquet; truth is not among them.
+    """Write a dataset's boxes and given positions as CSV, for programs that cannot read Parquet; truth is left out.
 
     Args:
         folder: The dataset.
@@ -25,13 +25,13 @@ def export_csv(folder: Positional[Path], /, out: Path) -> None:
 def export_tum(
     folder: Positional[Path], /, out: Path, submission: Path | None = None, truth: Path | None = None
 ) -> None:
-    """Write poses as TUM trajectory files, one a sequence.
+    """Write poses as TUM trajectory files, one per sequence.
 
     Args:
         folder: The dataset.
         out: Folder to write into.
         submission: Write this submission's poses instead of the true ones.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.exchange.tum import export_dataset_tum
     from vbbench.files.dataset import Dataset
@@ -45,11 +45,11 @@ def import_tum(
     """Make a submission's poses from a folder of TUM trajectory files.
 
     Args:
-        files: Folder with one file a sequence, as 'export tum' names them.
+        files: Folder with one file per sequence, as 'export tum' names them.
         dataset: The dataset that they answer.
         out: Submission folder to make.
-        solver: What the solver is called.
-        protocol: What it was given.
+        solver: Name of the solver.
+        protocol: Protocol under which it ran.
     """
     from vbbench.exchange.tum import import_tum_folder
     from vbbench.files.dataset import Dataset
@@ -70,18 +70,18 @@ def export_mot(
     heads: bool = False,
     photo: OmitArgPrefixes[HeadOptions] = HeadOptions(),  # noqa: B008  frozen
 ) -> None:
-    """Write boxes as MOTChallenge text, a folder a sequence, and the rendered pictures if wanted; or boxes of heads.
+    """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence; or boxes of heads.
 
     Args:
         folder: The dataset.
         out: Folder to write into.
         sequence: Number of the only sequence to write.
-        frames: Render the pictures too, without any mark on them: what a detector and tracker of yours may be run on.
-        backend: With --frames: what draws; see 'vbbench render'.
+        frames: Also render the pictures, without marks, for your own detector and tracker.
+        backend: With --frames: the renderer; see 'vbbench render'.
         plain: With --frames: ground and sky only.
         seed: With --frames: seed of looks and surroundings. With --heads: of the annotators' errors.
-        truth: Folder with the truth tables, where they are kept elsewhere.
-        heads: Write what a surveillance camera above the crowd sees of a sequence's scene, as one folder of the
+        truth: Folder with the truth tables, if they are not in the dataset.
+        heads: Write the heads that a surveillance camera above the crowd sees in a sequence's scene, as one folder of
             MOTChallenge Head Tracking 21.
         photo: The camera of --heads.
     """
@@ -118,10 +118,10 @@ def import_mot(
         files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
         dataset: The dataset whose pictures were tracked.
         out: Dataset folder to make.
-        pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, as solvers are told it;
+        pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, for solvers;
             default: 9, panorama 2.4.
-        truth: Folder with the truth tables, where they are kept elsewhere.
-        overwrite: Replace the dataset that is there.
+        truth: Folder with the truth tables, if they are not in the dataset.
+        overwrite: Replace an existing dataset.
     """
     from vbbench.exchange.mot import import_mot as make
     from vbbench.files.dataset import Dataset
@@ -151,11 +151,11 @@ def detect(
         out: Text file to write.
         detector: hog, or module:attribute of your own.
         tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
-        every: Only every so many frames.
-        backend: What draws; see 'vbbench render'.
+        every: Use every n-th frame only.
+        backend: The renderer; see 'vbbench render'.
         plain: Ground and sky only.
         seed: Seed of looks and surroundings.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.exchange.detection import detect_to_file
     from vbbench.files.dataset import Dataset

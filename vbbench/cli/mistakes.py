@@ -1,4 +1,4 @@
-"""What is wrong with the arguments of a command, in one line that suggests what was meant."""
+"""Explains in one line what is wrong with the arguments of a command, and suggests what was meant."""
 
 import inspect
 import re
@@ -14,18 +14,13 @@ _FRAME = re.compile(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]|-{3,}|(?<!\S)[|+](?!\S
 
 
 def check_options(command: str, function: Callable[..., Any], arguments: Sequence[str]) -> None:
-    """Refuse options that a command does not have, and words that an option does not know.
+    """Raise UnknownNameError for an option that a command does not have, or a word that an option does not allow.
 
     Parameters
     ----------
     command : its name, such as ``export csv``.
-    function : what the command calls; its keyword parameters are the options.
+    function : the function of the command; its keyword parameters are the options.
     arguments : what follows the command's name.
-
-    Raises
-    ------
-    UnknownNameError
-        The nearest option, or word, is suggested.
     """
     options = dict(_options(function))
     for given, following in zip_longest(arguments, arguments[1:], fillvalue=""):
@@ -41,8 +36,20 @@ def check_options(command: str, function: Callable[..., Any], arguments: Sequenc
             raise UnknownNameError(f"value of {option}", chosen, words)
 
 
+_VALUE_MISTAKES = (
+    (
+        r"Value error Error parsing (\S+): .*?invalid literal for int\(\).*?: ('.*?') ",
+        "{} must be a whole number, not {}",
+    ),
+    (r"Value error Error parsing (\S+): .*?could not convert string to float: ('.*?') ", "{} must be a number, not {}"),
+    (r"Value error Error parsing (\S+): no type matching .*? from (\[.*?\])\.", "{} cannot be {}"),
+    (r"Missing argument Missing value for argument '(\S+)'", "{} needs a value"),
+)
+"""Tyro's messages about values, and how we say them."""
+
+
 def explain(complaint: str, command: str, function: Callable[..., Any] | None) -> str:
-    """What tyro complains of in its box, as one line in our words where the mistake is a usual one."""
+    """Tyro's message, which it prints in a box, as one line; common mistakes are explained in our own words."""
     text = " ".join(_FRAME.sub(" ", complaint).split())
     if function is None:
         return text
@@ -52,14 +59,9 @@ def explain(complaint: str, command: str, function: Callable[..., Any] | None) -
         return f"'{command}' needs {missing}; {see}"
     if found := re.match(r"Unrecognized options Unrecognized options: (.*?)(?= Perhaps you meant| For full)", text):
         return f"'{command}' has no use for {quoted(found[1])}; {see}"
-    if found := re.match(r"Value error Error parsing (\S+): .*?invalid literal for int\(\).*?: ('.*?') ", text):
-        return f"{found[1]} must be a whole number, not {found[2]}; {see}"
-    if found := re.match(r"Value error Error parsing (\S+): .*?could not convert string to float: ('.*?') ", text):
-        return f"{found[1]} must be a number, not {found[2]}; {see}"
-    if found := re.match(r"Value error Error parsing (\S+): no type matching .*? from (\[.*?\])\.", text):
-        return f"{found[1]} cannot be {found[2]}; {see}"
-    if found := re.match(r"Missing argument Missing value for argument '(\S+)'", text):
-        return f"{found[1]} needs a value; {see}"
+    for pattern, words in _VALUE_MISTAKES:
+        if found := re.match(pattern, text):
+            return f"{words.format(*found.groups())}; {see}"
     return text
 
 
@@ -69,14 +71,14 @@ _IN_PYTHON = (
     (r"(?<=\bwithout )(\w+)$", "{}"),
     (r"`(\w+)(?:=True)?`", "{}"),
 )
-"""How messages of the library name a parameter, and what stands there on the command line."""
+"""How messages of the library name a parameter, and what replaces that on the command line."""
 
 _ALIASES = {"height_std": "sigma_h"}
-"""Parameters of the library whose options are called otherwise."""
+"""Parameters of the library whose options have other names."""
 
 
 def in_options(message: str, function: Callable[..., Any]) -> str:
-    """A message of the library as those read it who type the options of a command: ``--limit`` for ``limit``."""
+    """A message of the library for users of a command, with its options: ``--limit`` for ``limit``."""
     options = dict(_options(function))
 
     def named(found: re.Match[str], words: str) -> str:
@@ -100,7 +102,7 @@ def _options(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _words(kind: Any) -> tuple[str, ...]:
-    """The words that a type allows; none where it allows anything else, too."""
+    """The words that a type allows; none if it also allows anything else."""
     members = [kind] if get_origin(kind) is Literal else [each for each in get_args(kind) if each is not type(None)]
     return get_args(members[0]) if len(members) == 1 and get_origin(members[0]) is Literal else ()
 

@@ -20,7 +20,7 @@ def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) 
     Raises
     ------
     VbbenchError
-        If they ask for none; one line says why.
+        If they are wrong; one line says why.
     SystemExit
         When help was asked for and printed.
     """
@@ -65,9 +65,9 @@ def _subcommands(commands: Mapping[str, Callable[..., Any]]) -> Any:
 
 
 def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
-    """Parse now, run later: what the command itself prints must not be taken for tyro's complaints.
+    """Parse now, run later, so that the command's own output is not taken for tyro's messages.
 
-    Of defaults that say nothing, such as None, ``--help`` says nothing.
+    ``--help`` does not show trivial defaults such as None.
     """
     import tyro
 
@@ -81,7 +81,7 @@ def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
         silent = parameter.default in ((), None) or parameter.default is False
         if silent or (parameter.default is parameter.empty and get_origin(kinds[name]) is tuple):
             hints[name] = Annotated[hints[name], tyro.conf.arg(help_behavior_hint="")]
-    del parsed.__wrapped__  # whose signature would be taken
+    del parsed.__wrapped__  # tyro would use its signature
     parsed.__annotations__ = hints
     parsed.__signature__ = signature.replace(  # type: ignore[attr-defined]
         parameters=[each.replace(annotation=hints[name]) for name, each in signature.parameters.items()]

@@ -11,13 +11,13 @@ from vbbench.errors import VbbenchWarning
 
 
 def plugin_commands(taken: Container[str]) -> dict[str, Callable[..., Any]]:
-    """Every such command by name; a broken plugin is a warning that names it, and none replaces a name ``taken``."""
+    """Every such command by name; a plugin that is broken, or whose name is ``taken``, causes a warning."""
     from vbbench.registry import load_all
 
     found: dict[str, Callable[..., Any]] = {}
     for group, commands in load_all("command").items():
         if group in taken or not isinstance(commands, Mapping):
-            reason = "its name is a command of vbbench" if group in taken else "it is no dict of functions"
+            reason = "its name is a command of vbbench" if group in taken else "it is not a dict of functions"
             warnings.warn(f"commands '{group}' are left out: {reason}", VbbenchWarning, stacklevel=2)
             continue
         found |= {f"{group} {name}": function for name, function in commands.items()}

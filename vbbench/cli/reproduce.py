@@ -1,4 +1,4 @@
-"""Commands that make the paper's tables and figures again: reproduce."""
+"""Commands that reproduce the paper's tables and figures."""
 
 from pathlib import Path
 
@@ -16,19 +16,19 @@ def figure_sigma(
     jobs: int = 1,
     overwrite: bool = False,
 ) -> None:
-    """The errors on split sim over the number of people, for several spreads of their heights: table and picture.
+    """Make a table and a picture of errors on split sim by number of people, for several spreads of heights.
 
     Args:
         out: Folder for figure-sigma.md, .csv and .png, and for datasets and submissions; what it holds is reused.
-        solver: Registered names or module:attribute; default: vb-sf as it is, with heights from the prior only,
-            and besides expecting nothing of the observer.
-        protocol: What is given when.
-        camera: What the observer carries, as of 'vbbench generate'; default: that of split sim.
+        solver: Registered names or module:attribute; default: vb-sf, vb-sf with heights from the prior only, and that
+            without a prior of the observer's motion.
+        protocol: Which truth the solver is given, and when.
+        camera: Camera of the observer, as in 'vbbench generate'; default: that of split sim.
         tier: How boxes are corrupted; 'vbbench tiers' lists them.
         sequences: Number of sequences at each spread of heights.
-        seed: Seed of everything random.
+        seed: Seed of all random numbers.
         jobs: Processes; the numbers do not depend on it.
-        overwrite: Make and solve everything again.
+        overwrite: Generate and solve everything again.
     """
     from vbbench.camera import make_camera
     from vbbench.reproduction.sigma import SigmaStudy, compared_solvers
@@ -53,15 +53,15 @@ def table4(
     jobs: int = 1,
     overwrite: bool = False,
 ) -> None:
-    """The errors on split street with centre lines and with tracked boxes, beside the paper's.
+    """Make a table of errors on split street with exact and with tracked boxes, beside the paper's.
 
     Args:
         out: Folder for table4.md, datasets and submissions; what it holds is reused.
         solver: Registered names or module:attribute.
         sequences: Number of sequences; default: the scenario's ten.
-        seed: Seed of everything random.
+        seed: Seed of all random numbers.
         jobs: Processes; the numbers do not depend on it.
-        overwrite: Make and solve everything again.
+        overwrite: Generate and solve everything again.
     """
     from vbbench.reproduction.table4 import reproduce_table4
 

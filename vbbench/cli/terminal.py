@@ -1,6 +1,6 @@
-"""What a command takes and prints as text: none of it steers a terminal, and no stream ends in a traceback.
+"""Text that a command takes and prints: it cannot control the terminal, and no stream's failure shows a traceback.
 
-Stdout and stderr may be closed, full, in ASCII, or a pipe whose reader has left.
+Stdout and stderr may be closed, full, in ASCII, or a pipe whose reader has closed it.
 """
 
 import contextlib
@@ -14,8 +14,8 @@ from typing import Any, TextIO
 from vbbench.errors import VbbenchError, escaped, one_line
 
 
-class OutputLost(Exception):  # noqa: N818  no mistake of the program
-    """Stdout takes no more; ``reason`` is the system's word for it, ``None`` where its reader has had enough."""
+class OutputLost(Exception):  # noqa: N818  not an error of the program
+    """Stdout refuses output; ``reason`` is the system's message, ``None`` if the reader of a pipe has closed it."""
 
     def __init__(self, error: OSError) -> None:
         super().__init__(str(error))
@@ -26,67 +26,57 @@ class OutputLost(Exception):  # noqa: N818  no mistake of the program
 def guarded_streams() -> Iterator[None]:
     """Make stdout and stderr ready for any text: a closed one drops it, one in ASCII shows escapes.
 
-    What stderr does not take is dropped, too.
+    Output that stderr refuses is dropped, so that no work stops because a progress bar cannot be drawn.
 
     Raises
     ------
     OutputLost
-        Within the block, where stdout takes no more.
+        Inside the block, when stdout refuses output.
     """
-    with (
-        contextlib.redirect_stdout(_Guarded(_ready(sys.stdout))),
-        contextlib.redirect_stderr(_Forgiving(_ready(sys.stderr))),
-    ):
+    out, err = _Guarded(_ready(sys.stdout)), _Guarded(_ready(sys.stderr), silent=True)
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         yield
 
 
 @contextlib.contextmanager
 def plain_output() -> Iterator[None]:
-    """Print to stdout without control characters, but for line ends: strangers wrote titles, names and notes."""
+    """Print to stdout without control characters, except line feeds: titles, names and notes come from other people."""
     with contextlib.redirect_stdout(_Plain(sys.stdout)):
         yield
 
 
 def check_arguments(arguments: Sequence[str]) -> None:
-    """Refuse arguments in which no file, name or number can be written.
-
-    Raises
-    ------
-    VbbenchError
-        If one holds bytes that are no text in the encoding of this machine, or a zero byte.
-    """
+    """Raise VbbenchError if an argument is not text in the encoding of this machine, or holds a zero byte."""
     for number, argument in enumerate(arguments, 1):
         if re.search("[\0\ud800-\udfff]", argument):
             encoding = sys.getfilesystemencoding().upper()
             raise VbbenchError(
-                f"argument {number} is no {encoding} text: '{argument}'; rename it, or set LC_ALL=C.UTF-8"
+                f"argument {number} is not {encoding} text: '{argument}'; rename it, or set LC_ALL=C.UTF-8"
             )
 
 
 def say(text: str) -> None:
-    """One line on stderr that begins with our name."""
+    """Print a message on stderr, after the program's name."""
     print(f"vbbench: {text}", file=sys.stderr)
 
 
 def say_warning(message: Warning | str) -> None:
-    """One line on stderr that is a warning."""
+    """Print a warning on stderr, on one line."""
     say(f"warning: {one_line(str(message))}")
 
 
 class _Guarded:
-    """A text stream; that it takes no more is `OutputLost`, and what waits for it is dropped then."""
+    """A text stream that drops all output once it fails; `OutputLost` says so, unless ``silent``."""
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+    def __init__(self, stream: TextIO, *, silent: bool = False) -> None:
+        self._stream, self._silent = stream, silent
 
     def write(self, text: str) -> int:
-        """Write, if that is possible."""
         with self._watched():
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Flush, if that is possible."""
         with self._watched():
             self._stream.flush()
 
@@ -98,32 +88,19 @@ class _Guarded:
         try:
             yield
         except OSError as error:
-            self._drop()
-            self._lost(error)
-
-    def _drop(self) -> None:
-        with contextlib.suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
-
-    def _lost(self, error: OSError) -> None:
-        raise OutputLost(error) from error
-
-
-class _Forgiving(_Guarded):
-    """A text stream that drops what it cannot take: no work stops because a progress bar cannot be drawn."""
-
-    def _lost(self, error: OSError) -> None:
-        pass
+            with contextlib.suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+            if not self._silent:
+                raise OutputLost(error) from error
 
 
 class _Plain:
-    """A text stream that writes out control characters."""
+    """A text stream that writes control characters, except line feeds, as escapes."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write; only line ends stay."""
         self._stream.write(escaped(text, lines=True))
         return len(text)
 
@@ -132,7 +109,7 @@ class _Plain:
 
 
 def _ready(stream: TextIO | None) -> TextIO:
-    """A stream that encodes everything; one that drops it where there is none."""
+    """The stream, set to encode any text; without a stream, one that drops everything."""
     if stream is None:
         return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123  open as long as the program runs
     if hasattr(stream, "reconfigure"):

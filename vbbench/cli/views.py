@@ -22,7 +22,7 @@ def plot(
     solver: str = "vb-cv",
     protocol: ProtocolName = "one-step",
 ) -> None:
-    """Draw a sequence: the bird's-eye view beside what the observer sees, or beside where the observer may be.
+    """Draw a sequence: the bird's-eye view beside the observer's view, or beside the posterior of its place.
 
     Args:
         folder: The dataset.
@@ -30,10 +30,10 @@ def plot(
         out: PNG file to write.
         estimate: Submission to draw over the truth.
         frame: Frame to show; default: one in the middle.
-        truth: Folder with the truth tables, where they are kept elsewhere.
-        posterior: Draw the posterior of the observer's place as --solver sees it, instead of the ego view.
+        truth: Folder with the truth tables, if they are not in the dataset.
+        posterior: Draw the posterior of the observer's place by --solver, instead of the observer's view.
         solver: With --posterior: a registered name or module:attribute of your own.
-        protocol: With --posterior: what the solver is given.
+        protocol: With --posterior: which truth the solver is given.
     """
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset import Dataset
@@ -61,18 +61,18 @@ def render(
     plain: bool = False,
     seed: int = 0,
 ) -> None:
-    """Film a sequence: what the observer sees, with boxes and ids, beside the bird's-eye view.
+    """Film a sequence: the observer's view, with boxes and ids, beside the bird's-eye view.
 
     Args:
         folder: The dataset, of any split.
         sequence: Number of the sequence.
-        out: An .mp4 file, or a folder for one PNG file a frame; a folder that is there is gone on with.
-        backend: What draws: moderngl, pyrender, raster or module:attribute of your own; auto: the best that works.
+        out: An .mp4 file, or a folder for one PNG file per frame; an interrupted one is continued.
+        backend: Renderer: moderngl, pyrender, raster or module:attribute of your own; auto: the best that works.
         estimate: Submission to draw over the truth.
-        truth: Folder with the truth tables, where they are kept elsewhere.
-        fps: Frames a second of the film; default: real time.
-        codec: Of an mp4. Browsers play h264 and vp9; mpeg4 is written fastest. Default: the first that is to be had.
-        plain: Ground and sky only, no buildings, trees and street furniture.
+        truth: Folder with the truth tables, if they are not in the dataset.
+        fps: Frames per second of the film; default: real time.
+        codec: Of an mp4. Browsers play h264 and vp9; mpeg4 is written fastest. Default: the first available.
+        plain: Ground and sky only, without buildings, trees and street furniture.
         seed: Seed of looks and surroundings.
     """
     from vbbench.files.dataset import Dataset
@@ -101,7 +101,7 @@ def view(
     truth: Path | None = None,
     no_open: bool = False,
 ) -> None:
-    """Record a sequence for the rerun viewer, and open it where there is a display (extra `viewer`).
+    """Record a sequence for the rerun viewer, and open it if there is a display (extra `viewer`).
 
     Args:
         folder: The dataset.
@@ -110,7 +110,7 @@ def view(
         out: The .rrd file to write; default: named after split and sequence.
         backend: Render every frame, with depth and ids, by auto, moderngl, pyrender, raster or module:attribute of
             your own. Default: no pictures.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
         no_open: Write the file only.
     """
     from vbbench.files.dataset import Dataset
@@ -134,7 +134,7 @@ def view(
 def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
     """Generate, solve with every bundled solver under every protocol, score, and draw pictures.
 
-    Uses the real Hotel recording where its source is at hand, and made crowds otherwise.
+    Uses the Hotel recording if its source is available, and synthetic crowds otherwise.
 
     Args:
         out: Folder to make.
@@ -146,5 +146,5 @@ def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
 
 
 def announce(text: str) -> None:
-    """Say on stderr what is being done."""
+    """Print progress on stderr, on one line."""
     say(one_line(text))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
 from vbbench.files.dataset_checks import check_scene, check_sequence, check_tracks, check_truth_rows
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.schemas import SCENE_TABLES, TRACK_TABLE
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps
@@ -28,29 +29,31 @@ OBSERVER = -1
 LARGEST_ID = 2**31 - 1
 """The largest id that a table can hold."""
 
-SCENES_AT_HAND = 64
-"""True scenes that are kept in memory; where every sequence has its own, their number has no end."""
+SCENES_KEPT = 64
+"""Most true scenes kept in memory: there may be as many as sequences."""
 
 
 class Dataset:
-    """A dataset folder, opened for reading; sequences are read when they are asked for.
+    """A dataset folder, opened for reading; sequences are read on demand.
 
     Parameters
     ----------
     folder : the dataset folder.
-    truth : folder with the truth tables, where it is kept elsewhere.
+    truth : folder with the truth tables, if they are in another one.
 
     Raises
     ------
     FileError
-        If a table is missing or does not have the size that was written, or ``truth`` is not what was published of it.
+        If a table is missing or has not the size that was written, or ``truth`` has not the published hashes.
     """
 
     def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
         self.folder = Path(folder)
         self.info = DatasetInfo.read(self.folder)
-        self.truth_folder = _truth_folder(Path(truth)) if truth else self.folder / "truth"
+        self.truth_folder = self.folder / "truth"
         if truth:
+            nested = Path(truth) / "truth"
+            self.truth_folder = nested if nested.is_dir() else Path(truth)
             finish_swaps(truth)
             check_truth(self.info, self.truth_folder)
         for name, facts in self.info.tables.items():
@@ -59,9 +62,10 @@ class Dataset:
                 raise FileError(path, f"{path.stat().st_size} bytes, {facts['bytes']} were written; generate it again")
         self._observations = self._table("observations")
         self._given = self._table("given")
+        self._scenes: dict[int, tuple[IntArray, FloatArray, FloatArray]] = {}
 
     def table_path(self, name: str) -> Path:
-        """Where a table lies, truth possibly elsewhere."""
+        """The path of a table; truth may be in another folder."""
         if name.startswith("truth/"):
             return self.truth_folder / f"{name.removeprefix('truth/')}.parquet"
         return self.folder / f"{name}.parquet"
@@ -70,7 +74,7 @@ class Dataset:
         return len(self.rows["sequence"])
 
     def __reduce__(self) -> tuple[Callable[..., "Dataset"], tuple[Path, Path, str]]:
-        """Workers open the folder for themselves."""
+        """Worker processes open the folder themselves."""
         return _opened_once, (self.folder.resolve(), self.truth_folder.resolve(), self.info.id)
 
     @property
@@ -115,7 +119,7 @@ class Dataset:
         return cells
 
     def problem(self, sequence: Sequence, *, covariances: bool = False) -> Problem:
-        """The published facts about a sequence, as a solver gets them, and whether it is asked for covariances."""
+        """The published facts about a sequence, as a solver gets them."""
         info = self.info
         return Problem(
             sequence=sequence.index,
@@ -133,7 +137,7 @@ class Dataset:
         return next(self.sequences(index, index + 1))
 
     def sequences(self, first: int = 0, last: int | None = None) -> Iterator[Sequence]:
-        """Sequences first ≤ index < last, of which some megabytes are in memory at a time."""
+        """Sequences first ≤ index < last; some megabytes of them are in memory at a time."""
         last = self._checked_range(first, last)
         for begin, end in part_ranges(last - first, self.cells[first:last]):
             boxes, given = (table.read(first + begin, first + end) for table in (self._observations, self._given))
@@ -166,7 +170,7 @@ class Dataset:
     def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         """True scene: people [K], positions [T, K, 2] in m, heights [K] in m."""
         if scene not in self._scenes:
-            if len(self._scenes) >= SCENES_AT_HAND:
+            if len(self._scenes) >= SCENES_KEPT:
                 self._scenes.clear()
             self._scenes[scene] = self._read_scene(scene)
         return self._scenes[scene]
@@ -174,7 +178,7 @@ class Dataset:
     def track_persons(self, sequence: Sequence) -> IntArray:
         """[T, K] the person behind each track in each frame, −1 for a false alarm."""
         shape = (sequence.frames, len(sequence.tracks))
-        if not self.table_path("truth/tracks").is_file():
+        if not self.table_path(TRACK_TABLE).is_file():
             return np.broadcast_to(sequence.tracks, shape)
         rows = self._track_map.read(sequence.index, sequence.index + 1)
         check_tracks(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
@@ -183,19 +187,15 @@ class Dataset:
         return persons
 
     @cached_property
-    def _scenes(self) -> dict[int, tuple[IntArray, FloatArray, FloatArray]]:
-        return {}
-
-    @cached_property
     def _poses(self) -> SequenceTable:
         return self._table("truth/poses")
 
     @cached_property
     def _track_map(self) -> SequenceTable:
-        return self._table("truth/tracks")
+        return self._table(TRACK_TABLE)
 
     def _table(self, name: str) -> SequenceTable:
-        key = "scene" if name in ("truth/scenes", "truth/people") else "sequence"
+        key = "scene" if name in SCENE_TABLES else "sequence"
         return SequenceTable(self.table_path(name), name, key)
 
     def _checked_range(self, first: int, last: int | None) -> int:
@@ -243,7 +243,7 @@ _last = threading.local()
 
 
 def _opened_once(folder: Path, truth: Path, wanted: str) -> Dataset:
-    """The dataset, opened once for all the parts that a worker's thread does; open tables are not for two threads."""
+    """The dataset, opened once per thread of a worker, as threads cannot share open tables."""
     if getattr(_last, "place", None) != (folder, truth, wanted):
         try:
             dataset = Dataset(folder)
@@ -263,11 +263,6 @@ def _first_known(values: FloatArray, known: BoolArray) -> FloatArray:
     """[K] the first of values [T, K] that is ``known``, NaN where none is."""
     first = known.argmax(axis=0)
     return np.where(known.any(axis=0), np.take_along_axis(values, first[None], axis=0)[0], np.nan)
-
-
-def _truth_folder(folder: Path) -> Path:
-    nested = folder / "truth"
-    return nested if nested.is_dir() else folder
 
 
 def _of(rows: dict[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:

@@ -1,4 +1,4 @@
-"""What must hold of a dataset's files: of each key of ``dataset.json``, and of tables that are to fit one another."""
+"""Checks of a dataset's files: each key of ``dataset.json``, and whether its tables fit one another."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -13,13 +13,13 @@ from vbbench.files.schemas import SCHEMAS, TRACK_TABLE
 from vbbench.geometry import IntArray
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
-"""Names that a table of a dataset can have; any other name is never made a path."""
+"""Names that a table of a dataset can have; no other name is ever used in a path."""
 
 ALWAYS = tuple(name for name in TABLES if name != TRACK_TABLE)
 """The tables that every dataset has."""
 
 COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")
-"""What is counted of every dataset that is whole."""
+"""The counts of every complete dataset."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}")
 _ID = re.compile(r"[0-9a-f]{16}")
@@ -33,66 +33,55 @@ Check = Callable[[Any], Fault]
 
 def find_fault(values: Mapping[str, Any]) -> Fault:
     """The first thing that is wrong with the object in a ``dataset.json``, by its key; ``None`` if nothing is."""
+    checks = _CHECKS | _OPTIONAL
     for name in values:
-        if name not in _CHECKS and name not in _OPTIONAL:
+        if name not in checks:
             return f"key {quoted(name)} is unknown"
-    for name, check in _CHECKS.items():
-        if name not in values:
+    for name, check in checks.items():
+        if name in values:
+            fault = check(values[name])
+            if fault is not None:
+                return f"key '{name}' {fault}"
+        elif name in _CHECKS:
             return f"key '{name}' is missing"
-        fault = check(values[name])
-        if fault is not None:
-            return f"key '{name}' {fault}"
-    for name, check in _OPTIONAL.items():
-        fault = check(values[name]) if name in values else None
-        if fault is not None:
-            return f"key '{name}' {fault}"
     return None
 
 
+def _must_be(wanted: str, is_good: Callable[[Any], object]) -> Check:
+    return lambda value: None if is_good(value) else f"is {quoted(value)}, not {wanted}"
+
+
 def _text(longest: int = _LONGEST_TEXT) -> Check:
-    def check(value: Any) -> Fault:
-        good = isinstance(value, str) and 0 < len(value) <= longest and is_printable(value)
-        return None if good else f"is {quoted(value)}, not text of 1 to {longest} printable characters"
+    return _must_be(
+        f"text of 1 to {longest} printable characters",
+        lambda value: isinstance(value, str) and 0 < len(value) <= longest and is_printable(value),
+    )
 
-    return check
 
-
-def _like(pattern: re.Pattern[str], kind: str) -> Check:
-    def check(value: Any) -> Fault:
-        good = isinstance(value, str) and pattern.fullmatch(value)
-        return None if good else f"is {quoted(value)}, not {kind}"
-
-    return check
+def _like(pattern: re.Pattern[str], wanted: str) -> Check:
+    return _must_be(wanted, lambda value: isinstance(value, str) and pattern.fullmatch(value))
 
 
 def _number(least: float, most: float, *, above: bool = False) -> Check:
     """A number from ``least``, or ``above`` it, to ``most``."""
 
-    def check(value: Any) -> Fault:
+    def is_good(value: Any) -> bool:
         known = isinstance(value, (int, float)) and not isinstance(value, bool)
-        good = known and least <= value <= most and not (above and value == least)
-        return (
-            None if good else f"is {quoted(value)}, not a number {'above' if above else 'from'} {least:g} to {most:g}"
-        )
+        return known and least <= value <= most and not (above and value == least)
 
-    return check
+    return _must_be(f"a number {'above' if above else 'from'} {least:g} to {most:g}", is_good)
 
 
 def _whole(least: int, most: int | None = _LARGEST_COUNT) -> Check:
-    def check(value: Any) -> Fault:
+    def is_good(value: Any) -> bool:
         known = isinstance(value, int) and not isinstance(value, bool)
-        good = known and value >= least and (most is None or value <= most)
-        return None if good else f"is {quoted(value)}, not a whole number from {least} on"
+        return known and value >= least and (most is None or value <= most)
 
-    return check
+    return _must_be(f"a whole number from {least} on", is_good)
 
 
 def _or_null(check: Check) -> Check:
     return lambda value: None if value is None else check(value)
-
-
-def _object(value: Any) -> Fault:
-    return None if isinstance(value, dict) else f"is {quoted(value)}, not an object"
 
 
 def _each_of(checks: Mapping[str, Check]) -> Check:
@@ -115,7 +104,7 @@ def _scenes(value: Any) -> Fault:
 
 
 def _camera(value: Any) -> Fault:
-    """That its parameters are numbers; kind and ranges are checked when the camera is made."""
+    """Parameters must be numbers; kind and ranges are checked when the camera is made."""
     if not isinstance(value, dict) or not isinstance(value.get("kind"), str):
         return f"is {quoted(value)}, not a camera: it has a 'kind' and its parameters"
     number = _number(-1e9, 1e9)
@@ -132,10 +121,10 @@ def _tables(value: Any) -> Fault:
     if not isinstance(value, dict):
         return f"is {quoted(value)}, not an object of tables"
     facts = _each_of({"bytes": _whole(0), "rows": _whole(0), "sha256": _like(_SHA256, "a SHA-256 in hex")})
-    for name, told in value.items():
+    for name, given in value.items():
         if name not in TABLES:
             return f"has {quoted(name)}, which is the name of no table; there are {', '.join(TABLES)}"
-        fault = facts(told)
+        fault = facts(given)
         if fault is not None:
             return f"has '{name}', which {fault}"
     missing = [name for name in ALWAYS if name not in value]
@@ -146,7 +135,7 @@ def _calibration(value: Any) -> Fault:
     """Its ``summary`` is printed; the rest is for programs."""
     if not isinstance(value, dict):
         return f"is {quoted(value)}, not an object"
-    fault = _text(_LONGEST_TEXT)(value.get("summary"))
+    fault = _text()(value.get("summary"))
     return f"has 'summary', which {fault}" if fault else None
 
 
@@ -162,7 +151,7 @@ _CHECKS: dict[str, Check] = {
     "height_std": _number(0, 10),
     "pixel_std": _number(0, 1e6),
     "scenes": _scenes,
-    "definition": _object,
+    "definition": _must_be("an object", lambda value: isinstance(value, dict)),
     "caution": _or_null(_text()),
     "counts": _counts,
     "tables": _tables,
@@ -174,26 +163,21 @@ _OPTIONAL: dict[str, Check] = {"calibration": _or_null(_calibration), "digest": 
 
 
 FEW_CELLS, CELLS_PER_ROW = 10**6, 5000
-"""Most frames times people that a sequence or scene has: the first number, or the second for each row of it."""
+"""Most frames times people of a sequence or scene: the first number, or the second times its rows if that is more."""
 
 Rows = dict[str, NDArray[Any]]
 PathOf = Callable[[str], Path]
 
 
 def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given: Rows, tracks: IntArray) -> None:
-    """Check the rows of sequence ``index``.
+    """Raise FileError if rows of sequence ``index`` contradict one another, or it would be nearly empty.
 
     Parameters
     ----------
-    path_of : where a table lies, by name.
-    frames : frames of the sequence.
-    boxes, given : its rows of the tables of these names.
-    tracks : [K] who is observed.
-
-    Raises
-    ------
-    FileError
-        If a row has a frame or a person that the sequence does not have, or nearly all of it would be empty.
+    path_of : the path of a table, by name.
+    frames : number of frames of the sequence.
+    boxes, given : its rows of the tables ``observations`` and ``given``.
+    tracks : [K] the observed tracks.
     """
     for name, rows in (("observations", boxes), ("given", given)):
         if not _all_below(rows["frame"], frames):
@@ -207,12 +191,9 @@ def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given:
 
 
 def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows) -> int:
-    """Check the true rows of a scene with ``people`` [K]; return how many frames it has.
+    """Number of frames of a scene with ``people`` [K].
 
-    Raises
-    ------
-    FileError
-        If people are not in order, a row is of an unknown person, or nearly all of the scene would be empty.
+    Raises FileError if people are not in order, a row is of an unknown person, or the scene would be nearly empty.
     """
     if not (np.diff(people) > 0).all() or not np.isin(rows["person"], people).all():
         raise _contradiction(path_of("truth/people"), f"scene {scene} has people twice, unsorted or unknown")
@@ -224,13 +205,7 @@ def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows) -> in
 def check_truth_rows(
     path_of: PathOf, index: int, frames: range, poses: Rows, scene_frames: int, people: IntArray
 ) -> None:
-    """Check that sequence ``index``, ``frames`` of a scene, has a true pose in each, and lies in the scene.
-
-    Raises
-    ------
-    FileError
-        If it does not.
-    """
+    """Raise FileError unless sequence ``index`` has a true pose in each of its ``frames`` and lies in its scene."""
     if not np.array_equal(poses["frame"], np.arange(len(frames))):
         raise _contradiction(path_of("truth/poses"), f"sequence {index} has {len(frames):,} frames")
     if not len(people) or frames.stop > scene_frames:
@@ -238,19 +213,13 @@ def check_truth_rows(
 
 
 def check_tracks(path_of: PathOf, index: int, frames: int, tracks: IntArray, rows: Rows) -> None:
-    """Check that the true persons of sequence ``index`` are those of ``tracks`` [K] in its ``frames`` frames.
-
-    Raises
-    ------
-    FileError
-        If they are not.
-    """
+    """Raise FileError unless the true persons of sequence ``index`` belong to its ``tracks`` [K] and ``frames``."""
     if not _all_below(rows["frame"], frames) or not np.isin(rows["track"], tracks).all():
         raise _contradiction(path_of("truth/tracks"), f"it names a box that sequence {index} does not have")
 
 
 def _all_below(values: NDArray[Any], end: int) -> bool:
-    """Whether all are indices of ``end`` things."""
+    """Whether all are from 0 to ``end`` − 1."""
     return bool(((values >= 0) & (values < end)).all())
 
 

@@ -15,7 +15,7 @@ from vbbench.files.dataset_checks import find_fault
 from vbbench.files.tables import file_sha256
 from vbbench.folders.swapping import finish_swaps
 from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
-from vbbench.paper import Counts, the_paper
+from vbbench.paper import the_paper
 from vbbench.parsing.json_text import canonical_digest, read_object
 
 FORMAT_VERSION = 1
@@ -26,12 +26,12 @@ INFO_FILE = "dataset.json"
 class DatasetInfo:
     """Everything published about a dataset.
 
-    ``definition`` holds what the content follows from (generator, recipe and source hashes); the id is the hash of it
-    and of the parameters, so the same command gives the same id on every machine. ``seed`` is ``None`` where it is
-    withheld with the truth; ``withheld_id`` then is the id, which cannot be computed without it.
+    ``definition`` determines the content (generator, recipe and source hashes); the id is the hash of it and of the
+    parameters, so the same command gives the same id on every machine. ``seed`` is ``None`` if it is withheld with the
+    truth; ``withheld_id`` is then the id, which cannot be computed without the seed.
 
-    ``calibration`` is what was found of the camera that recorded the scenes, with its uncertainty, where metres rest on
-    it; it follows from the definition, up to rounding, and is no part of the id.
+    ``calibration`` describes the camera that recorded the scenes, with its uncertainty, if metres depend on it; it
+    follows from the definition, up to rounding, and is not part of the id.
     """
 
     split: str
@@ -63,20 +63,14 @@ class DatasetInfo:
 
     @property
     def known_seed(self) -> int:
-        """The seed.
-
-        Raises
-        ------
-        VbbenchError
-            If it is withheld.
-        """
+        """The seed; raises VbbenchError if it is withheld."""
         if self.seed is None:
             raise VbbenchError(f"the seed of dataset {self.id} is withheld with its truth")
         return self.seed
 
     @property
     def spoken_seed(self) -> str:
-        """The seed for people to read."""
+        """The seed as text, for people."""
         return "withheld" if self.seed is None else str(self.seed)
 
     def without_seed(self) -> "DatasetInfo":
@@ -95,17 +89,11 @@ class DatasetInfo:
 
     @property
     def truth_sha256(self) -> str:
-        """One hash of all truth tables; see `truth_sha256`."""
+        """One hash of all truth tables; see `vbbench.files.dataset_info.truth_sha256`."""
         return truth_sha256({name: facts["sha256"] for name, facts in self.tables.items()})
 
     def to_json(self) -> str:
-        """The text of ``dataset.json``, with a digest over all that it says.
-
-        Raises
-        ------
-        ValueError
-            If a number in it is not finite.
-        """
+        """The text of ``dataset.json``, with a digest of its values; raises ValueError if a number is not finite."""
         values = {"id": self.id, **self._json()}
         return json.dumps({**values, "digest": canonical_digest(values)}, indent=2, ensure_ascii=False) + "\n"
 
@@ -149,7 +137,7 @@ class DatasetInfo:
 
 
 def _checked(path: Path) -> dict[str, Any]:
-    """What a ``dataset.json`` says; every key of it is as it must be."""
+    """The values in a ``dataset.json``, every key checked."""
     values = read_object(path, "generate the dataset again")
     version = values.get("format_version")
     if version != FORMAT_VERSION:
@@ -162,10 +150,7 @@ def _checked(path: Path) -> dict[str, Any]:
 
 
 def truth_sha256(tables: Mapping[str, str]) -> str:
-    """One hash of the truth tables among ``tables`` (name → SHA-256).
-
-    It is that of what ``sha256sum *.parquet`` prints in their folder.
-    """
+    """SHA-256 of what ``sha256sum *.parquet`` prints for the truth tables among ``tables`` (name → SHA-256)."""
     truth = {Path(name).name: digest for name, digest in sorted(tables.items()) if name.startswith("truth/")}
     lines = "".join(f"{digest}  {name}.parquet\n" for name, digest in truth.items())
     return hashlib.sha256(lines.encode()).hexdigest()
@@ -195,18 +180,16 @@ def summary(info: DatasetInfo) -> dict[str, Any]:
 
 
 def summary_json(info: DatasetInfo) -> str:
-    """The summary as JSON, with the caution, the calibration and the paper's row where there is one, and the hash of
-    truth where that is withheld.
-    """
-    paper = _paper_row(info)
+    """The summary as JSON, with caution, calibration, the paper's row and the hash of withheld truth if they exist."""
+    paper = the_paper().table1.get(info.split)
     extras = {
         "caution": info.caution,
         "calibration": info.calibration,
         "paper": None if paper is None else asdict(paper),
         "truth_sha256": info.truth_sha256 if info.seed is None else None,
     }
-    told = {name: value for name, value in extras.items() if value is not None}
-    return json.dumps({**summary(info), **told}, indent=2, ensure_ascii=False)
+    known = {name: value for name, value in extras.items() if value is not None}
+    return json.dumps({**summary(info), **known}, indent=2, ensure_ascii=False)
 
 
 def describe(info: DatasetInfo) -> str:
@@ -221,10 +204,10 @@ def describe(info: DatasetInfo) -> str:
         f"dt {info.dt:g} s",
         f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
     ]
-    paper = _paper_row(info)
+    paper = the_paper().table1.get(info.split)
     if paper is not None:
-        row = f"{paper.sequences} sequences, mean {paper.frames} frames, people {paper.people}"
-        lines.insert(2, f"  the paper: {row}")
+        row = f"  the paper: {paper.sequences} sequences, mean {paper.frames} frames, people {paper.people}"
+        lines.insert(2, row)
     if info.calibration is not None:
         lines.append(f"  calibration: {info.calibration['summary']}")
     if info.seed is None:
@@ -234,13 +217,8 @@ def describe(info: DatasetInfo) -> str:
     return "\n".join(lines)
 
 
-def _paper_row(info: DatasetInfo) -> Counts | None:
-    """The split's row of Table 1, where the paper has the split."""
-    return the_paper().table1.get(info.split)
-
-
 def table_paths(names: Iterable[str], work: WorkFolder, withhold_truth: bool) -> dict[str, Path]:
-    """Where the tables of a dataset are written, those of withheld truth apart."""
+    """Paths to write the tables of a dataset to; those of withheld truth are in another folder."""
     apart = {name for name in names if withhold_truth and name.startswith("truth/")}
     folders = {name: work.new_truth if name in apart else work.new for name in names}
     return {name: folder / f"{Path(name).name if name in apart else name}.parquet" for name, folder in folders.items()}

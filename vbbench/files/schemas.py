@@ -28,16 +28,16 @@ SCHEMAS: dict[str, pa.Schema] = {
     "positions": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F)]),
     "heights": pa.schema([("sequence", _I), ("track", _I), ("height", _F), ("variance", _F)]),
 }
-"""Columns of every table, by its path in the folder without ``.parquet``; one row group a sequence (or scene)."""
+"""Columns of every table, by its path in the folder without ``.parquet``; one row group per sequence (or scene)."""
 
 TRACK_TABLE = "truth/tracks"
-"""The table of who is behind each track, where a tier tracks people: elsewhere a track is a person."""
+"""The table of the person behind each track, in tiers that track people: in others a track is a person."""
 
 SCENE_TABLES = ("truth/scenes", "truth/people")
 """The tables of scenes: written by sequence where every sequence has a scene of its own."""
 
 FALLBACK = "fallback"
-"""Optional column of ``poses``: whether the observer's own prior decided the frame, for want of people."""
+"""Optional column of ``poses``: whether the observer's prior decided the frame, as too few people were seen."""
 
 CONVERGED = "converged"
 """Optional column of ``poses``: whether the solver believes that it found its own optimum."""
@@ -51,28 +51,25 @@ OPTIONAL: dict[str, pa.Schema] = {
     ),
     "positions": pa.schema([(name, _F4) for name in COVARIANCES["positions"]]),
 }
-"""Columns that a table may have besides; they stand behind the others."""
+"""Optional columns of a table, which follow the others."""
 
 
 def table_schema(name: str, columns: Collection[str]) -> pa.Schema:
-    """Schema of the table called ``name``: its own columns, and of the optional ones those in ``columns``."""
+    """Schema of the table called ``name``: its required columns, and the optional ones in ``columns``."""
     extra = [field for field in OPTIONAL.get(name, ()) if field.name in columns]
     return pa.schema([*SCHEMAS[name], *extra]) if extra else SCHEMAS[name]
 
 
 def to_arrow(name: str, columns: Columns) -> pa.Table:
-    """Columns as an Arrow table of the schema called ``name``, optional columns where they are there."""
+    """Columns as an Arrow table of the schema called ``name``, with those optional columns that are given."""
     schema = table_schema(name, columns.keys())
     return pa.Table.from_arrays([arrow_array(columns[field.name], field.type) for field in schema], schema=schema)
 
 
 def arrow_array(values: ArrayLike, kind: pa.DataType) -> pa.Array:
-    """The values, copied, as an Arrow array: `pyarrow.array` imports pandas, which takes half a second, and is slower.
+    """The values, copied, as an Arrow array; raises pyarrow.ArrowInvalid if an integer does not fit.
 
-    Raises
-    ------
-    pyarrow.ArrowInvalid
-        If an integer does not fit.
+    `pyarrow.array` is slower, and imports pandas, which takes half a second.
     """
     array = np.asarray(values)
     if not (pa.types.is_primitive(kind) and array.dtype.kind in "biuf"):
@@ -97,7 +94,7 @@ def column_values(column: pa.ChunkedArray) -> NDArray[Any]:
 
 
 def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:
-    """The row group with the columns of ``schema``; those that it lacks are False or NaN."""
+    """The row group with the columns of ``schema``; missing ones are False or NaN."""
     if group.column_names == schema.names:
         return group
     for field in schema:

@@ -1,7 +1,7 @@
 """A Parquet table of a dataset or submission, read a range of sequences at a time."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -17,15 +17,15 @@ from vbbench.errors import FileError
 from vbbench.files.schemas import OPTIONAL, SCHEMAS, column_values, table_schema
 
 KEYS_AT_ONCE = 1 << 20
-"""Rows of the key column that are read together where a footer is not believed."""
+"""Rows of the key column that are read together if the footer is not trusted."""
 
 _IDS = np.iinfo(np.int32)
 
 UNREADABLE = (pa.ArrowException, OSError, ValueError)
-"""What the Parquet library raises for files that are damaged or made to harm; a bad column name is a ValueError."""
+"""What the Parquet library raises for damaged or malicious files; a bad column name is a ValueError."""
 
 BYTES_A_VALUE, BYTES_A_COLUMN = 64, 1 << 20
-"""Unpacked bytes that a column of numbers may have: no number has over 8, and pages have heads and dictionaries."""
+"""Unpacked bytes that a column of numbers may have: 8 per number at most, and pages have headers and dictionaries."""
 
 SPARE_ROWS = 1 << 16
 """Rows that may be too many before a table is refused unread: their faults are listed one by one."""
@@ -33,28 +33,17 @@ SPARE_ROWS = 1 << 16
 
 @dataclass(frozen=True)
 class RowBound:
-    """The rows that a table can have.
-
-    Parameters
-    ----------
-    possible : one for each frame, or for each track in each frame, of the dataset.
-    """
+    """The rows that a table can have: one per frame, or per track in each frame, of the dataset."""
 
     possible: int
 
     @property
     def most(self) -> int:
-        """Rows that are read: each of the possible ones twice, and some to spare."""
+        """Rows that are read: twice the possible ones, and `SPARE_ROWS`."""
         return 2 * self.possible + SPARE_ROWS
 
     def check(self, path: Path, rows: int) -> None:
-        """Check a number of rows.
-
-        Raises
-        ------
-        FileError
-            If there are more than `most`.
-        """
+        """Raise FileError if the table at ``path`` has more than `most` rows."""
         if rows > self.most:
             raise FileError(path, f"{rows} rows or more; the dataset has {self.possible} at most, remove the others")
 
@@ -69,9 +58,9 @@ class SequenceTable:
     path : the file.
     name : what the table is called in `SCHEMAS`.
     key : the column that it is ordered by.
-    optional : optional columns to read where they are there.
-    bound : of a stranger's table, the rows that it can have; nothing that its footer says is then believed. ``None``
-        for a table of a dataset, whose bytes `vbbench verify` checks.
+    optional : optional columns to read if they exist.
+    bound : the rows that a table of untrusted origin can have; its footer is then not trusted. ``None`` for a table of
+        a dataset, whose bytes `vbbench verify` checks.
 
     Raises
     ------
@@ -102,7 +91,8 @@ class SequenceTable:
         self._groups = np.flatnonzero(rows)
         self._rows = np.array(rows, np.int64)[self._groups]
         self._first, self._last = self._ranges_by_statistics() if bound is None else self._ranges_by_rows()
-        self._whole = None if np.all(self._first[1:] >= self._last[:-1]) else self._sorted()
+        in_order = np.all(self._first[1:] >= self._last[:-1])
+        self._whole = None if in_order else self._read(self._groups, self._columns).sort_by(key)
 
     @property
     def file(self) -> str:
@@ -115,7 +105,7 @@ class SequenceTable:
         return int(self._file.metadata.num_rows)
 
     def read(self, first: int, last: int, columns: list[str] | None = None) -> dict[str, NDArray[Any]]:
-        """Rows with first ≤ sequence < last, in order of sequence, a NumPy array a column."""
+        """Rows with first ≤ sequence < last, in order of sequence, one NumPy array per column."""
         wanted = list(dict.fromkeys([self._key, *(columns or self._columns)]))
         table = self._in_groups(first, last, wanted) if self._whole is None else self._whole
         arrays = {name: column_values(table.column(name)) for name in wanted}
@@ -123,7 +113,7 @@ class SequenceTable:
         return {name: arrays[name][start:stop] for name in columns or self._columns}
 
     def _require_kinds(self, there: pa.Schema) -> None:
-        """Numbers and marks may come as any type that holds them; text only as text."""
+        """Numbers and marks may have any type that can represent them; text must be text."""
         wrong = [field.name for field in there if not _may_hold(field.type, self._schema.field(field.name).type)]
         if wrong:
             raise FileError(self.path, f"column {', '.join(wrong)} holds no numbers; write integers and floats")
@@ -156,11 +146,8 @@ class SequenceTable:
             )
         return table
 
-    def _sorted(self) -> pa.Table:
-        return self._read(self._groups, self._columns).sort_by(self._key)
-
     def _ranges_by_statistics(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """First and last key of each row group, as its statistics say; the widest range where there are none."""
+        """First and last key of each row group by its statistics; the widest range if it has none."""
         leaf = leaf_of(self._file, self._key)
         stats = [self._file.metadata.row_group(group).column(leaf).statistics for group in self._groups.tolist()]
         try:
@@ -171,7 +158,7 @@ class SequenceTable:
         return first, last
 
     def _ranges_by_rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """First and last key of each row group, as its rows say."""
+        """First and last key of each row group by its rows."""
         run = np.cumsum(self._rows) // KEYS_AT_ONCE
         ranges = [self._ranges_of(np.flatnonzero(run == number)) for number in np.unique(run)]
         first, last = np.concatenate(ranges, axis=1) if ranges else np.empty((2, 0), np.int64)
@@ -205,10 +192,7 @@ def open_parquet(
 ) -> tuple[pq.ParquetFile, pa.Schema]:
     """The open file, and the fields of its columns of those names.
 
-    Raises
-    ------
-    FileError
-        If it is missing or no Parquet file, lacks a column that is wanted, or has one twice or nested.
+    Raises FileError if it is missing or not a Parquet file, lacks a wanted column, or has one twice or nested.
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
@@ -233,20 +217,17 @@ def open_parquet(
 
 
 def leaf_of(file: pq.ParquetFile, name: str) -> int:
-    """Number of the leaf column that the flat column called ``name`` is: a nested column before it has several."""
+    """Index of the flat column called ``name`` among the leaf columns: a nested column before it has several."""
     return _leaf_paths(file).index(name)
 
 
 def check_footer(path: Path, file: pq.ParquetFile, names: Collection[str]) -> None:
-    """Check that the flat columns called ``names`` unpack to no more than their rows need.
-
-    Raises
-    ------
-    FileError
-        At the first that does not, or says that it has more values than rows.
-    """
+    """Raise FileError if a flat column in ``names`` unpacks to more than its rows need, or not one value per row."""
     for leaf in [leaf_of(file, name) for name in names]:
-        for rows, values, unpacked in _column_sizes(file, leaf):
+        for number in range(file.num_row_groups):
+            group = file.metadata.row_group(number)
+            column = group.column(leaf)
+            rows, values, unpacked = group.num_rows, column.num_values, column.total_uncompressed_size
             if values != rows or not 0 <= unpacked <= BYTES_A_VALUE * rows + BYTES_A_COLUMN:
                 problem = f"says that {rows} rows of a column are {values} values and unpack to {unpacked} bytes"
                 raise FileError(path, f"is damaged or a trap: it {problem}; write it again")
@@ -257,32 +238,22 @@ def _leaf_paths(file: pq.ParquetFile) -> list[str]:
     return [schema.column(number).path for number in range(len(schema))]
 
 
-def _column_sizes(file: pq.ParquetFile, leaf: int) -> Iterator[tuple[int, int, int]]:
-    """Of each row group the rows, and the values and unpacked bytes of a leaf column, as the footer says."""
-    for number in range(file.num_row_groups):
-        group = file.metadata.row_group(number)
-        column = group.column(leaf)
-        yield group.num_rows, column.num_values, column.total_uncompressed_size
-
-
 PART_SIZE = 32
-"""Sequences a part: large enough to outweigh its overhead, small enough that an interruption loses little."""
-
+"""Sequences per part: large enough to outweigh its overhead, small enough that an interruption loses little."""
 
 ROWS_A_PART = 1 << 20
-"""Rows a part, unless a single sequence has more: about 40 MB of observations."""
-
+"""Rows per part, unless a single sequence has more: about 40 MB of observations."""
 
 Ranges = list[tuple[int, int]]
 """Parts of the work: sequences first ≤ index < last of each."""
 
 
 def part_ranges(count: int, rows: ArrayLike | None = None) -> Ranges:
-    """The parts of ``count`` sequences: `PART_SIZE` each, and no more than `ROWS_A_PART` rows where that is known.
+    """The parts of ``count`` sequences: at most `PART_SIZE` each, and at most `ROWS_A_PART` rows if these are known.
 
     Parameters
     ----------
-    rows : [count] rows of each sequence, or about so many; ``None`` where they are not known beforehand.
+    rows : [count] approximate rows of each sequence; ``None`` if they are not known in advance.
     """
     if rows is None:
         return [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]

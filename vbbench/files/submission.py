@@ -1,4 +1,4 @@
-"""A submission folder: its declared facts (``submission.json``), the writer, and the list of what is wrong with one."""
+"""A submission folder: its declared facts (``submission.json``), its writer, and the list of its faults."""
 
 import json
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, SubmissionError, is_printable, one_line, quoted
-from vbbench.files.schemas import FALLBACK, to_arrow
+from vbbench.files.schemas import FALLBACK, Columns, to_arrow
 from vbbench.files.tables import TableWriter
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing
@@ -25,16 +25,13 @@ from vbbench.protocol import PROTOCOLS
 SUBMISSION_FILE = "submission.json"
 FAILURE_POLICIES = ("refuse", "hold")
 LONGEST_TEXT = 1000
-"""Characters of a text in it: names and references are printed with every score."""
+"""Most characters of a text in ``submission.json``: names and references are printed with every score."""
 
 LONGEST_FRAME = 1e6
-"""Seconds per frame that are believed: eleven days."""
-
-Columns = Mapping[str, NDArray[Any]]
-
+"""Most seconds per frame that are accepted: eleven days."""
 
 LISTED = 20
-"""Faults of one kind that are listed one by one; of the others the number is given."""
+"""Faults of one kind that are listed one by one; the others are only counted."""
 
 
 class Faults:
@@ -52,12 +49,12 @@ class Faults:
         self._add(kind or fault, [fault], 1)
 
     def add_error(self, error: FileError) -> None:
-        """What is wrong with a file of the submission, by its name without the folder."""
+        """An error about a file of the submission, which is named without its folder."""
         line = "" if error.line is None else f", line {error.line}"
         self.add(f"{error.path.name}{line}: {error.problem}")
 
     def add_rows(self, file: str, problem: str, columns: Mapping[str, NDArray[Any]], bad: BoolArray) -> None:
-        """The same fault in every row marked in ``bad`` [R]; ``columns`` hold what names a row (ids, CSV line)."""
+        """The same fault in every row marked in ``bad`` [R]; ``columns`` identify the rows (ids, CSV line)."""
         rows = np.flatnonzero(bad)
         if len(rows):
             names = [_row_name(columns, row) for row in rows[:LISTED]]
@@ -114,13 +111,7 @@ class SubmissionInfo:
 
     @staticmethod
     def read(folder: Path | str) -> "SubmissionInfo":
-        """Read ``submission.json`` of a submission folder.
-
-        Raises
-        ------
-        SubmissionError
-            If it cannot be used; every fault is listed.
-        """
+        """Read ``submission.json`` of a submission folder; raises SubmissionError, which lists every fault."""
         faults = Faults()
         info = read_info(Path(folder), faults)
         if faults:
@@ -129,30 +120,35 @@ class SubmissionInfo:
 
 
 def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
-    """The declared facts, with empty text for what cannot be used; what is wrong goes to ``faults``."""
+    """The declared facts, with empty text for values that cannot be used; these are added to ``faults``."""
     finish_swaps(folder)
     refuse_partitioned(folder, SUBMISSION_FILE)
     values = _read_object(folder / SUBMISSION_FILE, faults)
     known = {field.name for field in fields(SubmissionInfo)}
-    if values is not None:
-        for name in sorted(set(values) - known):
-            problem = f"is unknown; keys are {', '.join(sorted(known))}"
-            faults.add(f"{SUBMISSION_FILE}: key {quoted(name)} {problem}", kind=f"{SUBMISSION_FILE}: a key {problem}")
-        for name in ("solver", "dataset", "protocol"):
-            if name not in values:
-                faults.add(f"{SUBMISSION_FILE}: key '{name}' is missing; add it")
-    usable = {name: value for name, value in (values or {}).items() if name in known and _usable(name, value, faults)}
-    return SubmissionInfo(**{"solver": "", "dataset": "", "protocol": "", **usable})
+    required: dict[str, Any] = {"solver": "", "dataset": "", "protocol": ""}
+    if values is None:
+        return SubmissionInfo(**required)
+    for name in sorted(set(values) - known):
+        problem = f"is unknown; keys are {', '.join(sorted(known))}"
+        faults.add(f"{SUBMISSION_FILE}: key {quoted(name)} {problem}", kind=f"{SUBMISSION_FILE}: a key {problem}")
+    for name in required:
+        if name not in values:
+            faults.add(f"{SUBMISSION_FILE}: key '{name}' is missing; add it")
+    problems = {name: _problem(name, value) for name, value in values.items() if name in known}
+    for name, reason in problems.items():
+        if reason:
+            faults.add(f"{SUBMISSION_FILE}: key '{name}' {reason}")
+    return SubmissionInfo(**required | {name: values[name] for name, reason in problems.items() if not reason})
 
 
 class SubmissionWriter:
-    """Writes a submission, one row group a sequence; it is a submission only when the block ends well.
+    """Writes a submission, one row group per sequence; the folder is one only when the block ends without error.
 
-    ``info`` may be replaced inside the block (time is known last): it is written last.
+    ``info`` is written last and may be replaced inside the block, as the time is known only at its end.
 
     Parameters
     ----------
-    folder : where to; made if needed.
+    folder : the folder to write into; created if needed.
     info : the declared facts.
     fallback : whether the poses have the optional column ``fallback``.
 
@@ -194,14 +190,16 @@ class SubmissionWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is not None:
-            self._open.__exit__(kind, error, trace)
-            return
-        with self._open:  # everything is written before the first file gets its name, and the facts get theirs last
-            for table in self._tables.values():
-                table.finish()
-            self._facts.write_text(self.info.to_json(), encoding="utf-8")
-            (self.folder / SUBMISSION_FILE).unlink(missing_ok=True)
+        if kind is None:
+            self._open.callback(self._finish)
+        self._open.__exit__(kind, error, trace)
+
+    def _finish(self) -> None:
+        """Write everything before the first file gets its name; the facts get theirs last."""
+        for table in self._tables.values():
+            table.finish()
+        self._facts.write_text(self.info.to_json(), encoding="utf-8")
+        (self.folder / SUBMISSION_FILE).unlink(missing_ok=True)
 
 
 def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
@@ -219,14 +217,8 @@ def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
     return values
 
 
-def _usable(name: str, value: Any, faults: Faults) -> bool:
-    problem = _problem(name, value)
-    if problem:
-        faults.add(f"{SUBMISSION_FILE}: key '{name}' {problem}")
-    return not problem
-
-
 def _problem(name: str, value: Any) -> str | None:
+    """Why the value of a key cannot be used; ``None`` if it can."""
     if name == "seconds_per_frame":
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if value is None or (number and 0 <= value <= LONGEST_FRAME):

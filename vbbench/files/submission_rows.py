@@ -17,11 +17,7 @@ from vbbench.sequence import Sequence
 
 
 def answer_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate, covariance: bool) -> dict[str, Columns]:
-    """The columns of ``poses`` and ``positions``, and of ``heights`` where they are reported.
-
-    Parameters
-    ----------
-    covariance : whether to write covariances, too.
+    """The columns of ``poses`` and ``positions``, and of ``heights`` if reported; with ``covariance`` covariances, too.
 
     Raises
     ------
@@ -78,12 +74,7 @@ def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray
 
 
 class SubmittedEstimates:
-    """A submission, opened for reading a sequence at a time; a score, not this, lists all its faults.
-
-    Parameters
-    ----------
-    dataset : the dataset that it answers.
-    submission : its folder.
+    """The folder of a submission to ``dataset``, read a sequence at a time; only scoring checks every row.
 
     Raises
     ------
@@ -105,10 +96,7 @@ class SubmittedEstimates:
             raise SubmissionError(submission, faults.listing())
 
     def of(self, sequence: Sequence) -> Estimate:
-        """The estimate of one sequence: what was given filled in, NaN where the submission is silent.
-
-        Covariances come with it where the submission holds them.
-        """
+        """The estimate of one sequence: given values filled in, NaN without a row; with covariances if it has them."""
         given = self._protocol.select_given(sequence.given)
         poses, positions = given.poses.copy(), given.positions.copy()
         pose_rows, rows = (_rows(self._tables[name], sequence) for name in ("poses", "positions"))
@@ -124,7 +112,7 @@ class SubmittedEstimates:
 
 
 def _rows(table: SubmissionTable, sequence: Sequence) -> Arrays:
-    """Rows of the sequence whose frame and track exist and whose place can be one."""
+    """Rows of the sequence whose frame and track exist and whose values are credible."""
     rows = table.read(sequence.index, sequence.index + 1)
     usable = (rows["frame"] >= 0) & (rows["frame"] < sequence.frames)
     for name in ("x", "y", "yaw"):

@@ -13,7 +13,7 @@ import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
-from vbbench.files.dataset import Dataset
+from vbbench.files.dataset import LARGEST_ID, Dataset
 from vbbench.files.schemas import CONVERGED, FALLBACK, SCHEMAS, column_values
 from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults
@@ -30,7 +30,7 @@ class SubmissionTable(Protocol):
         """Name of the file, for messages."""
 
     def read(self, first: int, last: int) -> Arrays:
-        """Rows with first ≤ sequence < last, an array per column that there is; from CSV also ``line``."""
+        """Rows with first ≤ sequence < last, an array per column; from CSV also ``line``."""
 
 
 class RowsInMemory:
@@ -50,13 +50,14 @@ class RowsInMemory:
 def open_table(
     folder: Path, name: str, dataset: Dataset, faults: Faults, optional: Collection[str] = (FALLBACK,)
 ) -> SubmissionTable | None:
-    """The table called ``name`` (``poses`` or ``positions``); ``None`` and a fault where there is none to read.
+    """The table ``poses`` or ``positions``; if it cannot be read, ``None``, and a fault is added.
 
     Of the optional columns (`vbbench.files.schemas.OPTIONAL`) only those named are read. A table with more rows than
-    one that answers ``dataset`` can have is not read at all.
+    an answer to ``dataset`` can have is not read at all.
     """
     parquet, csv = folder / f"{name}.parquet", folder / f"{name}.csv"
-    bound = row_bound(name, dataset)
+    possible = dataset.rows["frames"] if name == "poses" else dataset.cells
+    bound = RowBound(int(possible.sum(dtype=np.int64)))
     if parquet.is_file() and csv.is_file():
         faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
     try:
@@ -72,19 +73,12 @@ def open_table(
     return None
 
 
-def row_bound(name: str, dataset: Dataset) -> RowBound:
-    """The rows that ``poses`` (one per frame) or ``positions`` (one per track and frame) can have."""
-    rows = dataset.rows["frames"] if name == "poses" else dataset.cells
-    return RowBound(int(rows.sum(dtype=np.int64)))
-
-
 IDS = ("sequence", "frame", "track")
 MARKS = (FALLBACK, CONVERGED)
 """Columns that are True or False in each row."""
 
-_LARGEST_ID = 2**31 - 1
 _LONGEST_LINE = 1 << 17
-"""Characters of a line, and of a cell, that are read."""
+"""Most characters of a line, and so of a cell."""
 
 _TRUE, _FALSE = ("True", "true", "TRUE", "1"), ("False", "false", "FALSE", "0")
 
@@ -94,22 +88,17 @@ def read_csv_rows(
 ) -> Arrays | None:
     """Columns of a CSV file with a header, and the 1-based ``line`` of each row.
 
-    Parameters
-    ----------
-    path : the file; commas, a header line, any order of columns, more columns than wanted are fine.
-    wanted : names of the columns.
-    faults : takes what is wrong.
-    optional : names of columns to read where they are there.
-    bound : the rows that the table can have.
+    Columns may have any order; others than those in ``wanted`` and ``optional`` are ignored. What is wrong is added to
+    ``faults``.
 
     Returns
     -------
-    The rows whose ids could be read (0 in place of a value that could not), or ``None`` without usable header.
+    The rows whose ids could be read (0 for a value that could not), or ``None`` without a usable header.
 
     Raises
     ------
     FileError
-        If it cannot be read to its end: it has too many rows, a line is too long, or a quotation mark is left open.
+        If it cannot be read to its end: it has too many rows, a line is too long, or a quotation mark is not closed.
     """
     header = _header(path)
     wanted = [*wanted, *(name for name in optional if name in header)]
@@ -128,7 +117,7 @@ def _header(path: Path) -> list[str]:
 
 
 def _check_header(path: Path, header: list[str], wanted: list[str], faults: Faults) -> bool:
-    """Whether each wanted column stands in the header once; else what is wrong goes to ``faults``."""
+    """Whether each wanted column is in the header once; otherwise a fault is added."""
     missing = [name for name in wanted if name not in header]
     twice = [name for name in wanted if header.count(name) > 1]
     for name in missing:
@@ -139,7 +128,7 @@ def _check_header(path: Path, header: list[str], wanted: list[str], faults: Faul
 
 
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of each row that is not blank; bytes that are not UTF-8 stay, and are not a number."""
+    """Line number and cells of each row that is not blank; bytes that are not UTF-8 are kept, as invalid numbers."""
     with path.open(encoding="utf-8-sig", errors="surrogateescape", newline="") as file:
         reader = csv.reader(_short_lines(path, file), strict=True)
         try:
@@ -160,9 +149,10 @@ def _short_lines(path: Path, file: TextIO) -> Iterator[str]:
 
 
 def _read_fast(path: Path, header: list[str], wanted: list[str], bound: RowBound) -> Arrays | None:
-    """Read a file without any fault in its cells; ``None`` where it has one, or its rows may not be its lines."""
-    if _has_quotes(path):
-        return None
+    """Read a file quickly; ``None`` if a cell has a fault, or quotation marks may hide line ends in cells."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        if content.find(b'"') >= 0:
+            return None
     names = [name if name in wanted else f"column {number}" for number, name in enumerate(header)]
     kinds = {name: pa.bool_() if name in MARKS else pa.float64() for name in wanted}
     read = pa_csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False)
@@ -181,24 +171,14 @@ def _read_fast(path: Path, header: list[str], wanted: list[str], bound: RowBound
     except (pa.ArrowException, ValueError):
         return None
     columns = {name: column_values(table.column(name)) for name in wanted}
-    for name in IDS:
-        if name in columns:
-            columns[name] = _whole(columns[name])
     if not all(np.isfinite(values).all() for values in columns.values()):
         return None
-    columns = {name: values.astype(np.int64) if name in IDS else values for name, values in columns.items()}
+    for name in columns.keys() & set(IDS):
+        values = columns[name]
+        if np.any((values != np.floor(values)) | (np.abs(values) > LARGEST_ID)):
+            return None
+        columns[name] = values.astype(np.int64)
     return {**columns, "line": np.arange(2, rows + 2)}
-
-
-def _has_quotes(path: Path) -> bool:
-    """Whether a quotation mark stands anywhere, so that a cell may hold commas and ends of lines."""
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        return content.find(b'"') >= 0
-
-
-def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The values that are ids, NaN for others."""
-    return np.where((values == np.floor(values)) & (np.abs(values) <= _LARGEST_ID), values, np.nan)
 
 
 def _read_carefully(path: Path, header: list[str], wanted: list[str], faults: Faults, bound: RowBound) -> Arrays:
@@ -234,11 +214,11 @@ def _row(cells: dict[str, str], wanted: list[str], place: str, faults: Faults) -
 
 
 def _value(name: str, text: str) -> float | int | bool | None:
-    """What a cell says in the column called ``name``; ``None`` where it cannot be."""
+    """The value of a cell in the column called ``name``; ``None`` if it is not valid."""
     if name in MARKS:
         mark = text.strip(" \t")
         return True if mark in _TRUE else False if mark in _FALSE else None
     value = parse_number(text)
     if value is None or name not in IDS:
         return value
-    return int(value) if value.is_integer() and abs(value) <= _LARGEST_ID else None
+    return int(value) if value.is_integer() and abs(value) <= LARGEST_ID else None

@@ -17,8 +17,8 @@ ZSTD_LEVEL = -5
 """A fast level: after byte-stream splitting a slower one saves less than 2 % of the bytes."""
 
 GROUPS_ALONE = 4096
-"""So many row groups are written one by one, then as many of two each, of four, … : the footer, which is held in memory
-by writer and reader, grows with the logarithm of the number of sequences."""
+"""This many row groups are written one by one, then as many of two each, of four, …: so the footer, which writer and
+reader hold in memory, grows with the logarithm of the number of sequences."""
 
 
 class TableWriter:
@@ -43,7 +43,7 @@ class TableWriter:
             self._open = stack.pop_all()
 
     def add(self, group: pa.Table) -> None:
-        """Append a row group; an empty one leaves no trace. In very long tables several share one (`GROUPS_ALONE`)."""
+        """Append a row group, unless it is empty. In very long tables several are written as one (`GROUPS_ALONE`)."""
         if len(group):
             self._waiting.append(with_columns(group, self._schema))
             self.rows += len(group)
@@ -51,7 +51,7 @@ class TableWriter:
             self._flush()
 
     def finish(self) -> None:
-        """Write what is left; nothing can be added any more, and only the file's name is still to come."""
+        """Write the remaining rows; nothing can be added after this, and only the renaming of the file remains."""
         self._flush()
         self._writer.close()
 
@@ -68,11 +68,9 @@ class TableWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is not None:
-            self._open.__exit__(kind, error, trace)
-            return
-        with self._open:
-            self.finish()
+        if kind is None:
+            self._open.callback(self.finish)
+        self._open.__exit__(kind, error, trace)
 
 
 def table_bytes(name: str, groups: Iterable[pa.Table], optional: Collection[str] = ()) -> bytes:

@@ -1,4 +1,4 @@
-"""Checks a dataset folder: every checksum, and every invariant that its readers rely on."""
+"""Checks a dataset folder: every checksum, and every invariant that readers rely on."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,18 +29,14 @@ def verify(folder: Path | str, truth: Path | str | None = None) -> str:
     checked = list(_check_sums(dataset))
     people = [_check_sequence(dataset, sequence) for sequence in dataset.sequences()]
     _check_counts(dataset, np.concatenate(people))
-    known = f"; truth is the published one, SHA-256 {dataset.info.truth_sha256}" if truth else ""
-    told = known if dataset.has_truth else "; truth is withheld and was not checked"
-    return f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written{told}{_undigested(dataset)}"
-
-
-def _undigested(dataset: Dataset) -> str:
-    """What cannot be checked of a dataset that was made before ``dataset.json`` had a digest."""
-    if "digest" in read_json(dataset.folder / INFO_FILE):
-        return ""
-    return (
-        f"; {INFO_FILE} has no digest, as before there was one: its title, caution and scenes' names were not checked"
-    )
+    found = f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written"
+    if not dataset.has_truth:
+        found += "; truth is withheld and was not checked"
+    elif truth:
+        found += f"; truth is the published one, SHA-256 {dataset.info.truth_sha256}"
+    if "digest" not in read_json(dataset.folder / INFO_FILE):
+        found += f"; {INFO_FILE} has no digest (older format): its title, caution and scenes' names were not checked"
+    return found
 
 
 def _check_sums(dataset: Dataset) -> Iterator[str]:
@@ -64,7 +60,7 @@ def _check_sums(dataset: Dataset) -> Iterator[str]:
 
 
 def _check_counts(dataset: Dataset, people: IntArray) -> None:
-    """Check the counts against how many people each frame of the dataset shows [F]."""
+    """Compare the counts with the number of people in each frame of the dataset [F]."""
     seen = people[people > 0]
     found = {
         "sequences": len(dataset),
@@ -80,7 +76,7 @@ def _check_counts(dataset: Dataset, people: IntArray) -> None:
 
 
 def _check_sequence(dataset: Dataset, sequence: Sequence) -> IntArray:
-    """Check one sequence; return how many people each frame shows [T]."""
+    """Check one sequence; return the number of people in each frame [T]."""
     where = f"sequence {sequence.index}"
     boxes, seen = sequence.observations, sequence.observed
     if not np.isfinite(boxes[seen]).all() or (boxes[seen][:, 2] <= 0).any():

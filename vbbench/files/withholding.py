@@ -1,7 +1,7 @@
 """Withheld truth: what a maintainer keeps, what is published of it, and whether the two belong together.
 
-The truth tables and the seed, from which a simulated dataset's truth could be made again, go to a folder of their own.
-The dataset keeps the SHA-256 of every truth table, and its id, which follows from the seed and all else.
+The truth tables and the seed, from which a simulated dataset's truth can be generated again, go to a separate folder.
+The dataset keeps the SHA-256 of every truth table, and its id, which is computed from the seed and everything else.
 """
 
 import json
@@ -18,16 +18,16 @@ from vbbench.parsing.json_text import read_json
 SEED_FILE = "seed.json"
 SECRET_BITS = 128
 GUESSABLE_BITS = 64
-"""A seed of no more bits can be found by trying: the published SHA-256 say when a guess is right."""
+"""A seed of this many bits or fewer can be found by trial: the published hashes confirm a correct guess."""
 
 
 def draw_seed() -> int:
-    """A seed that nobody can guess."""
+    """A new seed that cannot be guessed."""
     return 1 << (SECRET_BITS - 1) | secrets.randbits(SECRET_BITS - 1)
 
 
 def secret_seed(out: Path) -> int:
-    """A seed that nobody can guess: that with which work on ``out`` was interrupted, or a new one."""
+    """An unguessable seed: that of interrupted work on ``out``, or a new one."""
     path = beside(real(out), WORK) / NEW_TRUTH / SEED_FILE
     seed = _read_seed(path) if path.is_file() else 0
     return seed if seed.bit_length() > GUESSABLE_BITS else draw_seed()
@@ -39,18 +39,13 @@ def truth_folder_beside(out: Path) -> Path:
 
 
 def check_truth_free(kept: Path, overwrite: bool) -> None:
-    """Raise VbbenchError if ``kept``, where withheld truth is to go, is in the way: only truth is ever replaced."""
+    """Raise VbbenchError if withheld truth cannot be written to ``kept``: only truth is ever replaced."""
     if not kept.exists():
         return
-    if not kept.is_dir() or not all(_is_of_truth(path.name) for path in kept.iterdir()):
+    if not kept.is_dir() or any(path.name != SEED_FILE and path.suffix != ".parquet" for path in kept.iterdir()):
         raise VbbenchError(f"{kept} exists and is not a withheld truth; move it or choose another folder")
     if not overwrite:
         raise VbbenchError(f"{kept} exists and may be the only copy of a truth; set overwrite to replace it")
-
-
-def _is_of_truth(name: str) -> bool:
-    """Whether this is a file of withheld truth."""
-    return name == SEED_FILE or name.endswith(".parquet")
 
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
@@ -65,13 +60,7 @@ def keep_seed(info: DatasetInfo, truth: Path) -> None:
 
 
 def check_truth(info: DatasetInfo, truth: Path) -> None:
-    """Check that the folder ``truth`` holds what was published of it.
-
-    Raises
-    ------
-    FileError
-        If a table is missing or another one than was published, or the seed is not the one that the id follows from.
-    """
+    """Raise FileError unless ``truth`` holds the published tables, and no other seed than the id's."""
     for name, facts in info.truth_tables.items():
         path = truth / name
         if not path.is_file():

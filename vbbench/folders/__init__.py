@@ -1,1 +1,1 @@
-"""Files and folders that are there whole or not at all, whatever stops the command that writes them."""
+"""Files and folders that are written completely or not at all, whatever stops the command that writes them."""

@@ -1,4 +1,4 @@
-"""Locks: one command at a time writes into a folder. The kernel frees a lock when its process ends, however it ends."""
+"""Locks: one command at a time writes into a folder. The kernel releases a lock when its process ends in any way."""
 
 import errno
 import fcntl
@@ -16,30 +16,30 @@ from typing import Any
 from vbbench.errors import VbbenchError, VbbenchWarning, one_line, plain_errors
 
 LOCK = ".vbbench-lock"
-"""File in a folder that a command writes into: locked with ``flock``; it names that command."""
+"""File in a folder that a command writes into: locked with ``flock``, and describing that command."""
 
 _BUSY = {errno.EWOULDBLOCK, errno.EACCES}
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
 _LONGEST = 200
-"""Characters of a command line that are noted."""
+"""Characters of a command line that are kept."""
 
 
 class BusyError(VbbenchError):
-    """Somebody else is writing there."""
+    """Another command is writing there."""
 
 
 @contextmanager
 def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
-    """Make ``folder`` if it is not there, and hold its lock while the block runs; what is made and left empty goes.
+    """Create ``folder`` if needed, and hold its lock while the block runs; new folders that stay empty are removed.
 
     Parameters
     ----------
-    out : what messages call the folder; by default its own path.
+    out : the folder's name in messages; by default its own path.
 
     Raises
     ------
     BusyError
-        If another command holds the lock, or one on another computer did not give it back.
+        If another command holds the lock, or one on another computer did not release it.
     FileError
         If nothing can be written there.
     """
@@ -53,19 +53,13 @@ def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
         finally:
             _release(handle, path)
     finally:
-        with suppress(OSError):  # it holds something
+        with suppress(OSError):  # it is not empty
             for place in made:
                 place.rmdir()
 
 
 def lock_file(handle: int) -> bool:
-    """Lock an open file, and say whether that could be had.
-
-    Raises
-    ------
-    OSError
-        If its file system has no locks.
-    """
+    """Lock an open file; whether it was free. Raises OSError if its file system has no locks."""
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
@@ -76,7 +70,7 @@ def lock_file(handle: int) -> bool:
 
 
 def is_file_at(handle: int, path: Path) -> bool:
-    """Whether the open file still is the one called ``path``."""
+    """Whether the open file is still the one at ``path``."""
     try:
         return os.path.samestat(os.fstat(handle), path.lstat())
     except FileNotFoundError:
@@ -84,7 +78,7 @@ def is_file_at(handle: int, path: Path) -> bool:
 
 
 def _acquire(path: Path, out: Path) -> int:
-    """Lock the file ``path``, which is made with its folder; return its handle."""
+    """Create the file ``path`` and its folder, lock it, and return its handle."""
     while True:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +88,7 @@ def _acquire(path: Path, out: Path) -> int:
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         except FileNotFoundError:
-            continue  # its holder removed the folder in between
+            continue  # its holder has just removed the folder
         try:
             _claim(handle, path, out)
         except BusyError:
@@ -109,7 +103,7 @@ def _acquire(path: Path, out: Path) -> int:
 
 
 def _release(handle: int, path: Path) -> None:
-    """Remove the lock's file before it is unlocked: who waited for it sees that it is gone, and takes a new one."""
+    """Remove the lock's file before it is unlocked: a process that waited for it sees that, and creates a new one."""
     with suppress(OSError):
         if is_file_at(handle, path):
             path.unlink()
@@ -119,13 +113,18 @@ def _release(handle: int, path: Path) -> None:
 def _claim(handle: int, path: Path, out: Path) -> None:
     free, holder = _is_free(handle, out), _read(handle)
     if not free:
-        raise BusyError(f"{out} is being written by {_spoken(holder)}; wait until it is done, or choose another folder")
+        raise BusyError(
+            f"{out} is being written by {_described(holder)}; wait until it is done, or choose another folder"
+        )
     if holder.get("host", socket.gethostname()) != socket.gethostname():
         raise BusyError(
-            f"{out} may be in use by {_spoken(holder)}; if that has ended, remove {path} and run this again"
+            f"{out} may be in use by {_described(holder)}; if that has ended, remove {path} and run this again"
         )
+    command = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])[:_LONGEST]
+    since = datetime.now().astimezone().isoformat(" ", "seconds")
+    owner = {"host": socket.gethostname(), "process": os.getpid(), "since": since, "command": command}
     os.ftruncate(handle, 0)
-    os.pwrite(handle, json.dumps(_myself()).encode(), 0)
+    os.pwrite(handle, json.dumps(owner).encode(), 0)
 
 
 def _is_free(handle: int, out: Path) -> bool:
@@ -134,19 +133,13 @@ def _is_free(handle: int, out: Path) -> bool:
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
-        said = f"the disk of {out} has no locks; let one command at a time write there"
-        warnings.warn(said, VbbenchWarning, stacklevel=2)
+        message = f"the disk of {out} has no locks; let one command at a time write there"
+        warnings.warn(message, VbbenchWarning, stacklevel=2)
     return True
 
 
-def _myself() -> dict[str, Any]:
-    command = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])[:_LONGEST]
-    since = datetime.now().astimezone().isoformat(" ", "seconds")
-    return {"host": socket.gethostname(), "process": os.getpid(), "since": since, "command": command}
-
-
 def _read(handle: int) -> dict[str, Any]:
-    """What the holder wrote; nothing if it was stopped before it had."""
+    """What the holder wrote; empty if it was stopped before that."""
     try:
         values = json.loads(os.pread(handle, 1 << 16, 0))
     except ValueError:
@@ -154,21 +147,18 @@ def _read(handle: int) -> dict[str, Any]:
     return values if isinstance(values, dict) else {}
 
 
-def _spoken(holder: dict[str, Any]) -> str:
+def _described(holder: dict[str, Any]) -> str:
     if not holder:
         return "another command"
-    told = {name: one_line(str(holder.get(name)), _LONGEST) for name in ("process", "host", "since", "command")}
-    return f"process {told['process']} on {told['host']} since {told['since']} ({told['command']})"
+    known = {name: one_line(str(holder.get(name)), _LONGEST) for name in ("process", "host", "since", "command")}
+    return "process {process} on {host} since {since} ({command})".format(**known)
 
 
 @contextmanager
 def loose_files(folder: Path) -> Iterator[None]:
-    """Write loose files into ``folder`` while the block runs, and keep other commands out.
+    """Lock ``folder`` to write single files into it while the block runs.
 
-    Raises
-    ------
-    VbbenchError
-        If it is a file, a dataset or a submission, or another command writes there.
+    Raises VbbenchError if it is a file, a dataset or a submission, or another command writes there.
     """
     if folder.exists() and not folder.is_dir():
         raise VbbenchError(f"{folder} is not a folder; choose another place to write to")

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all: written under a name of their own, then renamed."""
+"""Files that are written completely or not at all: under a temporary name, then renamed."""
 
 import os
 import re
@@ -15,24 +15,24 @@ from vbbench.folders.locks import LOCK, is_file_at, lock_file
 
 _NAME = re.compile(r"\..*\.vbbench-[0-9a-f]{8}(\.\w+)?", re.DOTALL)
 _LONGEST = 48
-"""Characters of a file's name that its temporary name repeats: names may have 255 bytes."""
+"""Characters of a file's name that its temporary name repeats: names may have up to 255 bytes."""
 
 
 @contextmanager
 def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
-    """A temporary name beside ``path``; the file written there becomes ``path`` when the block ends well.
+    """A temporary name beside ``path``; the file written there becomes ``path`` when the block ends without error.
 
-    Where ``path`` is a link, what it points to is replaced. A device or pipe is written to as it is. What a stopped
-    process left in the folder is removed.
+    If ``path`` is a link, its target is replaced. A device or pipe is written to directly. Temporary files that stopped
+    processes left in the folder are removed.
 
     Parameters
     ----------
-    suffix : what the temporary name is to end in, for those who look at it.
+    suffix : ending of the temporary name, for writers that depend on it.
 
     Raises
     ------
     FileError
-        If nothing can be written there, or the disk is full; what was there before is intact.
+        If nothing can be written there, or the disk is full; an earlier file is intact.
     """
     path = Path(path)
     with plain_errors(path):
@@ -56,7 +56,7 @@ def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
 
 
 def write_to_stream(path: Path, data: bytes) -> bool:
-    """Write to ``path`` if it is what this process prints to, after what was printed so far; whether it is."""
+    """Write to ``path`` if it is this process's stdout or stderr, after earlier output; return whether it is."""
     for number, stream in ((1, sys.stdout), (2, sys.stderr)):
         with suppress(OSError):
             if os.path.samestat(path.stat(), os.fstat(number)):
@@ -81,12 +81,12 @@ def _is_stream(path: Path) -> bool:
 
 
 def _new_file(target: Path, suffix: str) -> tuple[Path, int]:
-    """A new file beside ``target``, and its handle, locked as long as this process writes it."""
+    """A new file beside ``target``, and its handle, locked while this process writes it."""
     while True:
         name = f".{target.name[:_LONGEST]}.vbbench-{secrets.token_hex(4)}{suffix}"
         temporary = target.with_name(name)
         handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-        with suppress(OSError):  # a disk without locks: nobody removes what is left there
+        with suppress(OSError):  # a disk without locks: files left there are not removed
             lock_file(handle)
         if is_file_at(handle, temporary):
             return temporary, handle
@@ -94,7 +94,7 @@ def _new_file(target: Path, suffix: str) -> tuple[Path, int]:
 
 
 def is_unused(folder: Path) -> bool:
-    """Whether a folder is not there, or holds nothing but what a command left that was stopped as it began."""
+    """Whether a folder does not exist, or holds only what a command left that was stopped at its beginning."""
     if not folder.is_dir():
         return not folder.exists()
     return all(path.name == LOCK or is_temporary(path) for path in folder.iterdir())
@@ -102,7 +102,7 @@ def is_unused(folder: Path) -> bool:
 
 @cache
 def _remove_stale(folder: Path) -> None:
-    """Remove what stopped processes left in a folder; once for each folder is enough."""
+    """Remove temporary files that stopped processes left in a folder, once per folder."""
     with suppress(OSError):
         for path in filter(is_temporary, list(folder.iterdir())):
             with suppress(OSError):
@@ -119,12 +119,12 @@ def _remove_if_stale(path: Path) -> None:
 
 
 def write_text_atomically(path: Path, text: str) -> None:
-    """Write a small text file so that it is there whole or not at all."""
+    """Write a small text file completely or not at all."""
     write_bytes_atomically(path, text.encode())
 
 
 def write_bytes_atomically(path: Path, data: bytes) -> None:
-    """Write a file so that it is there whole or not at all; to a device, a pipe or one's own output as it is."""
+    """Write a file completely or not at all; to a device, a pipe or this process's own output directly."""
     if not write_to_stream(path, data):
         with replacing(path) as temporary:
             temporary.write_bytes(data)

@@ -1,13 +1,13 @@
-"""Puts a new folder, and the truth that is kept beside it, in the place of the old ones: both or neither.
+"""Replaces a folder, and the withheld truth beside it, by new ones: both or neither.
 
-Two folders cannot be renamed in one step. So a journal is written first, into the work folder where the new ones stand
-ready; from then on the swap is decided. Any command that finds the journal, after a kill at any step, completes it.
+Two folders cannot be renamed in one step. So a journal is written first, into the work folder that holds the new ones;
+from then on the swap is decided. Any command that finds the journal, after a kill at any step, completes the swap.
 """
 
 import json
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,15 +16,15 @@ from vbbench.folders.locks import BusyError, locked
 from vbbench.folders.replacing import write_text_atomically
 
 MARK = "vbbench-work.json"
-"""File that tells a work folder from anybody else's."""
+"""File that marks a work folder as made by vbbench."""
 JOURNAL, DONE = "swap.json", "swap-done.json"
 NEW, OLD = "new", "old"
 NEW_TRUTH, OLD_TRUTH = "new-truth", "old-truth"
 WORK, TRUTH = ".partial", ".truth"
-"""What is added to a folder's name for its work folder, and for that of its withheld truth."""
+"""Endings of the names of a folder's work folder and of its withheld truth."""
 
 _PATIENCE = 10.0
-"""Seconds that a reader waits for a swap that is under way."""
+"""Seconds that a reader waits for another command's swap."""
 
 
 def real(folder: Path | str) -> Path:
@@ -38,18 +38,18 @@ def beside(folder: Path, ending: str) -> Path:
 
 
 def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
-    """Give ``work/new`` the name ``out`` and ``work/new-truth``, if it is there, that of its truth.
+    """Rename ``work/new`` to ``out``, and ``work/new-truth``, if it exists, to the name of its truth.
 
-    What had these names is afterwards in the work folder.
+    The folders that had these names move into the work folder.
 
     Parameters
     ----------
-    carried : names in the old folder that are to be in the new one, too, unless it has them itself.
+    carried : names in the old folder to move to the new one, unless it has them itself.
 
     Raises
     ------
     FileError
-        If a folder cannot be renamed; nothing is changed then.
+        If a folder cannot be renamed; nothing is changed.
     """
     write_text_atomically(work / JOURNAL, json.dumps({"carried": sorted(carried)}) + "\n")
     _flush(work)
@@ -65,32 +65,28 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
 
 def is_decided(work: Path) -> bool:
     """Whether a swap was begun and may have been interrupted."""
-    with suppress(PermissionError):  # a work folder of somebody else
+    with suppress(PermissionError):  # another user's work folder
         return (work / MARK).is_file() and (work / JOURNAL).is_file()
     return False
 
 
 def go_on(work: Path, out: Path) -> None:
-    """Complete a swap that was interrupted.
-
-    Raises
-    ------
-    VbbenchError
-        If something is in its way by now.
-    """
+    """Complete an interrupted swap; raise VbbenchError if another folder has taken a name meanwhile."""
     with plain_errors(out):
         _rename(work, out)
         _complete(work, out)
 
 
 def is_done(work: Path) -> bool:
-    """Whether all is in its place, and what is left in the work folder is of no more use."""
+    """Whether the swap is complete, so that the rest of the work folder can be removed."""
     return (work / DONE).is_file()
 
 
 def finish_swaps(folder: Path | str) -> None:
     """Before a folder is read: complete an interrupted swap of it, or of the dataset that its truth belongs to."""
-    for out in _whose(real(folder)):
+    folder = real(folder)
+    is_truth = folder.name.endswith(TRUTH) and folder.name != TRUTH
+    for out in [folder, folder.with_name(folder.name.removesuffix(TRUTH))] if is_truth else [folder]:
         work, end = beside(out, WORK), time.monotonic() + _PATIENCE
         while is_decided(work):
             try:
@@ -103,14 +99,8 @@ def finish_swaps(folder: Path | str) -> None:
                 time.sleep(0.01)
 
 
-def _whose(folder: Path) -> Iterator[Path]:
-    yield folder
-    if folder.name.endswith(TRUTH) and folder.name != TRUTH:
-        yield folder.with_name(folder.name.removesuffix(TRUTH))
-
-
 def _steps(work: Path, out: Path) -> tuple[tuple[Path, Path, Path], ...]:
-    """Truth first, so that no new dataset ever stands beside an old truth: where the new is, the old goes, its name."""
+    """New folder, place of the old one, and name of each; truth first: no new dataset is ever beside an old truth."""
     return (work / NEW_TRUTH, work / OLD_TRUTH, real(beside(out, TRUTH))), (work / NEW, work / OLD, out)
 
 
@@ -135,25 +125,21 @@ def _undo(work: Path, staged: list[tuple[Path, Path, Path]]) -> None:
 
 
 def _complete(work: Path, out: Path) -> None:
-    """Carry over what is to be, and close the journal."""
-    for name in _carried(work):
+    """Move the carried files, and close the journal."""
+    path = work / JOURNAL
+    try:
+        carried = list(map(str, json.loads(path.read_text("utf-8"))["carried"]))
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise FileError(path, f"is damaged ({error!r}); look at what is in {work}, and remove that") from error
+    for name in carried:
         old, new = work / OLD / Path(name).name, out / Path(name).name
         if os.path.lexists(old) and not os.path.lexists(new):
             old.replace(new)
-    (work / JOURNAL).replace(work / DONE)
-
-
-def _carried(work: Path) -> list[str]:
-    path = work / JOURNAL
-    try:
-        names: list[str] = list(map(str, json.loads(path.read_text("utf-8"))["carried"]))
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise FileError(path, f"is damaged ({error!r}); look at what is in {work}, and remove that") from error
-    return names
+    path.replace(work / DONE)
 
 
 def _flush(folder: Path) -> None:
-    """Have the names in a folder on disk, where it can be."""
+    """Write the names in a folder to disk, where the system can do so."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

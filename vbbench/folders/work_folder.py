@@ -1,11 +1,11 @@
 """The folder ``OUT.partial`` in which ``OUT`` is made: locked, marked as ours, resumed, and swapped in whole.
 
-    OUT.partial/.vbbench-lock       who is writing
+    OUT.partial/.vbbench-lock       the command that is writing
     OUT.partial/vbbench-work.json   the mark: which work this is
     OUT.partial/parts               finished parts of it
-    OUT.partial/new, new-truth      what is to become OUT and OUT.truth
-    OUT.partial/swap.json           they are being put in their places
-    OUT.partial/old, old-truth      what stood there
+    OUT.partial/new, new-truth      the future OUT and OUT.truth
+    OUT.partial/swap.json           the journal, while they replace the old ones
+    OUT.partial/old, old-truth      the old ones
 
 A folder of that name without the mark is not ours and never touched.
 """
@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
 from hashlib import sha256
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from vbbench import __version__
@@ -34,18 +33,18 @@ _KEY = re.compile("[0-9a-f]{16}")
 
 
 class WorkFolder:
-    """Where a folder is made; use it in a ``with`` block. What is not published by its end is removed, but for parts.
+    """The folder where another is made, in a ``with`` block; at its end all but published files and parts is removed.
 
     Parameters
     ----------
-    out : the folder to make; where it is a link, what that points to is replaced.
-    check : raises VbbenchError if something is in the way; asked when no other command can write there any more.
+    out : the folder to make; if it is a link, its target is replaced.
+    check : raises VbbenchError if ``out`` may not be replaced; called once the lock is held.
 
     Attributes
     ----------
     out : the folder itself, links followed.
     parts : folder for finished parts of the work.
-    new, new_truth : what is to become ``out``, and its withheld truth.
+    new, new_truth : the future ``out``, and its withheld truth.
     """
 
     def __init__(self, out: Path | str, check: Callable[[], None] = lambda: None) -> None:
@@ -70,16 +69,14 @@ class WorkFolder:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_failure: object) -> None:
         self._leave()
 
     def begin(self, key: str | None = None, *, partitioned: bool = False) -> bool:
-        """Make ready for the work called ``key``, and say whether it is still to be done.
+        """Prepare for the work called ``key``; return whether it is still to be done.
 
-        Finished parts of the same work stay: those in `parts`, or where it is ``partitioned`` those in `new`. If the
-        same work was stopped when all was in its place, there is nothing left to do. Work without a key is done anew.
+        Finished parts of the same work are kept: those in `parts`, or those in `new` if it is ``partitioned``. If the
+        same work was stopped after it had been published, nothing is left to do. Work without a key always starts new.
         """
         digest = secrets.token_hex(8) if key is None else sha256(f"{key} {partitioned}".encode()).hexdigest()[:16]
         if digest in self._done and self.out.exists():
@@ -90,18 +87,18 @@ class WorkFolder:
         kept = {LOCK, MARK, *([NEW if partitioned else PARTS] if resumed else [])}
         _remove(path for path in self._work.iterdir() if path.name not in kept)
         _remove(filter(is_temporary, list(self._work.rglob("*"))))
-        _write_mark(self._work, digest)
+        write_text_atomically(self._work / MARK, json.dumps({"vbbench": __version__, "key": digest}) + "\n")
         self._placed = False
         (self.new if partitioned else self.parts).mkdir(exist_ok=True)
         return True
 
     def publish(self, carried: Iterable[str] = ()) -> None:
-        """Put the new folder, and its truth, in the place of the old ones; see `swapping.swap`."""
+        """Replace the old folder, and its truth, by the new ones; see `swapping.swap`."""
         swap(self._work, self.out, carried)
         self._placed = True
 
     def _take_over(self) -> None:
-        """Finish what a stopped command had decided, and find out which work stood in its place when it was stopped."""
+        """Complete a stopped command's swap, and note which work had been published when it was stopped."""
         beginning = f".{self.out.name}.vbbench-done-"
         for path in self.out.parent.iterdir():
             if path.name.startswith(beginning) and _KEY.fullmatch(path.name.removeprefix(beginning)):
@@ -114,24 +111,22 @@ class WorkFolder:
             self._done.add(_read_key(self._work))
 
     def _leave(self) -> None:
-        """Remove what is of no more use, and let others write."""
+        """Remove what is no longer needed, and release the lock."""
+        has_parts = any(self.parts.glob("*.arrows")) or any((self.new / PARTITIONED).glob("part-*"))
         if self._placed:
             self._retire()
-        elif not (is_decided(self._work) or self._has_parts()):
+        elif not (is_decided(self._work) or has_parts):
             _remove(path for path in self._work.iterdir() if path.name not in (LOCK, MARK))
             (self._work / MARK).unlink(missing_ok=True)
         self._lock.close()
         if not self._placed:
-            with suppress(OSError):  # it has parts, or somebody else makes something there by now
+            with suppress(OSError):  # it has parts, or another command has begun to write there
                 self._work.rmdir()
         for path in self._retired:
             shutil.rmtree(path, ignore_errors=True)
 
-    def _has_parts(self) -> bool:
-        return any(self.parts.glob("*.arrows")) or any((self.new / PARTITIONED).glob("part-*"))
-
     def _retire(self) -> None:
-        """Let the work folder go in one step, its last name saying which work is done, before its files are removed."""
+        """Rename the work folder, in one step, to a name that says which work is done, before its files are removed."""
         retired = self.out.with_name(f".{self.out.name}.vbbench-done-{_read_key(self._work)}")
         shutil.rmtree(retired, ignore_errors=True)
         self._work.replace(retired)
@@ -148,16 +143,12 @@ def _check_ours(work: Path, out: Path) -> None:
 
 
 def _read_key(work: Path) -> str:
-    """Key of the work that the mark names; zeros where that cannot be read."""
+    """Key of the work that the mark names; zeros if it cannot be read."""
     try:
         key = json.loads((work / MARK).read_text("utf-8"))["key"]
     except (OSError, ValueError, KeyError, TypeError):
         return NO_KEY
     return key if isinstance(key, str) and _KEY.fullmatch(key) else NO_KEY
-
-
-def _write_mark(work: Path, key: str) -> None:
-    write_text_atomically(work / MARK, json.dumps({"vbbench": __version__, "key": key}) + "\n")
 
 
 def _remove(paths: Iterable[Path]) -> None:
@@ -169,7 +160,7 @@ def _remove(paths: Iterable[Path]) -> None:
 
 
 PARTITIONED = "partitioned"
-"""Folder in a dataset or submission that is still in partitions: its facts, and what each part wrote."""
+"""Folder in a partitioned dataset or submission: its facts, and those of each part."""
 
 
 def refuse_partitioned(folder: Path, marker: str) -> None:
@@ -179,7 +170,7 @@ def refuse_partitioned(folder: Path, marker: str) -> None:
 
 
 def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
-    """Raise VbbenchError if ``folder`` is in the way: only one with ``marker``, or in partitions, is ever replaced."""
+    """Raise VbbenchError if ``folder`` may not be replaced: only one with ``marker``, or in partitions, ever is."""
     if not folder.exists():
         return
     if not any((place / marker).is_file() for place in (folder, folder / PARTITIONED)):

@@ -1,7 +1,7 @@
-"""Zip archives from elsewhere, read in memory and never unpacked, whatever they try.
+"""Untrusted zip archives, read in memory and never unpacked to disk.
 
-An archive is refused whole where any member has an unsafe path, is a link, stands there twice or is encrypted; what is
-read of it is bounded beforehand and afterwards.
+An archive is refused if any member has an unsafe path, is a link, occurs twice or is encrypted; sizes are limited
+before and after reading.
 """
 
 import posixpath
@@ -22,14 +22,14 @@ _MB = 2**20
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """How much of an archive is believed.
+    """The largest archive that is accepted.
 
     Parameters
     ----------
     members : most members.
-    directory_bytes : most bytes of its own list of members.
-    member_bytes : most bytes that a member which is read may unpack to.
-    ratio : most times that it may grow by unpacking; text grows by 3 to 15.
+    directory_bytes : most bytes of its list of members.
+    member_bytes : most unpacked bytes of a member that is read.
+    ratio : most unpacked bytes per packed byte of such a member; text has 3 to 15.
     """
 
     members: int = 100_000
@@ -40,13 +40,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Archive:
-    """An open archive whose members have been checked.
-
-    Parameters
-    ----------
-    path : the file.
-    limits : what is believed of it.
-    """
+    """An open archive whose list of members has been checked."""
 
     path: Path
     limits: Limits
@@ -58,12 +52,12 @@ class Archive:
         return [info.filename for info in self._zip.infolist() if not info.is_dir()]
 
     def read(self, name: str) -> bytes:
-        """What a member holds.
+        """The content of a member.
 
         Raises
         ------
         FileError
-            If it is larger, or packed tighter, than `limits` allow, packed in an unusual way, or damaged.
+            If it is larger, or packed tighter, than `limits` allow, packed by an unusual method, or damaged.
         """
         info = self._zip.getinfo(name)
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
@@ -90,10 +84,7 @@ class Archive:
 def open_archive(path: Path, limits: Limits | None = None) -> Iterator[Archive]:
     """Open a zip archive, and check all its members before any is read.
 
-    Raises
-    ------
-    FileError
-        If it cannot be read, is no whole zip archive, or has too many members or one that no honest archive has.
+    Raises FileError if it cannot be read, is not a complete zip archive, or has too many members or a suspicious one.
     """
     limits = limits or Limits()
     try:
@@ -104,7 +95,7 @@ def open_archive(path: Path, limits: Limits | None = None) -> Iterator[Archive]:
         try:
             archive = zipfile.ZipFile(raw)
         except _DAMAGE as error:
-            problem = f"is no whole zip archive ({_first_line(error)}): damaged or cut short; get it again"
+            problem = f"is not a complete zip archive ({_first_line(error)}): damaged or cut short; get it again"
             raise FileError(path, problem) from error
         with archive:
             _check_members(path, archive.infolist(), limits)
@@ -112,20 +103,20 @@ def open_archive(path: Path, limits: Limits | None = None) -> Iterator[Archive]:
 
 
 _DAMAGE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, MemoryError)
-"""What damaged archives make the library raise."""
+"""Exceptions of the library for damaged archives."""
 _KINDS = (0, stat.S_IFREG, stat.S_IFDIR)
-"""Kinds of file that a member may say to be; none is said by archives from Windows."""
+"""Accepted file types of a member; archives from Windows state none (0)."""
 
 
 class _Cautious(BufferedReader):
-    """A file of which no huge piece is read at once, as the list of members would be."""
+    """A file that refuses to read more than ``most`` bytes at once, as for a huge list of members."""
 
     def __init__(self, raw: FileIO, most: int) -> None:
         super().__init__(raw)
         self._most = most
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """Read, but not too much."""
+        """Read at most the allowed bytes."""
         if size is not None and size > self._most:
             raise zipfile.BadZipFile(f"its list of members is said to have {size} bytes")
         return super().read(size)
@@ -146,7 +137,7 @@ def _check_members(path: Path, members: list[zipfile.ZipInfo], limits: Limits) -
 
 
 def _problem(info: zipfile.ZipInfo, name: str) -> str | None:
-    """Why no honest archive has such a member."""
+    """Why a member is suspicious; ``None`` if it is not."""
     if not info.filename:
         return "has no name"
     if name.startswith("/") or re.match("[A-Za-z]:", name):

@@ -1,4 +1,4 @@
-"""Every split that is registered: what it is, whether its sources are here, and how to get them."""
+"""Every registered split: what it is, whether its sources are on this machine, and how to get them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,18 +10,13 @@ from vbbench.generation.sources import fetch, is_here
 from vbbench.registry import load, load_all
 
 
-def cards() -> list[Card]:
-    """The cards of all splits, by name."""
-    return [generator.card for _, generator in sorted(load_all("generator").items())]
-
-
 def describe_splits() -> str:
-    """All splits as text."""
-    return "\n".join(_describe(card) for card in cards())
+    """All splits as text, sorted by name."""
+    return "\n".join(_describe(generator.card) for _, generator in sorted(load_all("generator").items()))
 
 
 def fetch_splits(names: Sequence[str]) -> list[Path]:
-    """Download what is missing of the sources of splits; the paths of all of them."""
+    """Download missing sources of splits; return the paths of all their sources."""
     if not names:
         raise VbbenchError("fetch what? name splits, such as hotel eth students; 'vbbench splits' lists them")
     found: list[Generator] = [load("generator", name) for name in names]

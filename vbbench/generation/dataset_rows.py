@@ -1,18 +1,18 @@
 """A generated sequence as rows of the dataset's tables."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from vbbench.files.dataset import OBSERVER
 from vbbench.files.schemas import TRACK_TABLE, Columns
+from vbbench.geometry import IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
 
 def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
-    """The scene in the tables of truth: one row a person and frame, by frame, and one row a person."""
+    """The scene in the tables of truth: one row per person and frame, by frame, and one row per person."""
     frame, column = np.nonzero(scene.present)
     x, y = scene.positions[frame, column].T
     people = {"scene": np.full(len(scene.people), number), "person": scene.people, "height": scene.heights}
@@ -21,7 +21,7 @@ def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
 
 
 def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
-    """What the sequence is: its row of ``sequences.parquet``."""
+    """The row of a sequence in ``sequences.parquet``."""
     s = data.sequence
     return {
         "sequence": s.index,
@@ -35,7 +35,7 @@ def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
 
 
 def observation_rows(data: SequenceData) -> Columns:
-    """One row a box, by frame and track."""
+    """One row per box, by frame and track."""
     s = data.sequence
     observed = s.observed
     frame, column = np.nonzero(observed)
@@ -52,7 +52,7 @@ def observation_rows(data: SequenceData) -> Columns:
 
 
 def given_rows(data: SequenceData) -> Columns:
-    """One row a given position, by frame; the observer, with its yaw, comes first."""
+    """One row per given position, by frame; the observer, with its yaw, comes first."""
     s = data.sequence
     own = np.flatnonzero(~np.isnan(s.given.poses[:, 0]))
     frame, column = np.nonzero(~np.isnan(s.given.positions[..., 0]))
@@ -69,15 +69,14 @@ def given_rows(data: SequenceData) -> Columns:
 
 
 def pose_rows(data: SequenceData) -> Columns:
-    """One row a frame: the true pose."""
+    """One row per frame: the true pose."""
     x, y, yaw = data.truth.poses.T
     where = {"sequence": np.full(len(x), data.sequence.index), "frame": np.arange(len(x))}
     return {**where, "x": x, "y": y, "yaw": yaw}
 
 
-def track_rows(data: SequenceData) -> Columns:
-    """One row a box of a track that is somebody, by frame and track; of tiers that track only."""
-    persons = np.full(data.sequence.observed.shape, -1) if data.persons is None else data.persons
+def track_rows(data: SequenceData, persons: IntArray) -> Columns:
+    """One row per box with a person behind it ([T, K]), by frame and track; of tiers that track only."""
     frame, column = np.nonzero(data.sequence.observed & (persons >= 0))
     return {
         "sequence": np.full(len(frame), data.sequence.index),
@@ -87,16 +86,9 @@ def track_rows(data: SequenceData) -> Columns:
     }
 
 
-ROWS: dict[str, Callable[[SequenceData], Columns]] = {
-    "observations": observation_rows,
-    "given": given_rows,
-    "truth/poses": pose_rows,
-}
-"""The columns of every table that has rows of every sequence."""
-
-
 def sequence_rows(data: SequenceData) -> dict[str, Columns]:
-    """All that is to be written of a sequence, by table."""
-    own_scene = {} if data.scene is None else scene_rows(data.scene, data.sequence.scene)
-    own_tracks = {} if data.persons is None else {TRACK_TABLE: track_rows(data)}
-    return {name: columns(data) for name, columns in ROWS.items()} | own_tracks | own_scene
+    """Everything that is written of a sequence, by table."""
+    tables = {"observations": observation_rows(data), "given": given_rows(data), "truth/poses": pose_rows(data)}
+    if data.persons is not None:
+        tables[TRACK_TABLE] = track_rows(data, data.persons)
+    return tables if data.scene is None else tables | scene_rows(data.scene, data.sequence.scene)

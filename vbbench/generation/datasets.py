@@ -20,18 +20,13 @@ from vbbench.files.tables import TableWriter
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
-from vbbench.generation.dataset_rows import ROWS, scene_rows, sequence_row, sequence_rows
+from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan
 from vbbench.generation.tier import has_tracks
-from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.registry import load
 from vbbench.scene import Scene
-from vbbench.sequence import SequenceData
-
-TABLES = ["sequences", *ROWS, *SCENE_TABLES]
-"""The tables of a dataset; where boxes are those of tracks, there is one more."""
 
 
 def generate(
@@ -45,16 +40,16 @@ def generate(
 ) -> Dataset:
     """Make the dataset ``split`` in the folder ``out``; its bytes do not depend on ``jobs``.
 
-    Interrupted work goes on where it stopped when the same call is made again. With ``withhold_truth`` the truth
-    tables and the seed go to the folder ``<out>.truth`` beside it.
+    The same call continues interrupted work. With ``withhold_truth`` the truth tables and the seed are written to the
+    folder ``<out>.truth``.
 
     Raises
     ------
     VbbenchError
-        If the split is unknown, its sources are missing or bad, or ``out`` is in the way.
+        If the split is unknown, its sources are missing or wrong, or ``out`` exists and may not be replaced.
     """
     check_jobs(jobs)
-    out, generator = Path(out), _generator(split)
+    out, generator = Path(out), load("generator", split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
         _write(_plan(generator, split, options), work, jobs, withhold_truth)
     return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
@@ -71,7 +66,7 @@ def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> Non
     if not work.begin(_key(plan, withhold_truth)):
         return
     if withhold_truth:
-        keep_seed(plan.info, work.new_truth)  # of interrupted work: a secret one would otherwise be lost with it
+        keep_seed(plan.info, work.new_truth)  # before the work, so that an interruption does not lose a secret seed
     tables = table_paths(_tables(plan), work, withhold_truth)
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
     build = partial(_build_part, plan)
@@ -96,12 +91,12 @@ def generate_partitioned(
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> DatasetInfo:
-    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, partitioned; `partitions.merge` makes it whole.
+    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, in partitions that `partitions.merge` joins.
 
-    Its address is ``tls://HOST:PORT`` if ``tls`` is the folder of certificates (`cluster.on_cluster`). Otherwise as
+    The address is ``tls://HOST:PORT`` if ``tls`` is a folder of certificates (`cluster.on_cluster`). The rest is as in
     `generate`.
     """
-    out, generator = Path(out), _generator(split)
+    out, generator = Path(out), load("generator", split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
         plan = _plan(generator, split, options)
         if work.begin(_key(plan, withhold_truth), partitioned=True):
@@ -119,11 +114,6 @@ def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, tls: Path | 
     layout = Layout(marker=INFO_FILE, tables=_tables(plan), parts=parts, withheld=withhold_truth)
     write_layout(work.new, layout, _counted(plan, facts).to_json())
     work.publish()
-
-
-def _generator(split: str) -> Generator:
-    found: Generator = load("generator", split)
-    return found
 
 
 def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
@@ -151,39 +141,29 @@ def _key(plan: Plan, withhold_truth: bool) -> str:
     return f"{plan.info.id} {__version__} {withhold_truth}"
 
 
-def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:
-    return replace(plan.info, counts=_total(facts), package_version=__version__)
-
-
 def _build_part(plan: Plan, first: int, last: int) -> Part:
-    """The row groups of some sequences, one built after the other, and the sums that `vbbench info` is made from."""
+    """The row groups of some sequences, and the counts for `vbbench info`."""
     groups: dict[str, list[pa.Table]] = defaultdict(list)
-    built = [_add_rows(groups, plan.build(index), plan.info.split) for index in range(first, last)]
-    rows = [row for row, _ in built]
+    rows, seen = [], []
+    for index in range(first, last):
+        data = plan.build(index)
+        for name, columns in sequence_rows(data).items():
+            groups[name].append(to_arrow(name, columns))
+        rows.append(sequence_row(data, plan.info.split))
+        seen.append(data.sequence.observed.sum(axis=1))
     groups["sequences"].append(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
-    people = np.concatenate([seen for _, seen in built])
+    people = np.concatenate(seen)
     people = people[people > 0]
-    facts = {"sequences": len(built), "frames": len(people), "observations": int(people.sum())}
-    facts |= {"least": int(people.min(initial=1 << 30)), "most": int(people.max(initial=0))}
+    facts = {"sequences": len(rows), "frames": len(people), "observations": int(people.sum())}
+    facts |= {"people_min": int(people.min(initial=1 << 30)), "people_max": int(people.max(initial=0))}
     return Part(groups=dict(groups), facts=facts)
 
 
-def _add_rows(groups: dict[str, list[pa.Table]], data: SequenceData, split: str) -> tuple[dict[str, Any], IntArray]:
-    """Add a sequence's row groups; return its row of ``sequences`` and how many people each frame shows [T]."""
-    for name, columns in sequence_rows(data).items():
-        groups[name].append(to_arrow(name, columns))
-    return sequence_row(data, split), data.sequence.observed.sum(axis=1)
-
-
-def _total(facts: list[dict[str, Any]]) -> dict[str, float]:
-    """Counts over the frames in which anybody is observed; the observer is not counted among the people."""
-    return {
-        "sequences": sum(part["sequences"] for part in facts),
-        "frames": sum(part["frames"] for part in facts),
-        "observations": sum(part["observations"] for part in facts),
-        "people_min": min(part["least"] for part in facts),
-        "people_max": max(part["most"] for part in facts),
-    }
+def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:
+    """The plan's info with counts over the frames in which anybody is observed; the observer is not counted."""
+    how: dict[str, Any] = {"sequences": sum, "frames": sum, "observations": sum, "people_min": min, "people_max": max}
+    counts = {name: combine([part[name] for part in facts]) for name, combine in how.items()}
+    return replace(plan.info, counts=counts, package_version=__version__)
 
 
 def _shared_scenes(scenes: tuple[Scene, ...]) -> dict[str, list[pa.Table]]:
@@ -196,11 +176,11 @@ def _shared_scenes(scenes: tuple[Scene, ...]) -> dict[str, list[pa.Table]]:
 
 
 def who_knows(split: str, seed: int) -> str | None:
-    """Why withholding the truth of a dataset would keep no secret; ``None`` if it does."""
+    """Why withholding the truth of a dataset would not keep it secret; ``None`` if it would."""
     generator: Generator = load("generator", split)
     if generator.card.sources:
-        known = f"{split} is a public recording, and who has it knows its truth"
+        known = f"{split} is a public recording, and everyone who has it knows its truth"
         return f"{known}; withhold sim, street or a recording of your own (custom), with a secret seed"
     if seed.bit_length() <= GUESSABLE_BITS:
-        return f"seed {seed} can be guessed, and who does makes this truth again; use a secret seed"
+        return f"seed {seed} can be guessed, and this truth generated from it; use a secret seed"
     return None

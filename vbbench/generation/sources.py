@@ -1,11 +1,10 @@
-"""Finds the source files of splits on this machine, checks them, and downloads what is missing.
+"""Finds the source files of splits on this machine, checks them, and downloads missing ones.
 
-Searched in this order: what the user names, the folder ``$VBBENCH_DATA``, the user's cache folder. Wherever a file is
-found, its SHA-256 must be the recipe's, so that a dataset follows from the same bytes on every machine.
+Search order: what the user names, the folder ``$VBBENCH_DATA``, the user's cache folder. The SHA-256 of every file must
+be the recipe's, so that a dataset is made from the same bytes on every machine.
 """
 
 import os
-import sys
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ TIMEOUT = 30
 # By name, because requests is slow to import.
 _REASONS = {
     "ValueError": "what came is damaged or another file (wrong SHA-256)",
-    "ChunkedEncodingError": "the download was cut short; what came is kept, and fetching again goes on from there",
+    "ChunkedEncodingError": "the download was cut short; the part received is kept, and the next fetch continues it",
     "ConnectionError": "no connection to the server",
     "ConnectTimeout": f"the server did not answer in {TIMEOUT} s",
     "ReadTimeout": f"the server did not answer in {TIMEOUT} s",
@@ -38,7 +37,7 @@ class Source:
     path : where it belongs in the data folder, such as ``eth/biwi_eth.txt``.
     url : public address, pinned to one version.
     sha256 : 64 hex digits of the file's bytes.
-    size : number of its bytes, where it is known; no more is downloaded.
+    size : number of its bytes, if known; no more is downloaded.
     """
 
     path: str
@@ -53,12 +52,12 @@ class Source:
 
 
 def data_folder() -> Path:
-    """Where downloads go: ``$VBBENCH_DATA`` where that is set, else the user's cache folder."""
+    """The folder for downloads: ``$VBBENCH_DATA`` if set, else the user's cache folder."""
     return data_folders()[0]
 
 
 def data_folders() -> list[Path]:
-    """Where source files are looked for: ``$VBBENCH_DATA`` where that is set, and the user's cache folder."""
+    """The folders searched for source files: ``$VBBENCH_DATA`` if set, and the user's cache folder."""
     from platformdirs import user_cache_path
 
     chosen = os.environ.get(DATA_VARIABLE)
@@ -78,7 +77,7 @@ def find_source(source: Source, explicit: Path | None = None) -> Path | None:
 
 
 def is_here(source: Source) -> bool:
-    """Whether the right bytes are on this machine, in one of the usual places."""
+    """Whether the file is in one of the data folders, with the right checksum."""
     return _find_verified(source) is not None
 
 
@@ -94,30 +93,32 @@ def locate(sources: Sequence[Source], explicit: Path | None = None, *, split: st
     VbbenchError
         If ``explicit`` does not exist, or is a single file where several are needed.
     """
-    _check_explicit(sources, explicit)
+    if explicit is not None and not explicit.exists():
+        raise VbbenchError(f"{explicit}: there is no such file or folder")
+    if explicit is not None and explicit.is_file() and len(sources) > 1:
+        names = ", ".join(source.path for source in sources)
+        raise VbbenchError(f"{explicit} is one file, but {names} are needed: name the folder that holds them")
     found = [(source, find_source(source, explicit)) for source in sources]
     missing = [source for source, path in found if path is None]
     if missing:
-        raise _missing(missing, explicit, split)
+        places = [*([explicit] if explicit is not None else []), *data_folders()]
+        by_hand = ", ".join(f"{source.url} as {data_folder() / source.path}" for source in missing)
+        raise SourceMissingError(
+            f"source files of {split} are missing (searched {', '.join(map(str, places))}): run 'vbbench fetch "
+            f"{split}', set ${DATA_VARIABLE} to the folder that holds them, or download elsewhere and save {by_hand}"
+        )
     return [_verified(source, path) for source, path in found if path is not None]
 
 
-def fetch(sources: Iterable[Source], folder: Path | None = None, *, progress: bool | None = None) -> list[Path]:
-    """Download what is not here yet; a file gets its name only when it is whole and its checksum is right.
-
-    Parameters
-    ----------
-    sources : the files wanted.
-    folder : where they go; by default ``data_folder()``, and files found in any of the usual places are kept there.
-    progress : whether to draw a bar on stderr; by default only on a terminal.
+def fetch(sources: Iterable[Source]) -> list[Path]:
+    """Download missing files to ``data_folder()``; a file gets its name only when its checksum has been verified.
 
     Raises
     ------
     VbbenchError
-        At the first file that cannot be had; names file and address, and says what to do without a network.
+        At the first file that cannot be downloaded; names file and address, and says what to do without a network.
     """
-    show = sys.stderr.isatty() if progress is None else progress
-    return [_fetch_one(source, folder, show) for source in sources]
+    return [_find_verified(source) or _download(source) for source in sources]
 
 
 def _verified(source: Source, path: Path) -> Path:
@@ -136,45 +137,16 @@ def _find_verified(source: Source) -> Path | None:
     return path if path is not None and file_sha256(path) == source.sha256 else None
 
 
-def _check_explicit(sources: Sequence[Source], explicit: Path | None) -> None:
-    if explicit is None:
-        return
-    if not explicit.exists():
-        raise VbbenchError(f"{explicit}: there is no such file or folder")
-    if explicit.is_file() and len(sources) > 1:
-        names = ", ".join(source.path for source in sources)
-        raise VbbenchError(f"{explicit} is one file, but {names} are needed: name the folder that holds them")
-
-
-def _missing(missing: Sequence[Source], explicit: Path | None, split: str) -> SourceMissingError:
-    places = [*([explicit] if explicit is not None else []), *data_folders()]
-    by_hand = ", ".join(f"{source.url} as {data_folder() / source.path}" for source in missing)
-    return SourceMissingError(
-        f"source files of {split} are missing (searched {', '.join(map(str, places))}): run 'vbbench fetch {split}', "
-        f"set ${DATA_VARIABLE} to the folder that holds them, or download elsewhere and save {by_hand}"
-    )
-
-
-def _fetch_one(source: Source, folder: Path | None, show: bool) -> Path:
-    present = _find_verified(source) if folder is None else None
-    if present is not None:
-        return present
-    target = (data_folder() if folder is None else folder) / source.path
+def _download(source: Source) -> Path:
+    target = data_folder() / source.path
     if target.is_file():
-        if file_sha256(target) == source.sha256:
-            return target
         warnings.warn(f"{target} has the wrong checksum and is downloaded again", VbbenchWarning, stacklevel=3)
-    download = ResumingDownload(target, source.sha256, most=source.size, timeout=TIMEOUT, progress=show)
     try:
-        download.fetch(source.url)
+        ResumingDownload(target, source.sha256, most=source.size, timeout=TIMEOUT).fetch(source.url)
     except (OSError, ValueError) as error:
-        raise _failed(source, target, error) from error
+        reason = _REASONS.get(type(error).__name__, str(error))
+        raise VbbenchError(
+            f"{source.path} could not be fetched from {source.url}: {reason}. Nothing else was changed. Try again, or "
+            f"download that address elsewhere and save it as {target} (${DATA_VARIABLE} names the data folder)"
+        ) from error
     return target
-
-
-def _failed(source: Source, target: Path, error: Exception) -> VbbenchError:
-    reason = _REASONS.get(type(error).__name__, str(error))
-    return VbbenchError(
-        f"{source.path} could not be fetched from {source.url}: {reason}. Nothing else was changed. Try again, or "
-        f"download that address elsewhere and save it as {target} (${DATA_VARIABLE} names the data folder)"
-    )

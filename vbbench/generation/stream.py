@@ -1,10 +1,10 @@
-"""Endless sequences made on the fly, for training: nothing is written, and any of them can be had again."""
+"""An unlimited stream of sequences for training, generated on demand: nothing is written, and each is reproducible."""
 
 from collections.abc import Iterator
 from itertools import count
 
 from vbbench.errors import VbbenchError
-from vbbench.generation.generator import Generator, Options, Plan
+from vbbench.generation.generator import Generator, Options
 from vbbench.registry import load
 from vbbench.sequence import SequenceData
 
@@ -18,14 +18,14 @@ def stream(
     shard: int = 0,
     shards: int = 1,
 ) -> Iterator[SequenceData]:
-    """Sequences first + shard, first + shard + shards, … of a split: the same ones that `generate` would write.
+    """Sequences first + shard, first + shard + shards, … of a split: those that `generate` would write.
 
     Parameters
     ----------
     split, options : what to make; splits made of recordings end with their last sequence, ``sim`` never does.
-    first : where to begin, to go on where an earlier run stopped.
+    first : the first sequence, for example to continue an earlier run.
     stop : the sequence to stop before; ``None`` for none.
-    shard, shards : this worker's number, from 0, and how many workers share the stream. No two get the same sequence.
+    shard, shards : this worker's number, from 0, and the number of workers that share the stream without overlap.
 
     Raises
     ------
@@ -38,12 +38,6 @@ def stream(
         raise VbbenchError(f"the stream begins at sequence 0 or later, not {first}")
     generator: Generator = load("generator", split)
     plan = generator.plan(options or Options())
-    end = _end(plan, stop)
-    return map(plan.build, count(first + shard, shards) if end is None else range(first + shard, end, shards))
-
-
-def _end(plan: Plan, stop: int | None) -> int | None:
-    """Where the plan's sequences end: a plan whose sequences share scenes has just so many."""
-    if not plan.scenes:
-        return stop
-    return len(plan) if stop is None else min(stop, len(plan))
+    if plan.scenes:  # sequences that share scenes are limited in number
+        stop = len(plan) if stop is None else min(stop, len(plan))
+    return map(plan.build, count(first + shard, shards) if stop is None else range(first + shard, stop, shards))

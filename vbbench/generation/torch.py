@@ -1,4 +1,4 @@
-"""Endless simulated sequences as a PyTorch dataset; without PyTorch see `vbbench.generation.stream`."""
+"""An unlimited stream of simulated sequences as a PyTorch dataset; without PyTorch see `vbbench.generation.stream`."""
 
 from collections.abc import Iterator, Sequence
 
@@ -17,15 +17,15 @@ Example = dict[str, torch.Tensor]
 
 
 class SimStream(IterableDataset[Example]):
-    """Simulates while you train. Workers of a `DataLoader`, and ranks, share the stream: none repeats another's work.
+    """Simulates during training. Workers of a `DataLoader`, and ranks, share the stream without overlap.
 
-    The sequences are those of ``vbbench generate sim`` with the same options, in the same order, without end. Which
-    worker makes which depends on their number; what a sequence holds depends on the seed and its number alone.
+    The sequences are those of ``vbbench generate sim`` with the same options, in the same order. The number of workers
+    decides which worker makes which; the content of a sequence depends only on the seed and its number.
 
     Parameters
     ----------
     options : what to simulate: `Options`, with `Simulation` for scenario and numbers of people.
-    first, stop : the sequences to make; ``stop=None`` never ends.
+    first, stop : the sequences to make; ``stop=None`` for an unlimited stream.
     rank, world_size : this process among those of distributed training.
     dtype : of every tensor but ``index`` and ``tracks``.
     """
@@ -69,8 +69,8 @@ def to_tensors(data: SequenceData, dtype: torch.dtype = torch.float32) -> Exampl
         "positions": truth.positions,
         "heights": truth.heights,
     }
-    whole = {"index": torch.tensor(sequence.index), "tracks": torch.tensor(sequence.tracks)}
-    return whole | {name: torch.tensor(values, dtype=dtype) for name, values in floats.items()}
+    integers = {"index": torch.tensor(sequence.index), "tracks": torch.tensor(sequence.tracks)}
+    return integers | {name: torch.tensor(values, dtype=dtype) for name, values in floats.items()}
 
 
 PEOPLE_AXIS = {"tracks": 0, "observations": 1, "given_positions": 1, "positions": 1, "heights": 0}

@@ -23,7 +23,7 @@ from typing import Any
 from joblib import Parallel, delayed, parallel_config
 from joblib._dask import DaskDistributedBackend
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, VbbenchError, needs_extra
 from vbbench.parallel.partitions import PackedPart, pack, part_name
 from vbbench.parallel.parts import Work
 
@@ -31,16 +31,17 @@ PATIENCE = 10
 """Seconds to wait for the scheduler, and for a first worker."""
 
 PARTS_A_CORE = 16
-"""Parts per core that are sent at a time: so many results at most, about 1 MB each, wait here to be written."""
+"""Parts per core that are sent at a time: the most results, of about 1 MB each, that wait here to be written."""
 
 PACKAGES = ("vbbench", "numpy", "scipy", "numba")
-"""What results may depend on: the same versions are asked of all workers."""
+"""Packages that results may depend on: all workers must have the same versions."""
 
 CERTIFICATES = {"tls_ca_file": "ca.pem", "tls_client_cert": "cert.pem", "tls_client_key": "key.pem"}
-"""What a folder of certificates holds, by Dask's name for it."""
+"""The files in a folder of certificates, by Dask's name for them."""
+_CERTIFICATE_FILES = "{}, {} and {}".format(*CERTIFICATES.values())
 
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+/?")
-"""What a scheduler prints; anything else would keep Dask waiting, and end in a traceback of its own."""
+"""The form of a scheduler's address; with any other Dask would wait, and then show a traceback."""
 
 _opened = threading.local()
 
@@ -73,7 +74,7 @@ def on_cluster(
 
 
 def versions() -> dict[str, str]:
-    """Versions of what results may depend on."""
+    """Versions of Python and of `PACKAGES`."""
     found = {"Python": ".".join(platform.python_version_tuple()[:2])}
     for package in PACKAGES:
         try:
@@ -84,9 +85,9 @@ def versions() -> dict[str, str]:
 
 
 class _Backend(DaskDistributedBackend):  # type: ignore[misc]
-    """joblib's own backend, which waits for ever for a part that the cluster gave up: here it hears of it.
+    """joblib's own backend waits for ever for a part that the cluster gave up; this one is told of the failure.
 
-    One core alone is work for the cluster, too; joblib would do it in this process.
+    It also uses a cluster of one core, whose work joblib would do in this process.
     """
 
     def submit(self, func: Any, callback: Any = None) -> Any:
@@ -112,10 +113,8 @@ def _report_failure(callback: Any, future: "Future[Any]") -> None:
 
 @contextmanager
 def _client(scheduler: str, tls: Path | None) -> Iterator[Any]:
-    try:
+    with needs_extra("dask", "a cluster"):
         from distributed import Client
-    except ImportError as error:
-        raise VbbenchError("a cluster needs the package distributed: pip install 'vbbench[dask]'") from error
     if not ADDRESS.fullmatch(scheduler):
         raise VbbenchError(f"a scheduler is an address such as tcp://127.0.0.1:8786, not '{scheduler}'")
     security = _security(scheduler, tls)
@@ -140,20 +139,20 @@ def _client(scheduler: str, tls: Path | None) -> Iterator[Any]:
 
 
 def _security(scheduler: str, tls: Path | None) -> Any:
-    """How Dask is to encrypt, ``None`` for not at all; a connection that is not encrypted is refused otherwise."""
+    """Dask's security settings; ``None`` without encryption, otherwise unencrypted connections are refused."""
     from distributed import Security
 
     encrypted = scheduler.startswith("tls://")
     if tls is None:
         if encrypted:
-            raise VbbenchError(f"{scheduler} needs certificates: name the folder that holds {_listed()} (tls)")
+            raise VbbenchError(f"{scheduler} needs certificates: name the folder that holds {_CERTIFICATE_FILES} (tls)")
         return None
     if not encrypted:
         raise VbbenchError(f"certificates are for an address tls://HOST:PORT, and {scheduler} is not encrypted")
     files = {role: tls / name for role, name in CERTIFICATES.items()}
     for path in files.values():
         if not path.is_file():
-            raise FileError(path, f"the file is missing; a folder of certificates holds {_listed()}")
+            raise FileError(path, f"the file is missing; a folder of certificates holds {_CERTIFICATE_FILES}")
     security = Security(require_encryption=True, **{role: str(path) for role, path in files.items()})
     try:
         security.get_connection_args("client")
@@ -162,13 +161,9 @@ def _security(scheduler: str, tls: Path | None) -> Any:
     return security
 
 
-def _listed() -> str:
-    return "{}, {} and {}".format(*CERTIFICATES.values())
-
-
 @contextmanager
 def _silence() -> Iterator[None]:
-    """What Dask logs about lost connections is said in one line here."""
+    """Hide Dask's logs about lost connections, which `_plain_errors` reports in one line."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client", "tornado.application")]
     levels = {logger: logger.level for logger in loggers}
     for logger in loggers:
@@ -182,7 +177,7 @@ def _silence() -> Iterator[None]:
 
 @contextmanager
 def _plain_errors(scheduler: str) -> Iterator[None]:
-    """What goes wrong with a cluster as one line."""
+    """Report failures of a cluster in one line."""
     from asyncio import CancelledError
 
     from distributed import KilledWorker
@@ -190,7 +185,7 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
     from distributed.comm import CommClosedError
     from distributed.scheduler import NoValidWorkerError, NoWorkerError
 
-    after = "finished parts are kept, and the same command goes on with the others"
+    after = "finished parts are kept; run the same command again for the others"
     try:
         yield
     except KilledWorker as error:
@@ -205,12 +200,12 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
 
 @contextmanager
 def _published(client: Any, work: Work) -> Iterator[str]:
-    """Hand the work to every worker once, those that join later, too; tasks then name it."""
+    """Send the work to every worker once, also to those that join later; tasks refer to it by this name."""
     from distributed import WorkerPlugin
     from distributed.protocol.pickle import dumps
 
     class Published(WorkerPlugin):  # type: ignore[misc]
-        """Holds the work, and lets solvers be found where the user stands."""
+        """Holds the work, and makes solvers in the user's current folder importable."""
 
         def __init__(self, work: bytes, place: str) -> None:
             self.work, self.place = work, place
@@ -231,7 +226,7 @@ def _published(client: Any, work: Work) -> Iterator[str]:
 
 
 def _check_workers(client: Any) -> None:
-    """Workers without vbbench, or with other versions, are found before any work is done."""
+    """Raise VbbenchError if a worker lacks vbbench, or has other versions, before any work is done."""
     for worker, answer in client.run(_differences, versions(), on_error="return").items():
         if isinstance(answer, BaseException):
             raise VbbenchError(f"worker {worker} cannot run vbbench: {answer}; install the same version there")
@@ -247,7 +242,7 @@ def _differences(wanted: dict[str, str]) -> str:
 
 
 def _run_part(name: str, wanted: dict[str, str], first: int, last: int) -> PackedPart:
-    """Runs on a worker, which may have joined after the others were checked."""
+    """Make one part on a worker, which may have joined after the others were checked."""
     from distributed import get_worker
 
     worker = get_worker()

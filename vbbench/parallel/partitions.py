@@ -1,7 +1,7 @@
 """Partitioned datasets and submissions: a folder per table, a Parquet file per part, as a cluster writes them.
 
-Beside the tables' folders is the folder ``partitioned``: one JSON file per part, written when all its tables are there,
-the facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
+Beside the tables' folders is the folder ``partitioned``: one JSON file per part, written after all its tables, the
+facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
 """
 
 import json
@@ -32,7 +32,7 @@ from vbbench.parsing.json_text import read_object
 
 LAYOUT_FILE = "layout.json"
 SCENES = "scenes"
-"""Name of the part with the scenes that sequences share; the others are called by `part_name`."""
+"""Name of the part with the scenes that sequences share; `part_name` gives the names of the others."""
 
 _ADVICE = "copy the partitions again"
 _PART = re.compile(rf"part-\d{{8}}|{SCENES}")
@@ -40,7 +40,7 @@ _KNOWN: dict[str, tuple[list[str], list[str]]] = {
     INFO_FILE: ([*ALWAYS], [TRACK_TABLE]),
     SUBMISSION_FILE: (["poses", "positions"], ["heights"]),
 }
-"""By marker the tables that there must be, and those that there may be."""
+"""Required and optional tables, by marker."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,14 +55,14 @@ class PackedPart:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """What a partitioned folder holds.
+    """Contents of a partitioned folder.
 
     Parameters
     ----------
-    marker : the file that its merged form has: ``dataset.json`` or ``submission.json``.
-    tables : names of the tables that its merged form has.
+    marker : ``dataset.json`` or ``submission.json``, the file of its merged form.
+    tables : names of the tables of its merged form.
     parts : names of the parts, in order.
-    withheld : whether the truth tables are to go elsewhere.
+    withheld : whether the truth tables go to another folder.
     """
 
     marker: str
@@ -91,9 +91,9 @@ def pack(part: Part, name: str) -> PackedPart:
 def write_partitions(
     work: Work, ranges: Ranges, folder: Path, scheduler: str, *, tls: Path | None, label: str
 ) -> list[dict[str, Any]]:
-    """Have the work, cut into ``ranges``, done by a cluster (`cluster.on_cluster`); return every part's facts in order.
+    """Do the work, cut into ``ranges``, on a cluster (`cluster.on_cluster`); return every part's facts in order.
 
-    Parts that are whole in ``folder`` are not made again.
+    Complete parts in ``folder`` are not made again.
     """
     from vbbench.parallel.cluster import on_cluster
 
@@ -108,7 +108,7 @@ def write_partitions(
 
 
 def write_partition(folder: Path, part: PackedPart) -> None:
-    """Write one part's files; the one that says that all are there comes last."""
+    """Write one part's files; the JSON file that declares it complete comes last."""
     for table, data in part.files.items():
         write_bytes_atomically(_table_path(folder, table, part.name), data)
     digests = {table: sha256(data).hexdigest() for table, data in part.files.items()}
@@ -117,19 +117,13 @@ def write_partition(folder: Path, part: PackedPart) -> None:
 
 
 def write_layout(folder: Path, layout: Layout, facts: str) -> None:
-    """Declare a partitioned folder complete; ``facts`` is the text of its ``dataset.json`` or ``submission.json``."""
+    """Declare a partitioned folder complete; ``facts`` is the text of ``dataset.json`` or ``submission.json``."""
     write_text_atomically(folder / PARTITIONED / layout.marker, facts)
     write_text_atomically(folder / PARTITIONED / LAYOUT_FILE, json.dumps(asdict(layout), indent=2) + "\n")
 
 
 def read_layout(folder: Path) -> Layout:
-    """What the partitioned ``folder`` holds.
-
-    Raises
-    ------
-    VbbenchError
-        If it is none, or its layout is damaged.
-    """
+    """Read the layout of the partitioned ``folder``; raise VbbenchError if it is not partitioned or is damaged."""
     path = folder / PARTITIONED / LAYOUT_FILE
     finish_swaps(folder)
     if not path.is_file():
@@ -147,7 +141,7 @@ def read_layout(folder: Path) -> Layout:
 
 
 def _problem(layout: Layout) -> str | None:
-    """What of a layout no command of ours would have written: names are parts of paths."""
+    """The first value that no command of vbbench would have written, as names become parts of paths."""
     if not isinstance(layout.marker, str) or layout.marker not in _KNOWN:
         return f"marker is {layout.marker!r}"
     needed, extra = _KNOWN[layout.marker]
@@ -159,7 +153,7 @@ def _problem(layout: Layout) -> str | None:
 
 
 def _are_names(values: object) -> bool:
-    """Whether this is a list of texts, each of them there once."""
+    """Whether this is a list of distinct texts."""
     return isinstance(values, list) and all(isinstance(v, str) for v in values) and len(set(values)) == len(values)
 
 
@@ -172,13 +166,7 @@ class PartitionedTable:
         self.columns = {column for columns, _ in self._facts.values() for column in columns}
 
     def groups(self, part: str) -> Iterable[pa.Table]:
-        """The row groups of one part.
-
-        Raises
-        ------
-        FileError
-            If its file is missing or damaged.
-        """
+        """The row groups of one part; raises FileError if its file is missing or damaged."""
         columns, digest = self._facts[part]
         if digest is None:
             return
@@ -199,7 +187,7 @@ class PartitionedTable:
 
 
 def _read_facts(folder: Path, part: str, table: str) -> tuple[list[str], str | None]:
-    """Columns and SHA-256 of a table's file in one part, ``None`` where that has none."""
+    """Columns and SHA-256 of a table's file in one part; SHA-256 is ``None`` if the part has no such file."""
     path = _facts_path(folder, part)
     known = read_object(path, _ADVICE)
     columns, digests = known.get("columns"), known.get("sha256")
@@ -221,9 +209,9 @@ def _facts_path(folder: Path, part: str) -> Path:
 
 
 def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool = False) -> Path:
-    """Merge the partitions in ``folder`` into whole tables, there or in the folder ``out``; return where they are.
+    """Merge the partitions in ``folder`` into complete tables, there or in the folder ``out``; return their folder.
 
-    After an interruption the same call completes it: partitions are removed only when the whole is written.
+    The same call continues an interrupted merge: partitions are removed only after everything is written.
 
     Parameters
     ----------
@@ -232,8 +220,8 @@ def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool 
     Raises
     ------
     VbbenchError
-        If ``folder`` is not partitioned, a file of it is missing or damaged, or ``out`` or the truth that is to be
-        kept beside it is in the way.
+        If ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the truth beside it
+        exists and may not be replaced.
     """
     folder = Path(folder)
     target = folder if out is None else Path(out)
@@ -242,7 +230,8 @@ def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool 
         if work.begin(f"merge {real(folder)}"):
             layout = read_layout(folder)
             _write_whole(folder, layout, work)
-            work.publish(_strangers(folder, layout) if in_place else ())
+            own = {PARTITIONED, *(Path(name).parts[0] for name in layout.tables)}
+            work.publish({path.name for path in folder.iterdir()} - own if in_place else ())
     return target
 
 
@@ -272,8 +261,3 @@ def _facts(folder: Path, layout: Layout, paths: dict[str, Path], work: WorkFolde
         return SubmissionInfo.read(folder / PARTITIONED).to_json()
     info = replace(DatasetInfo.read(folder / PARTITIONED), tables=describe_tables(paths))
     return (withhold(info, work.new_truth) if layout.withheld else info).to_json()
-
-
-def _strangers(folder: Path, layout: Layout) -> set[str]:
-    """Names of what is in a partitioned folder and does not belong to it."""
-    return {path.name for path in folder.iterdir()} - {Path(name).parts[0] for name in layout.tables} - {PARTITIONED}

@@ -1,48 +1,47 @@
 """Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
 
-The work on N sequences is cut into parts of a fixed number of sequences, or fewer where these are large, so that
-neither a worker nor the writer of the tables holds more than some megabytes. A worker writes its part's
-tables, one Arrow stream after the other, into a file that gets its final name when it is whole; the tables are then
-written from the parts in order. How the work is cut leaves no trace in them but for the row groups of ``sequences``,
-one per part; it follows from the work alone.
+The work on N sequences is cut into parts of a fixed number of sequences, or fewer if these are large, so that neither
+a worker nor the writer of the tables holds more than some megabytes. A worker writes its part's tables, one Arrow
+stream after the other, into a file that gets its final name when it is complete; the tables are then written from the
+parts in order. The cuts depend on the work alone, and are visible only as row groups of ``sequences``, one per part.
 """
 
 import json
 import os
+import signal
+import warnings
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import pyarrow as pa
 
-from vbbench.errors import plain_errors
+from vbbench.errors import VbbenchError, plain_errors
 from vbbench.files.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.tables import TableWriter
+from vbbench.parallel.stopping import REASONS, end_with_parent
 
 if TYPE_CHECKING:
     from tqdm import tqdm
-import signal
-import warnings
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from multiprocessing.resource_tracker import ensure_running
-
-from vbbench.errors import VbbenchError
-from vbbench.parallel.stopping import REASONS, end_with_parent
 
 PATIENCE = 5.0
-"""Seconds of work that an interruption may cost: parts made here sooner than that are not kept in files."""
-
+"""Seconds of work that an interruption may cost: parts made in this process within that time are not saved to files."""
 
 BYTES_IN_MEMORY = 1 << 26
-"""Bytes of parts that are kept in memory; those after them are kept in files, however soon they are made."""
+"""Bytes of parts that are kept in memory; further parts are saved to files at once."""
+
+JOBS_A_CORE = 8
+"""Most processes per core: more only cost memory."""
 
 _END = b"\xff\xff\xff\xff\0\0\0\0"
-"""Last bytes of an Arrow stream that was written to its end."""
+"""Last bytes of a complete Arrow stream."""
 
 NAME, FACTS, COLUMNS = b"name", b"facts", b"columns"
 """Keys of the table's name, the part's facts and its columns in the metadata of a part's streams."""
@@ -82,15 +81,20 @@ def write_in_parts(
 ) -> list[dict[str, Any]]:
     """Do the work, cut into ``ranges``, and write ``tables`` (path by name); return every part's facts in order.
 
-    Parts found whole in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
+    Complete parts in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
     """
     make = partial(_make_part, work, parts)
-    made: Iterable[Part | Path]
     made = _make_here(make, ranges) if jobs == 1 else in_parallel(partial(make, keep=True), ranges, jobs)
-    parts_made = list(_with_progress(made, ranges, label))
+    parts_made: list[Part | Path] = []
+    with progress_bar(ranges[-1][1] if ranges else 0, label) as bar:
+        for (first, last), part in zip(ranges, made, strict=True):
+            parts_made.append(part)
+            bar.update(last - first)
     with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
         for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
-            with TableWriter(path, name, _columns(parts_made, name)) as writer:
+            every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in parts_made)
+            optional = {column for columns in every for column in columns[name]} if name in OPTIONAL else set()
+            with TableWriter(path, name, optional) as writer:
                 for part in parts_made:
                     for group in _groups(part, name):
                         writer.add(group)
@@ -98,16 +102,8 @@ def write_in_parts(
     return [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
 
 
-def _columns(made: Iterable[Part | Path], name: str) -> set[str]:
-    """Optional columns of a table that any part has."""
-    if name not in OPTIONAL:
-        return set()
-    every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in made)
-    return {column for columns in every for column in columns[name]}
-
-
 def _metadata(path: Path, key: bytes) -> dict[str, Any]:
-    """What every stream of a part's file says of the whole part."""
+    """Metadata of a part, which every stream of its file repeats."""
     with pa.memory_map(str(path)) as file:
         values: dict[str, Any] = json.loads(pa.ipc.open_stream(file).schema.metadata[key])
     return values
@@ -121,15 +117,8 @@ def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Par
         yield part
 
 
-def _with_progress(made: Iterable[Part | Path], ranges: Ranges, label: str) -> Iterator[Part | Path]:
-    with progress_bar(ranges[-1][1] if ranges else 0, label) as bar:
-        for (first, last), part in zip(ranges, made, strict=True):
-            yield part
-            bar.update(last - first)
-
-
 def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
-    """Make one part unless its file is there, and whole: after a power cut a file may be cut short."""
+    """Make one part unless its file is complete: a power cut may have truncated it."""
     path = parts / f"{first:08d}-{last:08d}.arrows"
     if _is_whole(path):
         return path
@@ -174,18 +163,8 @@ def _groups(part: Part | Path, name: str) -> Iterator[pa.Table]:
                     yield pa.Table.from_batches([batch]).replace_schema_metadata()
 
 
-JOBS_A_CORE = 8
-"""More processes than this only cost memory."""
-
-
 def check_jobs(jobs: int) -> None:
-    """Refuse a number of processes that makes no sense on this machine.
-
-    Raises
-    ------
-    VbbenchError
-        Unless it is 1 to `JOBS_A_CORE` per core, or −1 for one per core.
-    """
+    """Raise VbbenchError unless ``jobs`` is 1 to `JOBS_A_CORE` per core, or −1 for one process per core."""
     most = JOBS_A_CORE * (os.cpu_count() or 1)
     if jobs != -1 and not 1 <= jobs <= most:
         raise VbbenchError(f"jobs is a number of processes: 1 to {most} here, or -1 for one per core, not {jobs}")
@@ -194,10 +173,7 @@ def check_jobs(jobs: int) -> None:
 def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Any]:
     """The results of ``function`` for each tuple of arguments, in order, made by ``jobs`` processes (−1: one per core).
 
-    Raises
-    ------
-    VbbenchError
-        If a worker dies.
+    Raises VbbenchError if a worker dies.
     """
     from joblib import Parallel, delayed
 
@@ -211,7 +187,7 @@ def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], 
         initargs=(os.getpid(),),
     )
     with warnings.catch_warnings():
-        # Workers that grow while they compile are replaced, which is said and loses nothing.
+        # Workers that grow while they compile are replaced, which loses nothing.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
         try:
             with _apart_from_the_terminal():
@@ -219,14 +195,14 @@ def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], 
             yield from results
         except BrokenProcessPool as error:
             raise VbbenchError(
-                "a worker process died (out of memory?); the same command goes on where this one was, "
-                "with fewer jobs if need be"
+                "a worker process died (out of memory?); run the same command again to continue, "
+                "with fewer jobs if necessary"
             ) from error
 
 
 @contextmanager
 def _apart_from_the_terminal() -> Iterator[None]:
-    """Start processes that leave the signals of a terminal to this one, and clean up after it without a word."""
+    """Start processes that leave the terminal's signals to this one, and clean up after it silently."""
     kept = os.environ.get("PYTHONWARNINGS")
     quiet = "ignore:resource_tracker:UserWarning"  # of what a process that was killed could not remove itself
     before = signal.pthread_sigmask(signal.SIG_BLOCK, REASONS)

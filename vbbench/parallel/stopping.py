@@ -1,9 +1,9 @@
 """Stops a command when a signal asks for it: one line, none of its processes left, exit status 128 + the signal.
 
-A signal wakes a thread, which says the line, silences stderr and ends all processes below this one, whatever the main
-thread is doing. The main thread is interrupted by `KeyboardInterrupt`, so that it leaves files and locks in order.
-Where it has not ended after `GRACE` seconds (a compiler, a library that waits), the whole process ends all the same:
-what is left then is what is left after a power cut, and the next run goes on from there.
+A signal wakes a thread, which prints the line, silences stderr and ends all processes below this one, whatever the main
+thread is doing. The main thread gets a `KeyboardInterrupt`, so that it leaves files and locks in order. If it has not
+ended after `GRACE` seconds (a compiler, a library that waits), the process ends without that, as in a power cut, and
+the next run continues from there.
 """
 
 import os
@@ -21,10 +21,10 @@ GRACE = 1.0
 """Seconds that the main thread has after a signal."""
 
 ORPHAN_CHECK = 0.5
-"""Seconds between two looks of a worker at whether its parent is still there."""
+"""Seconds between a worker's checks that its parent still runs."""
 
 REASONS = {signal.SIGINT: "stopped", signal.SIGTERM: "stopped by SIGTERM", signal.SIGHUP: "stopped by SIGHUP"}
-"""The signals that stop a command, and how it says so."""
+"""The signals that stop a command, and the message for each."""
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
@@ -35,7 +35,8 @@ def stoppable(run: Callable[[], int]) -> int:
     A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
     """
     stop = _Stop()
-    _adopt_orphans()
+    if sys.platform == "linux":
+        _prctl(_PR_SET_CHILD_SUBREAPER, 1)  # adopts what a worker starts while it is ended, so that it can be found
     try:
         stop.listen()
         return run()
@@ -46,16 +47,12 @@ def stoppable(run: Callable[[], int]) -> int:
 
 
 class _Stop:
-    """The first signal counts; those after it change nothing.
-
-    Parameters
-    ----------
-    status : exit status, once a signal has come.
-    """
+    """The first signal counts; later ones change nothing."""
 
     def __init__(self) -> None:
         self.status: int | None = None
-        self._told = threading.Event()
+        """Exit status, once a signal has come."""
+        self._announced = threading.Event()
         self._interrupted = False
 
     def listen(self) -> None:
@@ -69,17 +66,17 @@ class _Stop:
                 signal.signal(number, self._interrupt)
 
     def _watch(self, reader: int) -> None:
-        """The thread: it waits for a signal, and needs nothing of the main thread to answer it."""
+        """The thread: it waits for a signal and handles it without the main thread."""
         number = os.read(reader, 1)[0]
         while number not in REASONS:
             number = os.read(reader, 1)[0]
         self.status = 128 + number
         threading.Timer(GRACE, self._end).start()
         try:
-            _say_last(f"vbbench: {REASONS[signal.Signals(number)]}; the same command goes on where this one was\n")
+            _say_last(f"vbbench: {REASONS[signal.Signals(number)]}; run the same command again to continue\n")
             end_descendants()
         finally:
-            self._told.set()
+            self._announced.set()
 
     def _end(self) -> None:
         end_descendants()
@@ -90,12 +87,12 @@ class _Stop:
         if self._interrupted:
             return
         self._interrupted = True
-        self._told.wait()
+        self._announced.wait()
         raise KeyboardInterrupt
 
 
 def _say_last(line: str) -> None:
-    """Say a line on stderr, and nothing after it: what libraries complain of while they are torn down helps nobody."""
+    """Print a line on stderr, then close it: errors of libraries while they shut down are of no use."""
     if sys.__stderr__ is None:
         return
     with suppress(OSError):  # the terminal may be gone
@@ -107,18 +104,12 @@ def _say_last(line: str) -> None:
 def end_descendants() -> None:
     """Ask every process below this one to end, where the system lists them (Linux).
 
-    Those that left the session, such as an image viewer, stay. The trackers that clean up after worker processes take
-    no heed of SIGTERM: they end when nobody is left.
+    Processes that left the session, such as an image viewer, stay. The trackers that clean up after workers ignore
+    SIGTERM: they end with the last worker.
     """
     for process in _descendants(os.getpid()):
         with suppress(OSError):
             os.kill(process, signal.SIGTERM)
-
-
-def _adopt_orphans() -> None:
-    """Be the parent of what a worker starts while it is ended, so that it can still be found (Linux)."""
-    if sys.platform == "linux":
-        _prctl(_PR_SET_CHILD_SUBREAPER, 1)
 
 
 def _prctl(option: int, value: int) -> None:
@@ -141,13 +132,10 @@ def _descendants(ancestor: int) -> Iterator[int]:
 
 
 def end_with_parent(parent: int) -> None:
-    """From now on this process ends when its parent does, however that comes to its end.
+    """From now on this process ends when its parent does, for whatever reason.
 
-    Linux sees to that at once; elsewhere a thread looks every `ORPHAN_CHECK` seconds.
-
-    Parameters
-    ----------
-    parent : process id of the parent, as the parent knows it: it may have ended already.
+    On Linux it ends at once; elsewhere a thread checks every `ORPHAN_CHECK` seconds. ``parent`` is the process id that
+    the parent gave: it may have ended already.
     """
     if sys.platform == "linux":
         _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
