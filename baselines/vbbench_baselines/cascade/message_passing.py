@@ -44,7 +44,10 @@ def pass_messages(
             for end in range(2):
                 for s in range(samples):
                     belief[edges[e, end], s] += messages[e, end, s]
-    return _least(belief), done
+    choices = np.empty(len(belief), np.int64)
+    for k in range(len(belief)):
+        choices[k] = np.argmin(belief[k])
+    return choices, done
 
 
 @kernel
@@ -59,28 +62,14 @@ def _send(
     to_first : whether the first node receives.
     """
     samples = len(message)
-    fresh, lowest = np.empty(samples), np.inf
+    fresh = np.full(samples, np.inf)
     for s in range(samples):
-        least = np.inf
         for r in range(samples):
-            least = min(least, belief[r] - received[r] + (pair[s, r] if to_first else pair[r, s]))
-        fresh[s] = least
-        lowest = min(lowest, least)
+            fresh[s] = min(fresh[s], belief[r] - received[r] + (pair[s, r] if to_first else pair[r, s]))
+    fresh -= np.min(fresh)
     change = 0.0
     for s in range(samples):
-        fresh[s] -= lowest
         value = fresh[s] + damping * (message[s] - fresh[s])
         change = max(change, abs(value - message[s]))
         message[s] = value
     return change
-
-
-@kernel
-def _least(belief: FloatArray) -> IntArray:
-    choices = np.empty(len(belief), np.int64)
-    for k in range(len(belief)):
-        choices[k] = 0
-        for s in range(1, belief.shape[1]):
-            if belief[k, s] < belief[k, choices[k]]:
-                choices[k] = s
-    return choices

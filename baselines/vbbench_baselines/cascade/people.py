@@ -141,13 +141,10 @@ def descend(
 ) -> FloatArray:
     """Positions [K, 2] of least E_p near ``positions``; the rest as in `settle`."""
     relative, covariance, expected, std, walk, walk_std = factors
-    weights, spread, pulled = weigh(positions, factors, softness), std.copy(), expected.copy()
+    weights = weigh(positions, factors, softness)
     for _ in range(rounds):
-        force = pull(positions, graph)
-        for k in range(len(std)):
-            spread[k] = std[k] / np.sqrt(weights[k])
-            pulled[k, 0] = expected[k, 0] - spread[k] ** 2 * force[k, 0]
-            pulled[k, 1] = expected[k, 1] - spread[k] ** 2 * force[k, 1]
+        spread = std / np.sqrt(weights)
+        pulled = expected - (spread**2).reshape((-1, 1)) * pull(positions, graph)
         last = positions
         positions = localise(pose, Factors(relative, covariance, pulled, spread, walk, walk_std))
         if not moved(last, positions, tolerance):

@@ -126,8 +126,8 @@ class _Answer:
         self.deviance += settled.deviance
         if self._pose_spread is not None and self._place_spread is not None:
             sigma = pose_covariance_of(settled.state, joint)
-            for t in range(len(settled.state.poses)):
-                self._pose_spread[first + t] = sigma[3 * t : 3 * t + 3, 3 * t : 3 * t + 3]
+            frames = np.arange(len(settled.state.poses))
+            self._pose_spread[rows] = sigma.reshape(len(frames), 3, len(frames), 3)[frames, :, frames]
             self._place_spread[rows] = place_covariances(settled.state, joint.walk, sigma, 0)
 
     def estimate(self, heights: Report) -> Estimate:

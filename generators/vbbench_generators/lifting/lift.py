@@ -51,7 +51,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
     Raises
     ------
     VbbenchError
-        If the heads, or the homography, do not tell where the camera is.
+        If the heads, or the homography, do not determine the camera.
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")
@@ -65,7 +65,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
             found = _find_by_heads(heads, boxes, settings)
         kept = _below_horizon(found.camera.depth(heads.x, heads.nu))
     except ValueError as error:
-        advice = "is that of another picture?" if homography is not None else "give its homography with --homography"
+        advice = "is that of another picture?" if homography is not None else "give its `homography`"
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
     heads = heads.take(kept)
     speed = walking_speed(heads, found.camera, settings.window)

@@ -104,10 +104,8 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
     lessons.scales[k, 1] += 1.0
     if n <= REACH:
         return
-    second = np.empty((3, 2))  # the last second difference, and the two before it
-    for i in range(3):
-        for axis in range(2):
-            second[i, axis] = track[n - 1 - i, axis] - 2.0 * track[n - 2 - i, axis] + track[n - 3 - i, axis]
+    last = track[::-1]
+    second = last[:3] - 2.0 * last[1:4] + last[2:5]  # the last second difference, and the two before it
     for i in range(1, 3):
         lessons.slope[i - 1] += precision * (second[0, 0] * second[i, 0] + second[0, 1] * second[i, 1])
         for j in range(1, 3):

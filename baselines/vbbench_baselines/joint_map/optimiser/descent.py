@@ -137,9 +137,7 @@ def _renewed(state: State, people: list[Person], problem: JointProblem, damping:
     hessian = hessian_of(people, state, problem)
     for i in range(len(hessian)):
         hessian[i, i] += damping * hessian[i, i] + 1e-9
-    inverse = np.empty_like(hessian)
-    inverse[:] = np.linalg.inv(hessian)
-    return Model(inverse, damping, 0)
+    return Model(np.ascontiguousarray(np.linalg.inv(hessian)), damping, 0)
 
 
 @kernel
@@ -181,25 +179,16 @@ def _moved(state: State, people: list[Person], step: FloatArray, problem: JointP
 def _guessed(past: Past, before: State, after: State, problem: JointProblem) -> State:
     """Where steps such as that from ``before`` to ``after`` lead in the end."""
     guess = extrapolate(past, _vector(before), _vector(after))
-    poses, places, heights = after.poses.copy(), after.places.copy(), after.heights.copy()
-    a, b = poses.size, poses.size + places.size
-    poses.ravel()[:] = guess[:a]
-    heights[:] = guess[b:]
-    flat, known = places.ravel(), guess[a:b]
-    for i in range(len(flat)):
-        if not np.isnan(flat[i]):
-            flat[i] = known[i]
-    return believe(poses, places, heights, problem, after.variances)
+    a, b = after.poses.size, after.poses.size + after.places.size
+    guessed = guess[a:b].reshape(after.places.shape)
+    places = np.where(np.isnan(after.places), after.places, guessed)
+    return believe(guess[:a].reshape(after.poses.shape), places, guess[b:], problem, after.variances)
 
 
 @kernel
 def _vector(state: State) -> FloatArray:
-    """Poses, places (nought where there are none) and heights in a row."""
-    vector = np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights))
-    for i in range(len(vector)):
-        if np.isnan(vector[i]):
-            vector[i] = 0.0
-    return vector
+    """Poses, places (zero where unknown) and heights in a row."""
+    return np.nan_to_num(np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights)))
 
 
 @kernel

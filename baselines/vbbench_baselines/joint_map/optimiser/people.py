@@ -214,10 +214,10 @@ def arms_of(person: Person, poses: FloatArray) -> FloatArray:
 
 
 @kernel
-def tilt_of(person: Person, arms: FloatArray) -> FloatArray:
-    """Gᵀ H_yy u [3n]: how the poses pull at the person's height."""
-    tilt = np.empty(3 * len(arms))
+def to_poses(forces: FloatArray, arms: FloatArray) -> FloatArray:
+    """Gᵀ v [3n] of ``forces`` v [2n] on the measured places; ``arms`` as of `arms_of`."""
+    pulls = np.empty(3 * len(arms))
     for i in range(len(arms)):
-        rx, ry = person.response[2 * i], person.response[2 * i + 1]
-        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * arms[i, 0] + ry * arms[i, 1]
-    return tilt
+        x, y = forces[2 * i], forces[2 * i + 1]
+        pulls[3 * i], pulls[3 * i + 1], pulls[3 * i + 2] = x, y, x * arms[i, 0] + y * arms[i, 1]
+    return pulls

@@ -20,8 +20,11 @@ def group_forces(people: FloatArray, members: IntArray, numbers: FloatArray, str
     for i in members:
         _cohere(people, i, x / size, y / size, (size - 1) / 2.0, numbers[0].cohesion, strict, forces)
         _gaze(people, i, x, y, size, numbers[0].gaze, strict, forces)
-        for j in members:
-            _separate(people, i, j, numbers[0].separation, numbers[0].personal_space, forces)
+        for j in members:  # pushed away by as much as the two are apart
+            dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
+            if math.sqrt(dx * dx + dy * dy) <= numbers[0].personal_space:
+                forces[0, i] += numbers[0].separation * dx
+                forces[1, i] += numbers[0].separation * dy
 
 
 @kernel
@@ -55,12 +58,3 @@ def _gaze(
         push = factor * (dx * people[TARGET_X, i] + dy * people[TARGET_Y, i]) / distance
         forces[0, i] += push * people[TARGET_X, i]
         forces[1, i] += push * people[TARGET_Y, i]
-
-
-@kernel
-def _separate(people: FloatArray, i: int, j: int, factor: float, space: float, forces: FloatArray) -> None:
-    """Push i away from j by as much as they are apart, if that is within ``space``."""
-    dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
-    if math.sqrt(dx * dx + dy * dy) <= space:
-        forces[0, i] += factor * dx
-        forces[1, i] += factor * dy
