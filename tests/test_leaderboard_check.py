@@ -228,7 +228,7 @@ def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
         "cv.json: holds the result that belongs in",
         "vb-cv.json: holds",
         "noisy.json: cannot be read",
-        "stray.json: lies",
+        "stray.json: is neither",
     ):
         assert words in err
     assert "but for capitals" in err

@@ -19,7 +19,7 @@ def pass_messages(
     ----------
     unary : [K, S] energies U, inf = no such choice.
     edges, pair : [E, 2] nodes (i, j) and [E, S, S] energies V_ij(s_i, s_j), finite.
-    rounds, tolerance : stop after so many rounds, or when no message changed by more; all are passed at once.
+    rounds, tolerance : stop after this number of rounds, or when no message changed by more; all are passed at once.
     damping : share of the last round's message that is kept, in [0, 1).
 
     Returns
@@ -54,7 +54,7 @@ def pass_messages(
 def _send(
     belief: FloatArray, received: FloatArray, pair: FloatArray, to_first: bool, message: FloatArray, damping: float
 ) -> float:
-    """Update ``message`` [S] from a node of this belief, which had ``received`` its answer; the greatest change.
+    """Update ``message`` [S] from a node with ``belief``, which had ``received`` [S]; return the greatest change.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ The cascade's first energy with D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq.
 
     E_c = Σ_k ρ(m_k) + ½ (z_k − Rᵀ(x_k − c))ᵀ N_k⁻¹ (z_k − Rᵀ(x_k − c)),   ρ(m) = √(m² + ε²),
 
-the observer being one more walker with z = 0, N = 0. ρ is the norm, rounded off below ε standard deviations; a
-walk that departs far from its expectation pulls no harder than one that departs a little. Since ρ is concave in m²,
+the observer being one more walker with z = 0, N = 0. ρ is the norm, smooth below ε standard deviations; a walk far from
+its expectation pulls no harder than one that is near it. Since ρ is concave in m²,
 
     ρ(m) ≤ ½ w m² + constant,   w = 1/√(m_now² + ε²),   with equality at m_now,
 
@@ -32,7 +32,7 @@ def weigh(positions: FloatArray, factors: Factors, softness: float) -> FloatArra
 
 @kernel
 def moved(before: FloatArray, after: FloatArray, distance: float) -> bool:
-    """Whether a coordinate of anybody's place [K, 2] changed by ``distance`` m or more; NaN does not."""
+    """Whether a coordinate of a place [K, 2] changed by ``distance`` m or more; NaN counts as unchanged."""
     return bool(np.any(np.abs(after - before) >= distance))
 
 
@@ -46,7 +46,7 @@ def settle(
     ----------
     pose : [3] the known pose, or NaN.
     softness : ε, in standard deviations.
-    rounds, tolerance : stop after so many rounds, or when nobody's place (m), nor the yaw (rad), moved further.
+    rounds, tolerance : stop after this number of rounds, or when no place (m) and no pose (m, rad) moved further.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""One frame on a known past: everybody foreseen by the autoregression, then one robust fit of the pose.
+"""One frame on a known past: the autoregression predicts all people, then one robust fit of the pose.
 
 This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what is
 foreseen, p_k, so that a weighted problem but for the head is that of `vbbench_baselines.common.ego_motion.fit_pose`,
@@ -23,13 +23,13 @@ from vbbench_baselines.joint_map.motion.learning import Lessons, known_before, l
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk
 
 PAST = REACH + 1
-"""Frames before the newest that tell of it."""
+"""Frames before the newest that are used."""
 
 ROUNDS, LONGEST = 20, 0.2
-"""Most steps, and the longest, in m and rad."""
+"""Maximum number of steps, and their maximum length in m and rad."""
 
 TOLERANCE = 2e-4
-"""In m and rad; a step shorter than this is the last."""
+"""In m and rad; the search ends with a shorter step."""
 
 
 class Located(NamedTuple):
@@ -60,7 +60,7 @@ def locate(
     lessons: Lessons,
     learns: bool,
 ) -> Located:
-    """The pose and everybody's places at t.
+    """The pose and all places at t.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def own_terms(
 
 @kernel
 def _spread(found: FloatArray, std: FloatArray, nu: float, factors: Factors) -> None:
-    """Write the standard deviations of the normal laws that touch everybody's at ``found`` [K, 2] to the factors."""
+    """Write to the factors the standard deviations of normal laws that touch the Student-t ones at ``found`` [K, 2]."""
     expected = factors.expected
     for k in range(len(std)):
         if std[k] > ANCHOR_STD:
@@ -173,7 +173,7 @@ def foresee(places: FloatArray, walk: Walk, variance: float) -> tuple[float, flo
 
 @kernel
 def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tuple[float, float, float]:
-    """`foresee` by the filter of this order; so many frames at the end of places [n, 2] are known."""
+    """`foresee` by the filter of this ``order``, the number of known frames at the end of places [n, 2]."""
     n, x, y = len(places), 0.0, 0.0
     for d in range(1, order + 1):
         x -= walk.filters[order, d] * places[n - d, 0]
@@ -185,7 +185,7 @@ def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tu
 def foresee_all(
     places: FloatArray, poses: FloatArray, given: FloatArray, walk: Walk, variances: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Where everybody is expected at t.
+    """Where everyone is expected at t.
 
     Parameters
     ----------

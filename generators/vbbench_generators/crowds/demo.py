@@ -37,7 +37,7 @@ class DemoSplit:
 
 
 def record_plaza(seed: int, index: int, people: int, frames: int) -> Scene:
-    """The scenario `plaza`, of which only a square is recorded: people come and go, and people who come back are new ones.
+    """The scenario `plaza`, of which only a square is recorded: people come and go; those who come back are new.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""How sure poses and places are: the inverse of the joint energy's Hessian.
+"""Covariances of poses and places: the inverse of the joint energy's Hessian.
 
 With Σ = H⁻¹ of the poses, people eliminated, a place has the covariance A⁻¹ given the poses, and follows them:
 
     Cov(x) = A⁻¹ + (∂x/∂p) Σ (∂x/∂p)ᵀ,   ∂x/∂p = A⁻¹ M G,
 
-to which an unknown stature adds its own part. H takes the Student-t terms at their weights, and so says how sure one is
-if the weights are right.
+to which an unknown stature adds its own part. H takes the Student-t terms at their weights, so the covariances hold if
+the weights are right.
 """
 
 import numpy as np

@@ -33,9 +33,9 @@ class Person(NamedTuple):
     number, first : k and the frame it begins with.
     track, measured : [n, 2] x and y in m.
     seen : [n] whether there is a box.
-    information : [n, 3] M as (xx, xy, yy) in 1/m², nought where there is no box.
+    information : [n, 3] M as (xx, xy, yy) in 1/m², zero where there is no box.
     lower : Cholesky factor of A [2n, 2n], see `vbbench_baselines.joint_map.optimiser.banded`.
-    along : [2n] u, nought where there is no box.
+    along : [2n] u, zero where there is no box.
     response : [2n] H_yy u.
     height : s in m.
     height_information : its own, with x eliminated, in 1/m².

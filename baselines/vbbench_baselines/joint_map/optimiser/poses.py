@@ -1,6 +1,6 @@
 """The joint energy as a function of the poses alone, and its Gauss–Newton model.
 
-Everybody eliminated (`optimiser.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
+With all people eliminated (`optimiser.people`), 3T unknowns are left. With G_t = ∂y_t/∂(c_t, θ_t) =
 (I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
 the whole problem in poses and places together. It is x and not y that G turns about c: M turns with the camera, too.
 The observer is a walker whose place is c itself, and a head that turns (`vbbench_baselines.joint_map.motion.heads`).
@@ -19,14 +19,14 @@ from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
 @kernel
 def linearise(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray]:
-    """Gradient [3T] and Hessian [3T, 3T] at a point's poses, everybody at their least energy."""
+    """Gradient [3T] and Hessian [3T, 3T] at a point's poses, with all people at their least energy."""
     people = eliminate_all(state, problem.walk)
     return gradient_of(people, state, problem), hessian_of(people, state, problem)
 
 
 @kernel
 def eliminate_all(state: State, walk: Walk) -> list[Person]:
-    """Everybody who is followed at all, see `eliminate`."""
+    """Everyone who is followed, see `eliminate`."""
     axes, data = axes_of(state.poses), state.data
     followed = [k for k in range(len(data.last)) if data.last[k] >= data.first[k]]
     return [eliminate(k, state.poses, axes, data, state.weights[k], walk) for k in followed]
