@@ -56,10 +56,7 @@ def _send(
 ) -> float:
     """Update ``message`` [S] from a node with ``belief``, which had ``received`` [S]; return the greatest change.
 
-    Parameters
-    ----------
-    pair : [S, S] energies V, by the choices of the edge's first and second node.
-    to_first : whether the first node receives.
+    ``pair`` [S, S] holds the energies by the choices of the edge's two nodes; ``to_first``: the first receives.
     """
     samples = len(message)
     fresh = np.full(samples, np.inf)

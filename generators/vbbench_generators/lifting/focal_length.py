@@ -74,10 +74,7 @@ def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLeng
 def _by_vanishing_point(fit: PlaneFit, point: FloatArray) -> FocalLengths:
     """Focal length from the (x, ν) in px where plumb lines meet: f² = f·tan θ · (f / tan θ), horizon and nadir.
 
-    Raises
-    ------
-    ValueError
-        If the point is on the horizon's side of the picture's centre.
+    Raises ValueError if the point is on the horizon's side of the picture's centre.
     """
     planes = (fit.plane, *fit.resampled)
     squares = [plane.depth * float(plane.levelled(point[:1], point[1:])[1][0]) for plane in planes]

@@ -78,13 +78,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
 
 
 def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FoundCamera:
-    """The camera in which the heads, the centres of ``boxes``, have the sizes that they have, and walk as people do.
-
-    Raises
-    ------
-    ValueError
-        If sizes or positions leave the camera open.
-    """
+    """The camera that sizes and walks of the heads, the centres of ``boxes``, imply; ValueError if they do not."""
     focal = settings.focal_median * boxes.size[0]
     seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
     for last in (False, True):
@@ -110,13 +104,7 @@ def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) ->
 
 
 def _below_horizon(depth: FloatArray) -> BoolArray:
-    """Which heads [N] are on the ground in front of the camera; ``depth`` vanishes on the horizon.
-
-    Raises
-    ------
-    ValueError
-        If the horizon goes through the crowd.
-    """
+    """Which heads [N] have a ``depth`` clearly above the horizon's, 0; ValueError if it cuts through the crowd."""
     kept: BoolArray = depth > _NEAR_HORIZON * np.median(depth)
     if np.mean(~kept) > _FEW:
         raise ValueError(f"the horizon goes through the crowd: {np.mean(~kept):.1%} of the heads are on it or above it")

@@ -4,27 +4,31 @@ import math
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_generators.crowds.social_force.basics import TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
+from vbbench_generators.crowds.social_force.basics import PYSOCIALFORCE, TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
 
 
 @kernel
-def group_forces(people: FloatArray, members: IntArray, numbers: FloatArray, strict: bool, forces: FloatArray) -> None:
-    """Add the forces (m/s²) within one group, whose people are ``members``, to ``forces`` [2, K]."""
-    size = len(members)
-    if size < 2:
-        return
-    x, y = 0.0, 0.0
-    for i in members:
-        x += people[X, i]
-        y += people[Y, i]
-    for i in members:
-        _cohere(people, i, x / size, y / size, (size - 1) / 2.0, numbers[0].cohesion, strict, forces)
-        _gaze(people, i, x, y, size, numbers[0].gaze, strict, forces)
-        for j in members:  # pushed away by as much as the two are apart
-            dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
-            if math.sqrt(dx * dx + dy * dy) <= numbers[0].personal_space:
-                forces[0, i] += numbers[0].separation * dx
-                forces[1, i] += numbers[0].separation * dy
+def add_group_forces(
+    people: FloatArray, members: IntArray, groups: IntArray, numbers: FloatArray, forces: FloatArray
+) -> None:
+    """Add the forces (m/s²) within groups; ``groups`` holds where each one starts in ``members``, and the last ends."""
+    settings = numbers[0]
+    strict = settings.kind == PYSOCIALFORCE
+    for g in range(len(groups) - 1):
+        group, size, x, y = members[groups[g] : groups[g + 1]], groups[g + 1] - groups[g], 0.0, 0.0
+        if size < 2:
+            continue
+        for i in group:
+            x += people[X, i]
+            y += people[Y, i]
+        for i in group:
+            _cohere(people, i, x / size, y / size, (size - 1) / 2.0, settings.cohesion, strict, forces)
+            _gaze(people, i, x, y, size, settings.gaze, strict, forces)
+            for j in group:  # pushed away by as much as the two are apart
+                dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
+                if math.sqrt(dx * dx + dy * dy) <= settings.personal_space:
+                    forces[0, i] += settings.separation * dx
+                    forces[1, i] += settings.separation * dy
 
 
 @kernel

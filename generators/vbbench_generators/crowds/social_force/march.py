@@ -25,7 +25,7 @@ from vbbench_generators.crowds.social_force.basics import (
     X,
     Y,
 )
-from vbbench_generators.crowds.social_force.groups import group_forces
+from vbbench_generators.crowds.social_force.groups import add_group_forces
 from vbbench_generators.crowds.social_force.helbing_molnar import helbing_molnar_rows
 from vbbench_generators.crowds.social_force.model import STOP_RADIUS
 from vbbench_generators.crowds.social_force.moussaid import moussaid_rows, strict_rows
@@ -112,16 +112,6 @@ def add_row_forces(
                 fx, fy = sampled_wall(x, y, walls[wall], numbers, settings.kind == PYSOCIALFORCE, pairs)
             forces[0, k] += fx
             forces[1, k] += fy
-
-
-@kernel
-def add_group_forces(
-    people: FloatArray, members: IntArray, groups: IntArray, numbers: FloatArray, forces: FloatArray
-) -> None:
-    """Add the forces within groups; ``groups`` holds where each one starts in ``members``, and where the last ends."""
-    strict = numbers[0].kind == PYSOCIALFORCE
-    for g in range(len(groups) - 1):
-        group_forces(people, members[groups[g] : groups[g + 1]], numbers, strict, forces)
 
 
 @kernel
