@@ -72,8 +72,8 @@ class Heads:
 
     def take(self, chosen: BoolArray | IntArray) -> "Heads":
         """The heads ``chosen`` by index or mask."""
-        x, nu, frame, track = (rows[chosen] for rows in (self.x, self.nu, self.frame, self.track))
-        return replace(self, x=x, nu=nu, frame=frame, track=track)
+        x, nu = self.x[chosen], self.nu[chosen]
+        return replace(self, x=x, nu=nu, frame=self.frame[chosen], track=self.track[chosen])
 
 
 def split_at_gaps(heads: Heads, gap: float) -> Heads:

@@ -57,7 +57,8 @@ def helbing_molnar_rows(
 def _strides(people: FloatArray, stride_time: float) -> FloatArray:
     """[2, K] s e in m: what each person walks within ``stride_time`` towards the current goal."""
     length = np.sqrt(people[VX] * people[VX] + people[VY] * people[VY]) * stride_time
-    return people[TARGET_X : TARGET_Y + 1] * length
+    strides: FloatArray = people[TARGET_X : TARGET_Y + 1] * length
+    return strides
 
 
 @kernel
