@@ -231,7 +231,7 @@ def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
         "stray.json: is neither",
     ):
         assert words in err
-    assert "but for capitals" in err
+    assert "only in capitals" in err
     assert "Traceback" not in err
 
 
