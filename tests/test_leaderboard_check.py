@@ -81,7 +81,7 @@ def put(values: Any, path: tuple[Any, ...], value: Any) -> None:
 def test_all_is_well(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["leaderboard", "check", "--results", str(room / "results"), "--work", str(room / "work")]) == 0
     out, err = capsys.readouterr()
-    assert out == f"{room / 'results'}: 2 results on 1 board checked, all as it should be; 2 scored again\n"
+    assert out == f"{room / 'results'}: 2 results on 1 board checked, no faults; 2 scored again\n"
     assert err == ""
 
 
@@ -166,11 +166,11 @@ def column(name: str, value: float) -> Change:
         (column("positions", 900), r"positions are not the board's in sequence \d+"),
         (column("posed", 1), r"posed does not go with the failure policy in sequence \d+"),
         (column("placed", 1), r"placed does not go with the failure policy in sequence \d+"),
-        (column("dx", np.nan), r"dx cannot be so in sequence \d+"),
-        (column("dr", 4.0), r"dr cannot be so in sequence \d+"),
-        (column("drift_rad", 4.0), r"drift_rad cannot be so in sequence \d+"),
+        (column("dx", np.nan), r"dx has impossible values in sequence \d+"),
+        (column("dr", 4.0), r"dr has impossible values in sequence \d+"),
+        (column("drift_rad", 4.0), r"drift_rad has impossible values in sequence \d+"),
         (lambda v: put(v, ("dataset", "id"), "0" * 16), r"\$.dataset.id: is 0{16}, everything on this board"),
-        (lambda v: put(v, ("dataset", "seed"), 3), r"\$.dataset.seed: is 3, everything else gives 0"),
+        (lambda v: put(v, ("dataset", "seed"), 3), r"\$.dataset.seed: is 3, must be 0"),
         (lambda v: put(v, ("dataset", "tier"), "noisy"), "belongs in tiny/sequential-noisy/cv.json"),
         (lambda v: put(v, ("dataset", "camera"), "perspective"), r"\$.dataset.camera"),
         (lambda v: put(v, ("protocol",), "rollout/1"), "belongs in tiny/rollout-ideal/cv.json"),
@@ -228,10 +228,10 @@ def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
         "cv.json: holds the result that belongs in",
         "vb-cv.json: holds",
         "noisy.json: cannot be read",
-        "stray.json: lies",
+        "stray.json: is neither",
     ):
         assert words in err
-    assert "but for capitals" in err
+    assert "only in capitals" in err
     assert "Traceback" not in err
 
 
@@ -251,7 +251,7 @@ def test_named_submissions_that_belong_to_nothing_are_said(room: Path, results: 
     assert "its dataset" in faults(results, submissions=[submission])[0]
     shutil.copytree(submission, tmp_path / "other")
     (tmp_path / "other" / "poses.parquet").write_bytes(b"")
-    assert "no result is made of its tables" in faults(results, submissions=[tmp_path / "other"])[0]
+    assert "no result has its tables" in faults(results, submissions=[tmp_path / "other"])[0]
 
 
 def test_a_damaged_work_folder_stops_no_check(room: Path, results: Path, tmp_path: Path) -> None:

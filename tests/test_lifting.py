@@ -128,7 +128,7 @@ def test_a_crowd_that_tells_nothing_is_one_clear_error(kind: str) -> None:
     with pytest.raises(VbbenchError, match="made: ") as caught:
         lift(taken(boxes, few.get(kind, boxes.track > 0)), LiftingSettings())
     assert "\n" not in str(caught.value)
-    assert kind == "nobody" or "--homography" in str(caught.value)
+    assert kind == "nobody" or "`homography`" in str(caught.value)
 
 
 def taken(boxes, chosen) -> HeadBoxes:

@@ -1,7 +1,7 @@
-"""``cv`` and ``sf``: baselines that continue the past and hardly look at the picture.
+"""``cv`` and ``sf``: baselines that extrapolate people and the observer; boxes only show who is present.
 
-Everybody, the observer included, walks on; boxes say only who is there. People of whom no position is known are placed
-on the ray of their box at the mean height, as seen from the extrapolated pose.
+People without a known position are placed on the ray of their box at the mean height, as seen from the extrapolated
+pose.
 """
 
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect
 
 EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
-"""What is expected is the answer; how sure it is does not matter."""
+"""The expectation is the answer; its uncertainty does not matter."""
 
 
 class ConstantVelocity:
-    """x = 2x' − x''; people of whom one past position is known stay; the observer's yaw is held."""
+    """x = 2x' − x''; people with one known past position stay there; the observer's yaw is held."""
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
@@ -29,10 +29,10 @@ class ConstantVelocity:
         """See `vbbench.solver.FrameSolver.step`."""
         history, problem = self._history, self._problem
         history.advance(frame.given)
-        everybody = np.ones(len(frame.observations), np.bool_)
-        expected, _, walk, _ = expect(self.model(), history, everybody, EXACT, problem.dt)
+        everyone = np.ones(len(frame.observations), np.bool_)
+        expected, _, walk, _ = expect(self.model(), history, everyone, EXACT, problem.dt)
         pose = np.where(np.isnan(history.poses[2]), walk, history.poses[2])
-        boxes = problem.camera.unproject(frame.observations, np.full(len(everybody), problem.height_mean))
+        boxes = problem.camera.unproject(frame.observations, np.full(len(everyone), problem.height_mean))
         positions = np.where(np.isnan(expected), relative_to_world(boxes, pose), expected)
         positions[np.isnan(frame.observations[:, 2])] = np.nan
         return history.store(walk, positions)
@@ -44,7 +44,7 @@ class ConstantVelocity:
 
 @dataclass(kw_only=True)
 class SocialForce(ConstantVelocity):
-    """Constant velocity, drawn towards the mean velocity w of everybody near: v ← v + dt (w − v)/η.
+    """Constant velocity, drawn towards the mean velocity w of the people nearby: v ← v + dt (w − v)/η.
 
     The alignment term of arXiv 2111.05060 (eq. 11) in seconds; the observer is a walker like the others.
 

@@ -1,8 +1,8 @@
-"""Motion models: what moves people off the straight line. A third model is one more class with one method.
+"""Motion models: what moves people off the straight line. A new model is a class with one method.
 
 A model with the force F (an acceleration in m/s²) measures a walk by D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq. 10 and
 11). With ẍ = (x − 2x' + x'')/dt² this is the distance of x from the expectation 2x' − x'' + dt²F, divided by dt²; the
-model says how far dt²F is, and how the distance counts is the solver's affair.
+model gives dt²F; the solver decides how the distance counts.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Walkers(NamedTuple):
     Attributes
     ----------
     positions, velocities : [N, 2] in m and m/s.
-    dt : seconds a frame.
+    dt : seconds per frame.
     """
 
     positions: FloatArray
@@ -33,7 +33,7 @@ class MotionModel(Protocol):
     """The force term of a walk."""
 
     def displace(self, walkers: Walkers) -> FloatArray:
-        """dt²F [N, 2] in m of each walker; nought where its velocity is unknown."""
+        """dt²F [N, 2] in m of each walker; zero where its velocity is unknown."""
 
 
 class StraightWalk:
@@ -71,7 +71,7 @@ class SocialForceWalk:
 
 @kernel
 def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: float, rate: float) -> FloatArray:
-    """Change of velocity rate·(w_k − v_k), w_k the mean velocity of everybody within ``radius``, k included.
+    """Change of velocity rate·(w_k − v_k), w_k the mean velocity of everyone within ``radius``, including k.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: floa
         total_x, total_y, count = 0.0, 0.0, 0
         for i in range(len(positions)):
             dx = positions[i, 0] - positions[k, 0]
-            if not abs(dx) < radius:  # spares most of a large crowd the root
+            if not abs(dx) < radius:  # avoids most square roots in a large crowd
                 continue
             near = np.hypot(dx, positions[i, 1] - positions[k, 1]) < radius
             if near and not np.isnan(velocities[i, 0]):

@@ -28,8 +28,8 @@ class SocialForceBirdifier(Birdifier):
     softness : ε, below which a deviation counts as its square, in standard deviations.
     samples, spacing : S, odd, and δ in m of height: places along a ray that message passing chooses from.
     strength, sigma : of the pairwise potential: its weight beside D_k, both in m/s², and its σ in m.
-    reach, neighbours : people interact within so many m, each with so many of its nearest.
-    most_interacting : of more people only so many do, the nearest; the rest stand where each is best alone.
+    reach, neighbours : people interact within this distance in m, each with this number of nearest neighbours.
+    most_interacting : at most this number of people interact, the nearest; the others keep their own optimum.
     rounds, damping : of message passing.
     iterations, tolerance : of the minimisations over real numbers; the tolerance is in m and rad.
     """
@@ -76,7 +76,7 @@ class SocialForceBirdifier(Birdifier):
         return Answer(pose, positions, factors.spread(EXPECTED_WEIGHT**-0.5), tangent)
 
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
-        """The second stage: people's places [K, 2] given the pose, from where each of them stands best alone."""
+        """The second stage: people's places [K, 2] given the pose, starting from each person's own optimum."""
         pose, factors, rays = task
         samples = sample_rays(pose[2], alone, weights, rays, factors, self.softness, self.samples, self.spacing)
         if self.samples == 1 or np.isinf(samples.energies[:, 1]).all():
@@ -91,13 +91,13 @@ class SocialForceBirdifier(Birdifier):
 
 @dataclass(kw_only=True)
 class PriorHeights(SocialForceBirdifier):
-    """``vb-sf`` that learns no heights: everybody keeps the data set's prior N(μ_h, σ_h²)."""
+    """``vb-sf`` that learns no heights: everyone keeps the dataset's prior N(μ_h, σ_h²)."""
 
     calibrate: bool = False
 
 
 @dataclass(kw_only=True)
 class PriorHeightsFreeObserver(PriorHeights):
-    """And that expects nothing of the observer: the pose follows from the people in the picture alone."""
+    """As `PriorHeights`, without a prior of the observer: the pose follows only from the people in the picture."""
 
     ego_prior: bool = False

@@ -1,8 +1,8 @@
 """``vb-cv``, and the cascade that it shares with ``vb-sf``: view birdification (arXiv 2111.05060), frame by frame.
 
-First the pose from everybody at once, then everybody from the pose. Shared are the window, heights, measurements, the
-selection of people in large crowds, and what is reported. A solver adds its motion model and how it minimises the
-energies; ``vb-cv`` (VB-CV, constant velocity) is the plainest.
+First the pose from all people at once, then all people from the pose. Shared are the window, heights, measurements, the
+selection of people in large crowds, and the report. A solver adds its motion model and how it minimises the energies;
+``vb-cv`` (VB-CV, constant velocity) is the simplest.
 """
 
 from abc import ABC, abstractmethod
@@ -22,10 +22,10 @@ from vbbench_baselines.common.uncertainty import pose_covariance, position_covar
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
 
 EVERYBODY = 1_000_000
-"""More people than are ever in sight."""
+"""More people than a picture ever shows."""
 
 FEWEST = 2
-"""Usable people (seen, and expected somewhere) below whom the observer's own prior decides."""
+"""With fewer usable people (seen, and with an expected place) the observer's own prior decides."""
 
 
 class Task(NamedTuple):
@@ -42,13 +42,13 @@ class Task(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The least energy's place, and quadratic terms that stand for the energy there.
+    """Where the energy is least, and quadratic terms that approximate it there.
 
     Attributes
     ----------
     pose, positions : [3], and [K, 2] of the chosen people.
-    curved : terms of the energy's mean curvature, which tell covariances.
-    tangent : terms with their minimum where the energy has its own, which tell how it rises around.
+    curved : terms with the energy's mean curvature, for covariances.
+    tangent : terms with the energy's minimum, for how it rises around it.
     """
 
     pose: FloatArray
@@ -63,17 +63,17 @@ class Birdifier(ABC):
 
     Parameters
     ----------
-    ego_prior : whether the observer is expected to walk like the others, too; off for robots.
+    ego_prior : whether the observer is expected to walk like the others; off for robots.
     acceleration_std : of people and observer, in m/s²; the standard deviation about an expectation is this times dt².
-    speed_std : in m/s, of each component; times dt, the deviation of people of whom one past position is known.
-    estimate_std : in m, of the solver's own past positions, where it has to stand on them.
+    speed_std : in m/s, of each component; times dt, the deviation of people with one known past position.
+    estimate_std : in m, of the solver's own past positions, where it depends on them.
     height_limits : range of plausible heights in m.
-    pose_std : in m; what the solver's own poses add to the error of heights that are learned from them.
-    confident_std : in m; whoever the walk places to within this teaches its height, too, not only who is given.
-    calibrate : whether heights are learned from given positions; off, everybody keeps the prior N(μ_h, σ_h²).
-    most_people, smallest_box : beyond so many people in sight only those of greatest box height, above ``smallest_box``
-        px, decide the pose; the rest are localised from it. The pose takes time linear in their number, so that by
-        default everybody decides; 100 is the paper's selection.
+    pose_std : in m; what the solver's own poses add to the error of heights learned from them.
+    confident_std : in m; heights are also learned from people whom the walk places this accurately.
+    calibrate : whether heights are learned from given positions; otherwise everyone keeps the prior N(μ_h, σ_h²).
+    most_people, smallest_box : if more people are seen, only those of greatest box height, above ``smallest_box`` px,
+        decide the pose; the rest are localised from it. The pose takes time linear in their number, so by default
+        everyone decides; 100 is the paper's selection.
     """
 
     ego_prior: bool = True

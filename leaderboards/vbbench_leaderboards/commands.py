@@ -27,12 +27,12 @@ def add(
     Args:
         submission: Folder with submission.json, poses and positions.
         dataset: The dataset that it answers.
-        truth: Folder with the truth tables, where they are kept elsewhere.
+        truth: Folder with the truth tables, if they are not in the dataset.
         results: Folder of the result files.
-        name: What the solver is called on the board; default: as the submission says.
-        reference: Where it is described, in a line; default: as the submission says.
-        link: Address where it can be had.
-        overwrite: Replace the result that is there.
+        name: Name of the solver on the board; default: the one in the submission.
+        reference: Where it is described, in one line; default: the one in the submission.
+        link: Web address of the solver.
+        overwrite: Replace an existing result.
     """
     from vbbench_leaderboards.submitting import add as write
 
@@ -41,7 +41,7 @@ def add(
 
 
 def template(folder: Positional[Path], /) -> None:
-    """Make a folder to begin a solver in: one in Python, one in another language, and what to do.
+    """Make a folder with templates for a solver, in Python and in another language, and with instructions.
 
     Args:
         folder: Folder to write into; nothing in it is overwritten.
@@ -58,11 +58,11 @@ def check(
     dataset: tuple[Path, ...] = (),
     submission: tuple[Path, ...] = (),
 ) -> None:
-    """Check every result file; score again those whose submission is at hand.
+    """Check every result file, and score those again whose submission is available.
 
     Args:
         results: Folder of the result files.
-        work: Work folder of 'vbbench leaderboard rerun' with datasets and submissions, where there is one.
+        work: Work folder of 'vbbench leaderboard rerun' with datasets and submissions, if there is one.
         dataset: More dataset folders to score with.
         submission: More submission folders to score again.
     """
@@ -81,19 +81,19 @@ def rerun(
     fresh: bool = False,
     jobs: int = 1,
 ) -> int:
-    """Make the datasets, solve and score every board again, and say what drifted from the result files.
+    """Make the datasets, solve and score every board again, and report what drifted from the result files.
 
-    Exit status 1 says that something drifted and was not written.
+    Exit status 1 means that something drifted and was not written.
 
     Args:
-        split: Splits; default: all that results are published of and whose source files are here.
+        split: Splits; default: all with published results whose source files are available.
         solver: Solvers; default: all that come with vbbench.
         tier: Tiers; 'vbbench tiers' lists them.
         results: Folder of the result files.
-        work: Folder for datasets and submissions; what is whole there and made by the same code is used again.
+        work: Folder for datasets and submissions; complete ones that the same code made are used again.
         update: Write what drifted and what is new.
-        fresh: Use nothing of the work folder again.
-        jobs: Processes; the figures do not depend on it.
+        fresh: Use nothing in the work folder again.
+        jobs: Number of processes; the figures do not depend on it.
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
@@ -117,13 +117,13 @@ def build(
 
     Args:
         out: Folder of the site; replaced only if it is one.
-        results: Folder of the result files; default: leaderboards/results, if it is there, and those that come with
+        results: Folder of the result files; default: leaderboards/results, if it exists, and those that come with
             vbbench.
-        work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it is there.
-        sequences: At most so many sequences of a split can be played.
-        pictures: Draw what the observer sees behind the boxes with this renderer (auto, moderngl, raster, ...), once
-            for all in the work folder; slow.
-        jobs: Processes; the site does not depend on it.
+        work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it exists.
+        sequences: Maximum number of sequences of a split that can be played.
+        pictures: Renderer (auto, moderngl, raster, ...) of what the observer sees behind the boxes; slow, so the
+            pictures are kept in the work folder.
+        jobs: Number of processes; the site does not depend on it.
     """
     from vbbench.pictures.rendering import Backend
     from vbbench_leaderboards.page.building import build as make

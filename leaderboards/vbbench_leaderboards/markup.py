@@ -1,4 +1,4 @@
-"""What keeps strangers' words harmless in HTML and in scripts, and numbers in the same form everywhere."""
+"""Text as safe HTML and scripts, and numbers in one format."""
 
 import json
 from html import escape
@@ -9,12 +9,12 @@ NONE = '<span class="none" aria-label="none">–</span>'
 
 
 def text(value: object) -> str:
-    """A value as text of HTML, good inside quotes also."""
+    """A value as HTML text, also safe inside quotes."""
     return escape(str(value), quote=True)
 
 
 def is_web_address(address: str) -> bool:
-    """Whether it is a plain http or https address: nothing else becomes a link."""
+    """Whether it is a plain http or https address; nothing else becomes a link."""
     if not address.isprintable() or any(character.isspace() for character in address):
         return False
     try:
@@ -25,25 +25,25 @@ def is_web_address(address: str) -> bool:
 
 
 def link(address: str, words: str) -> str:
-    """A link where the address is one, else the words alone."""
+    """A link if the address is valid, otherwise only the words."""
     if not is_web_address(address):
         return text(words)
     return f'<a href="{text(address)}" rel="noopener noreferrer nofollow">{text(words)}</a>'
 
 
 def decimals(values: list[float]) -> int:
-    """Digits behind the point that a column of errors needs: three, or four where one is below a hundredth."""
+    """Decimals of a column of errors: three, or four if one is below 0.01."""
     return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
 
 
 def code(lines: list[str], name: str) -> str:
-    """Command lines as a block called ``name`` that can be reached and scrolled by keyboard."""
+    """Command lines as a block called ``name``, which the keyboard can reach and scroll."""
     body = "\n".join(text(line) for line in lines)
     return f'<pre tabindex="0" role="region" aria-label="{text(name)}"><code>{body}</code></pre>'
 
 
 def provided(name: str, value: Any) -> str:
-    """A data file of the site: one call, harmless even if it were pasted into a page."""
+    """A data file of the site: one call, safe even inside a page."""
     words = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     separators = words.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
     return f"vbbench.provide({json.dumps(name)},{separators});\n"

@@ -1,4 +1,4 @@
-"""What a submitter needs: a folder to begin a solver in, and adding a submission to the leaderboard."""
+"""What a submitter needs: a template of a solver, and adding a submission to the leaderboard."""
 
 import re
 from pathlib import Path
@@ -39,18 +39,18 @@ def add(
     Raises
     ------
     VbbenchError
-        If the submission has faults, is made on another dataset than its board's, is there already, or its name
-        cannot be a file's.
+        If the submission has faults, belongs to another dataset than its board, already exists, or its name is not
+        valid for a file.
     """
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
     solver = name or info.solver
     if not _NAME.fullmatch(solver):
         raise VbbenchError(
-            f"'{solver}' cannot be the name of a result's file; give one with --name: up to 40 letters, "
+            f"'{solver}' cannot be the name of a result's file; give one with `name`: up to 40 letters, "
             "digits and . _ + -, beginning with a letter or digit"
         )
     if not _LINK.fullmatch(link):
-        raise VbbenchError(f"--link {link} is not an address; give one that begins with https:// or http://")
+        raise VbbenchError(f"`link` {link} is not an address; give one that begins with https:// or http://")
     if info.dataset != opened.info.id:
         raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
     record = _record_of(opened, results)
@@ -62,7 +62,7 @@ def add(
     board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
     path = results / board.key / f"{solver}.json"
     if path.exists() and not overwrite:
-        raise VbbenchError(f"{path} exists; add --overwrite to replace it, or give another --name")
+        raise VbbenchError(f"{path} exists; set overwrite to replace it, or give another `name`")
     _check_sums(opened)
     judged = score(submission, dataset, truth)
     result = Result.of(judged, submission, name=solver, reference=reference, link=link)
@@ -70,7 +70,7 @@ def add(
 
 
 def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
-    """The record of the boards that a dataset is for, of the folder or as published; ``None`` if there is none.
+    """The record of a dataset's boards, in the folder or as published; ``None`` if there is none.
 
     A dataset whose truth is withheld is a challenge of its own, not one of the published boards.
     """
@@ -81,41 +81,30 @@ def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
 
 
 def _check_sums(dataset: Dataset) -> None:
-    """Check that every table, the truth's too, has the SHA-256 that ``dataset.json`` publishes.
-
-    Raises
-    ------
-    FileError
-        At the first that has not.
-    """
+    """Raise FileError at the first table, truth included, without the SHA-256 that ``dataset.json`` publishes."""
     for name, facts in dataset.info.tables.items():
         path = dataset.table_path(name)
         if not path.is_file():
-            where = "; name the folder that holds it with --truth" if name.startswith("truth/") else ""
-            raise FileError(path, f"the file is missing{where or '; generate the dataset again'}")
+            advice = "name the folder that holds it" if name.startswith("truth/") else "generate the dataset again"
+            raise FileError(path, f"the file is missing; {advice}")
         if file_sha256(path) != facts["sha256"]:
             raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")
 
 
 def copy_template(out: Path | str) -> list[Path]:
-    """Copy the template into the folder ``out``, made if need be; return the paths of the copies.
+    """Copy the template into the folder ``out``, created if necessary; return the paths of the copies.
 
     Raises
     ------
     VbbenchError
-        If ``out`` is a file, a dataset or a submission, or a file of the template is there already.
+        If ``out`` is a file, a dataset or a submission, or holds a changed file of the template.
     """
     out = Path(out)
     texts = {path.name: path.read_text("utf-8") for path in sorted(TEMPLATE.iterdir()) if path.is_file()}
     with loose_files(out):
-        there = [name for name, text in texts.items() if not _is_free(out / name, text)]
-        if there:
-            raise VbbenchError(f"{out / there[0]} exists and may be yours; choose another folder")
+        for path, text in ((out / name, text) for name, text in texts.items()):
+            if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
+                raise VbbenchError(f"{path} exists and may be yours; choose another folder")
         for name, text in texts.items():
             write_text_atomically(out / name, text)
     return [out / name for name in texts]
-
-
-def _is_free(path: Path, text: str) -> bool:
-    """Whether nothing is there, or the very copy, of a command that was stopped."""
-    return not path.exists() or (path.is_file() and path.read_bytes() == text.encode())

@@ -1,12 +1,11 @@
-"""The crowd graph: who takes part, who feels whom, and how much.
+"""The crowd graph: who takes part, who interacts with whom, and how strongly.
 
 Edges join each person with its nearest neighbours within reach. Two people at distance d feel the pairwise potential of
 arXiv 2111.05060, eq. 12 (σ² = 1 m²),
 
     V_ik = ‖∇ exp(−d²/2σ²)‖ = (d/σ²) exp(−d²/2σ²),
 
-in m/s², like D_k: greatest at d = σ, zero for people far apart. Of crowds too large to be reasoned about whole, the
-nearest people take part.
+in m/s², like D_k: greatest at d = σ, zero for people far apart. In very large crowds only the nearest people take part.
 """
 
 from typing import NamedTuple
@@ -18,7 +17,7 @@ from vbbench.kernels import kernel
 
 
 class CrowdGraph(NamedTuple):
-    """Who feels whom, and how much.
+    """The interacting pairs and the strength of their potential.
 
     Attributes
     ----------
@@ -36,8 +35,8 @@ def select(observations: FloatArray, most: int, smallest: float) -> BoolArray:
 
     Parameters
     ----------
-    observations : [K, 3] boxes in px, NaN = not observed. Who is not observed takes no part in a large crowd.
-    smallest : ε, the box height in px which it takes to be selected from a large crowd.
+    observations : [K, 3] boxes in px, NaN = not observed; in a large crowd these people take no part.
+    smallest : ε, the box height in px above which people are selected from a large crowd.
     """
     size = np.nan_to_num(observations[:, 2])
     if np.count_nonzero(size) <= most:

@@ -1,4 +1,4 @@
-"""What is known about everybody's height: a normal posterior, sharpened by every frame with a known position."""
+"""Each person's height: a normal posterior, sharpened by every frame with a known position."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from vbbench_baselines.common.motion import History
 from vbbench_baselines.common.sightings import Sightings
 
 FLOOR = 1e-5
-"""Standard deviation in m below which no single frame measures a height: keeps exact data from dividing by zero."""
+"""Least standard deviation in m of a height from one frame, so that exact data do not divide by zero."""
 
 
 class Heights:
@@ -21,7 +21,7 @@ class Heights:
     ----------
     people : number of tracks K.
     mean, std : the prior, in m.
-    limits : range of plausible heights in m; the mean is kept in it, so that wrong poses cannot run away with it.
+    limits : range of plausible heights in m; the mean is kept in it, in case poses are wrong.
     pose_std : standard deviation in m of the distances that the solver's own poses give.
     """
 
@@ -32,10 +32,10 @@ class Heights:
         self._pose_std = pose_std
 
     def learn(self, history: History, previous: Sightings, expected: FloatArray, std: FloatArray) -> None:
-        """Update from what is known of frame t−1 and the boxes seen then; to be called once a frame.
+        """Update from what is known of frame t−1 and its boxes; called once per frame.
 
-        Where no position was given, the walk may tell: places ``expected`` then [K, 2] with deviations ``std`` [K] in
-        m, which do not come from the boxes of that frame; NaN = not to be learned from.
+        Without a given position the walk may help: places ``expected`` then [K, 2] with deviations ``std`` [K] in m,
+        which do not depend on the boxes of that frame; NaN = not to be learned from.
         """
         given = history.position_given[1]
         places = np.where(given[:, None], history.positions[1], expected)

@@ -19,7 +19,7 @@ def pass_messages(
     ----------
     unary : [K, S] energies U, inf = no such choice.
     edges, pair : [E, 2] nodes (i, j) and [E, S, S] energies V_ij(s_i, s_j), finite.
-    rounds, tolerance : stop after so many rounds, or when no message changed by more; all are passed at once.
+    rounds, tolerance : stop after this number of rounds, or when no message changed by more; all are passed at once.
     damping : share of the last round's message that is kept, in [0, 1).
 
     Returns
@@ -44,43 +44,29 @@ def pass_messages(
             for end in range(2):
                 for s in range(samples):
                     belief[edges[e, end], s] += messages[e, end, s]
-    return _least(belief), done
+    choices = np.empty(len(belief), np.int64)
+    for k in range(len(belief)):
+        choices[k] = np.argmin(belief[k])
+    return choices, done
 
 
 @kernel
 def _send(
     belief: FloatArray, received: FloatArray, pair: FloatArray, to_first: bool, message: FloatArray, damping: float
 ) -> float:
-    """Update ``message`` [S] from a node of this belief, which had ``received`` its answer; the greatest change.
+    """Update ``message`` [S] from a node with ``belief``, which had ``received`` [S]; return the greatest change.
 
-    Parameters
-    ----------
-    pair : [S, S] energies V, by the choices of the edge's first and second node.
-    to_first : whether the first node receives.
+    ``pair`` [S, S] holds the energies by the choices of the edge's two nodes; ``to_first``: the first receives.
     """
     samples = len(message)
-    fresh, lowest = np.empty(samples), np.inf
+    fresh = np.full(samples, np.inf)
     for s in range(samples):
-        least = np.inf
         for r in range(samples):
-            least = min(least, belief[r] - received[r] + (pair[s, r] if to_first else pair[r, s]))
-        fresh[s] = least
-        lowest = min(lowest, least)
+            fresh[s] = min(fresh[s], belief[r] - received[r] + (pair[s, r] if to_first else pair[r, s]))
+    fresh -= np.min(fresh)
     change = 0.0
     for s in range(samples):
-        fresh[s] -= lowest
         value = fresh[s] + damping * (message[s] - fresh[s])
         change = max(change, abs(value - message[s]))
         message[s] = value
     return change
-
-
-@kernel
-def _least(belief: FloatArray) -> IntArray:
-    choices = np.empty(len(belief), np.int64)
-    for k in range(len(belief)):
-        choices[k] = 0
-        for s in range(1, belief.shape[1]):
-            if belief[k, s] < belief[k, choices[k]]:
-                choices[k] = s
-    return choices

@@ -1,17 +1,17 @@
-"""People's places given the pose: the cascade's second energy, with everybody's influence on everybody.
+"""People's places given the pose: the cascade's second energy, with the interactions of people.
 
 E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; V in
 `vbbench_baselines.cascade.crowd_graph`), a person's own energy, given the pose, being
 
     U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}   (see `vbbench_baselines.cascade.reweighting`).
 
-Message passing over samples along the viewing rays finds the valley, and a descent from there its lowest point, so that
-answers do not stand on a grid. In each step of the descent ρ is replaced by its weighted square and V by its tangent;
+Message passing over samples along the viewing rays finds the valley, and a descent from there its lowest point, off the
+grid of samples. In each step of the descent ρ is replaced by its weighted square and V by its tangent;
 what is left is a Kalman update with p_k moved by −σ_k²/w_k·λ∇V.
 
 The samples stand δ of height apart on the ray about the person's own optimum, as many as ±SPAN standard deviations of
 the height take, at most S. Box noise across the ray moves each sample to where, at that height, U_k is least under the
-weights at the optimum; without box noise all samples are on the ray. Who is known to less than δ/2 has the one sample.
+weights at the optimum; without box noise all samples are on the ray. People known to less than δ/2 have one sample.
 """
 
 from typing import NamedTuple
@@ -52,7 +52,7 @@ def sample_rays(
     most: int,
     spacing: float,
 ) -> Samples:
-    """The samples of everybody; people without expectation stay where they are.
+    """Everyone's samples; people without expectation stay where they are.
 
     Parameters
     ----------
@@ -141,13 +141,10 @@ def descend(
 ) -> FloatArray:
     """Positions [K, 2] of least E_p near ``positions``; the rest as in `settle`."""
     relative, covariance, expected, std, walk, walk_std = factors
-    weights, spread, pulled = weigh(positions, factors, softness), std.copy(), expected.copy()
+    weights = weigh(positions, factors, softness)
     for _ in range(rounds):
-        force = pull(positions, graph)
-        for k in range(len(std)):
-            spread[k] = std[k] / np.sqrt(weights[k])
-            pulled[k, 0] = expected[k, 0] - spread[k] ** 2 * force[k, 0]
-            pulled[k, 1] = expected[k, 1] - spread[k] ** 2 * force[k, 1]
+        spread = std / np.sqrt(weights)
+        pulled = expected - (spread**2).reshape((-1, 1)) * pull(positions, graph)
         last = positions
         positions = localise(pose, Factors(relative, covariance, pulled, spread, walk, walk_std))
         if not moved(last, positions, tolerance):

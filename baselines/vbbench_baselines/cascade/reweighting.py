@@ -4,8 +4,8 @@ The cascade's first energy with D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq.
 
     E_c = Σ_k ρ(m_k) + ½ (z_k − Rᵀ(x_k − c))ᵀ N_k⁻¹ (z_k − Rᵀ(x_k − c)),   ρ(m) = √(m² + ε²),
 
-the observer being one more walker with z = 0, N = 0. ρ is the norm, rounded off below ε standard deviations; a
-walk that departs far from its expectation pulls no harder than one that departs a little. Since ρ is concave in m²,
+the observer being one more walker with z = 0, N = 0. ρ is the norm, smooth below ε standard deviations; a walk far from
+its expectation pulls no harder than one that is near it. Since ρ is concave in m²,
 
     ρ(m) ≤ ½ w m² + constant,   w = 1/√(m_now² + ε²),   with equality at m_now,
 
@@ -25,24 +25,15 @@ from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
 @kernel
 def weigh(positions: FloatArray, factors: Factors, softness: float) -> FloatArray:
     """Weights w [K] of positions [K, 2] about what is expected; one where nothing is."""
-    expected, std = factors.expected, factors.std
-    weights = np.empty(len(std))
-    for k in range(len(std)):
-        weights[k] = 1.0
-        dx, dy = positions[k, 0] - expected[k, 0], positions[k, 1] - expected[k, 1]
-        squared = (dx * dx + dy * dy) / std[k] ** 2
-        if not np.isnan(squared):
-            weights[k] = 1.0 / np.sqrt(squared + softness**2)
-    return weights
+    off = positions - factors.expected
+    squared = (off[:, 0] ** 2 + off[:, 1] ** 2) / factors.std**2
+    return np.where(np.isnan(squared), 1.0, 1.0 / np.sqrt(squared + softness**2))
 
 
 @kernel
 def moved(before: FloatArray, after: FloatArray, distance: float) -> bool:
-    """Whether a coordinate of anybody's place [K, 2] changed by ``distance`` m or more; NaN does not."""
-    for k in range(len(before)):
-        if abs(after[k, 0] - before[k, 0]) >= distance or abs(after[k, 1] - before[k, 1]) >= distance:
-            return True
-    return False
+    """Whether a coordinate of a place [K, 2] changed by ``distance`` m or more; NaN counts as unchanged."""
+    return bool(np.any(np.abs(after - before) >= distance))
 
 
 @kernel
@@ -55,7 +46,7 @@ def settle(
     ----------
     pose : [3] the known pose, or NaN.
     softness : ε, in standard deviations.
-    rounds, tolerance : stop after so many rounds, or when nobody's place (m), nor the yaw (rad), moved further.
+    rounds, tolerance : stop after this number of rounds, or when no place (m) and no pose (m, rad) moved further.
 
     Returns
     -------
@@ -64,22 +55,17 @@ def settle(
     relative, covariance, expected, std, walk, walk_std = factors
     free, here = np.isnan(pose[2]), pose.copy()
     people, walk_weight = len(std), 1.0
-    weights, spread, positions = np.empty(people), std.copy(), np.empty((people, 2))
-    for k in range(people):
-        weights[k], positions[k, 0], positions[k, 1] = 1.0, np.inf, np.inf
+    weights, spread, positions = np.ones(people), std.copy(), np.full((people, 2), np.inf)
     for _ in range(rounds):
         before, last = here, positions
         weighted = Factors(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
         if free:
             here = fit_pose(weighted)
         positions = localise(here, weighted)
-        turned = abs(here[0] - before[0]), abs(here[1] - before[1]), abs(here[2] - before[2])
-        held = turned[0] < tolerance and turned[1] < tolerance and turned[2] < tolerance
-        if held and not moved(last, positions, tolerance):
+        if np.all(np.abs(here - before) < tolerance) and not moved(last, positions, tolerance):
             break
         weights = weigh(positions, factors, softness)
-        for k in range(people):
-            spread[k] = std[k] / np.sqrt(weights[k])
+        spread = std / np.sqrt(weights)
         if free and not np.isinf(walk_std):
             stray = np.hypot(here[0] - walk[0], here[1] - walk[1]) / walk_std
             walk_weight = 1.0 / np.sqrt(stray**2 + softness**2)

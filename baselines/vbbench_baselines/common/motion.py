@@ -21,7 +21,7 @@ ANCHOR_STD = 1e-3
 class History:
     """The window of two past frames (arXiv 2111.05060, section IV) and the present one, rows t−2, t−1, t.
 
-    Whatever is given overwrites the solver's own estimates: truth beats estimate, however late it comes.
+    What is given overwrites the solver's own estimates, however late it comes.
 
     Attributes
     ----------
@@ -38,18 +38,18 @@ class History:
         self.position_given: BoolArray = np.zeros((3, people), np.bool_)
 
     def advance(self, given: Given) -> None:
-        """Move on by one frame; row t then holds what is given at t, and nothing else."""
+        """Move on by one frame; row t then holds only what is given at t."""
         for rows in (self.poses, self.positions, self.pose_given, self.position_given):
             rows[:2] = rows[1:]
         self.poses[2] = self.positions[2] = np.nan
         self.pose_given[2] = self.position_given[2] = False
-        for rows, told, shown in (
+        for rows, given_rows, shown in (
             (self.poses, self.pose_given, given.poses),
             (self.positions, self.position_given, given.positions),
         ):
             known = ~np.isnan(shown)
             np.copyto(rows, shown, where=known)
-            told |= known[..., -1]
+            given_rows |= known[..., -1]
 
     def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
         """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
@@ -62,7 +62,7 @@ class History:
 
 
 class Spreads(NamedTuple):
-    """How far walks stray from what is expected, in m.
+    """Standard deviations in m of walks about their expectation.
 
     Attributes
     ----------

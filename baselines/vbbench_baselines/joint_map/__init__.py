@@ -1,1 +1,1 @@
-"""Everybody and every frame at once: joint maximum a posteriori solvers, beyond the paper (docs/map-solver.md)."""
+"""All people and frames at once: joint maximum a posteriori solvers, beyond the paper (docs/map-solver.md)."""

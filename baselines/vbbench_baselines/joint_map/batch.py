@@ -1,4 +1,4 @@
-"""``map-batch``: the joint problem over the whole sequence, from where a quick causal solver left it."""
+"""``map-batch``: the joint problem over the whole sequence, started from a quick causal solution."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,24 +22,24 @@ from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 
 START_WINDOW, START_ROUNDS = 6, 1
-"""Of the causal solver that finds where to begin: it need not be exact."""
+"""Of the causal solver that finds the start, which need not be exact."""
 
 
 @dataclass(kw_only=True)
 class MapBatch:
     """Joint maximum a posteriori of all frames.
 
-    A sequence of more than ``block`` frames is solved in blocks of so many, each ``stride`` frames after the last, with
-    what the frames before have said kept as a quadratic form: the time is linear in frames, and a frame is decided by
-    everything before it and at least block − stride frames after it. Where all poses but the last are given there is
-    nothing for later frames to correct, and the causal answer is the whole one. A descent that does not converge is
-    tried again from where the causal solver leads if it takes its time; the answer is the likelier end of the two.
+    A sequence of more than ``block`` frames is solved in blocks, each ``stride`` frames after the last, which keep the
+    information of earlier frames as a quadratic form: the time is linear in frames, and a frame depends on everything
+    before it and on at least block − stride frames after it. If all poses but the last are given, later frames have
+    nothing to correct, and the causal answer is returned. A descent that does not converge is repeated from a more
+    careful causal solution; the answer is the likelier of the two.
 
     Parameters
     ----------
     prior, ego_prior, feet : as of `MapCausal`.
     block, stride : in frames.
-    rounds : most steps of the descent of a block.
+    rounds : maximum number of descent steps per block.
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
@@ -68,7 +68,7 @@ class MapBatch:
         return answer.estimate(self._heights(problem, observations) or {"heights": answer.heights})
 
     def _heights(self, problem: Problem, observations: FloatArray) -> Report:
-        """What boxes alone say of heights, where these are no part of the problem."""
+        """Heights from boxes alone, if they are not part of the problem."""
         if not self.feet:
             return {}
         heights = BoxHeights(problem)
@@ -76,7 +76,7 @@ class MapBatch:
         return heights.report()
 
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
-        """Where the descent ends from where ``start`` leads, block after block."""
+        """The end of the descent from the answer of ``start``, block after block."""
         causal = _walk_through(start, task, covariances=False)
         walk = walk_of(self.prior, task.problem.dt, self.ego_prior)
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
@@ -98,7 +98,7 @@ class MapBatch:
 
 
 class _Task(NamedTuple):
-    """What is to be solved: boxes as rays, and what scales them."""
+    """The problem to solve: boxes as rays, and what scales them."""
 
     problem: Problem
     seen: Sightings
@@ -107,7 +107,7 @@ class _Task(NamedTuple):
 
 
 class _Answer:
-    """The estimate as it is put together, block after block; a later block knows better."""
+    """The estimate, assembled block after block; a later block overwrites an earlier one."""
 
     def __init__(self, poses: FloatArray, places: FloatArray, covariances: bool) -> None:
         frames, people = places.shape[:2]
@@ -126,12 +126,12 @@ class _Answer:
         self.deviance += settled.deviance
         if self._pose_spread is not None and self._place_spread is not None:
             sigma = pose_covariance_of(settled.state, joint)
-            for t in range(len(settled.state.poses)):
-                self._pose_spread[first + t] = sigma[3 * t : 3 * t + 3, 3 * t : 3 * t + 3]
+            frames = np.arange(len(settled.state.poses))
+            self._pose_spread[rows] = sigma.reshape(len(frames), 3, len(frames), 3)[frames, :, frames]
             self._place_spread[rows] = place_covariances(settled.state, joint.walk, sigma, 0)
 
     def estimate(self, heights: Report) -> Estimate:
-        """All that was written, and what is believed of people's ``heights``."""
+        """The whole estimate, with a report of ``heights``."""
         poses = self._poses.copy()
         poses[:, 2] = wrap_angle(poses[:, 2])
         return Estimate(

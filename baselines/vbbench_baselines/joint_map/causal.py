@@ -1,4 +1,4 @@
-"""``map-causal``: the joint problem over a sliding window, solved anew each frame; only the newest is reported."""
+"""``map-causal``: the joint problem over a sliding window, solved in each frame; only the newest is reported."""
 
 import math
 from collections.abc import Mapping
@@ -24,10 +24,10 @@ from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 
 CROWD = 30
-"""Tracks of a sequence beyond which it is a crowd."""
+"""A sequence with more tracks is a crowd."""
 
 CROWDED_WINDOW = 8
-"""Frames that are enough in a crowd, where many hold the poses."""
+"""Frames that suffice in a crowd, where many people constrain the poses."""
 
 
 @dataclass(kw_only=True)
@@ -37,11 +37,11 @@ class MapCausal:
     Parameters
     ----------
     prior : how people walk.
-    ego_prior : whether the observer is expected to walk like the others, too; off for robots.
-    feet : whether boxes tell their distance by their bottom, else by their height.
-    learns : whether one-step's revealed past teaches how people walk.
+    ego_prior : whether the observer is expected to walk like the others; off for robots.
+    feet : whether a box's bottom gives its distance; otherwise its height does.
+    learns : whether the true past that one-step gives also teaches how people walk.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
-    rounds : most steps of the descent a frame.
+    rounds : maximum number of descent steps per frame.
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
@@ -78,7 +78,7 @@ class MapCausal:
         return replace(answer, **self._heights.report())
 
     def advance(self, seen: Sightings, given: Given) -> FrameEstimate:
-        """The answer for the next frame, of which are known the rays of its boxes and what `Frame.given` holds."""
+        """The answer for the next frame, from the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
         rows.push(seen, self.statures, given)
         past, learns = slice(-1 - PAST, -1), self.learns and not math.isnan(rows.given_poses[-2, 0])
@@ -91,7 +91,7 @@ class MapCausal:
         return FrameEstimate(pose=located.pose, positions=located.places, converged=True, **report)
 
     def _settle(self) -> FrameEstimate:
-        """Solve the window, and keep what the frame that leaves it next has said."""
+        """Solve the window, and keep the information of the frame that leaves it next."""
         rows = self._rows
         used = rows.filled
         poses = rows.poses[used]

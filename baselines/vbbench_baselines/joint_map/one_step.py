@@ -1,4 +1,4 @@
-"""One frame on a known past: everybody foreseen by the autoregression, then one robust fit of the pose.
+"""One frame on a known past: the autoregression predicts all people, then one robust fit of the pose.
 
 This is the joint problem with all frames but one anchored. The innovation of the new frame is the distance from what is
 foreseen, p_k, so that a weighted problem but for the head is that of `vbbench_baselines.common.ego_motion.fit_pose`,
@@ -23,13 +23,13 @@ from vbbench_baselines.joint_map.motion.learning import Lessons, known_before, l
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk
 
 PAST = REACH + 1
-"""Frames before the newest that tell of it."""
+"""Frames before the newest that are used."""
 
 ROUNDS, LONGEST = 20, 0.2
-"""Most steps, and the longest, in m and rad."""
+"""Maximum number of steps, and their maximum length in m and rad."""
 
 TOLERANCE = 2e-4
-"""In m and rad; a step shorter than this is the last."""
+"""In m and rad; the search ends with a shorter step."""
 
 
 class Located(NamedTuple):
@@ -60,7 +60,7 @@ def locate(
     lessons: Lessons,
     learns: bool,
 ) -> Located:
-    """The pose and everybody's places at t.
+    """The pose and all places at t.
 
     Parameters
     ----------
@@ -72,9 +72,8 @@ def locate(
         learn(places, poses, fitted, lessons)
     walk = taught(fitted, lessons)
     relative, covariance = measure(sightings, statures.mean, statures.variance)
-    for k in range(len(covariance)):
-        covariance[k, 0] += FLOOR**2
-        covariance[k, 2] += FLOOR**2
+    covariance[:, 0] += FLOOR**2
+    covariance[:, 2] += FLOOR**2
     expected, std, walk_pose, own_std = foresee_all(places, poses, given, walk, lessons.variances)
     factors = Factors(relative.copy(), covariance.copy(), expected, std.copy(), walk_pose, own_std)
     free = np.isnan(known[2])
@@ -92,15 +91,9 @@ def locate(
             break
         slope, own = own_terms(pose, poses[-1], walk_pose, own_std, walk)
         gradient, hessian = linearise_people(pose, factors)
-        for i in range(3):
-            gradient[i] += slope[i]
-            for j in range(3):
-                hessian[i, j] += own[i, j]
-        step = np.linalg.solve(hessian, gradient)
-        length = max(abs(step[0]), abs(step[1]), abs(step[2]))
-        pose = pose.copy()
-        for i in range(3):
-            pose[i] -= step[i] * min(1.0, LONGEST / max(length, LONGEST))
+        step = np.linalg.solve(hessian + own, gradient + slope)
+        length = np.max(np.abs(step))
+        pose = pose - step * min(1.0, LONGEST / max(length, LONGEST))
         if length < TOLERANCE:
             break
     pose[2] = wrapped(pose[2])
@@ -112,9 +105,7 @@ def own_terms(
     pose: FloatArray, before: FloatArray, walk_pose: FloatArray, std: float, walk: Walk
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient [3] and Hessian [3, 3] of the observer's walk, expected at ``walk_pose`` within ``std``, and head."""
-    gradient, hessian = np.zeros(3), np.zeros((3, 3))
-    for i in range(3):
-        hessian[i, i] = VAGUE
+    gradient, hessian = np.zeros(3), VAGUE * np.eye(3)
     if np.isinf(std):
         return gradient, hessian
     off_x, off_y = pose[0] - walk_pose[0], pose[1] - walk_pose[1]
@@ -123,23 +114,22 @@ def own_terms(
     hessian[0, 0] += precision
     hessian[1, 1] += precision
     pair, weights, slope, curvature = np.empty((2, 3)), np.zeros((2, 2)), np.zeros(6), np.zeros((6, 6))
-    for i in range(3):
-        pair[0, i], pair[1, i] = before[i], pose[i]
+    pair[0], pair[1] = before, pose
     away, moved, _ = turn(pair[0], pair[1], walk.head)
     follows, wanders = surprise(away, moved, walk.head)
     weights[1, 0], weights[1, 1] = weigh(away, moved, walk.head.odds + wanders - follows, walk.head)
     add_slope(pair, walk.head, weights, slope)
     add_curvature(pair, walk.head, weights, curvature)
+    gradient += slope[3:]
     for i in range(3):
-        gradient[i] += slope[3 + i]
         for j in range(3):
-            hessian[i, j] += curvature[min(3 + i, 3 + j), max(3 + i, 3 + j)]
+            hessian[i, j] += curvature[3 + min(i, j), 3 + max(i, j)]
     return gradient, hessian
 
 
 @kernel
 def _spread(found: FloatArray, std: FloatArray, nu: float, factors: Factors) -> None:
-    """Write the standard deviations of the normal laws that touch everybody's at ``found`` [K, 2] to the factors."""
+    """Write to the factors the standard deviations of normal laws that touch the Student-t ones at ``found`` [K, 2]."""
     expected = factors.expected
     for k in range(len(std)):
         if std[k] > ANCHOR_STD:
@@ -183,7 +173,7 @@ def foresee(places: FloatArray, walk: Walk, variance: float) -> tuple[float, flo
 
 @kernel
 def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tuple[float, float, float]:
-    """`foresee` by the filter of this order; so many frames at the end of places [n, 2] are known."""
+    """`foresee` by the filter of this ``order``, the number of known frames at the end of places [n, 2]."""
     n, x, y = len(places), 0.0, 0.0
     for d in range(1, order + 1):
         x -= walk.filters[order, d] * places[n - d, 0]
@@ -195,7 +185,7 @@ def _continue(places: FloatArray, order: int, walk: Walk, variance: float) -> tu
 def foresee_all(
     places: FloatArray, poses: FloatArray, given: FloatArray, walk: Walk, variances: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Where everybody is expected at t.
+    """Where everyone is expected at t.
 
     Parameters
     ----------

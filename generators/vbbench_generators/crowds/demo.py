@@ -1,4 +1,4 @@
-"""The split `demo`: simulated people passing through a square, for a first look where no recording is at hand."""
+"""The split `demo`: simulated people passing through a square, for a first look without a recording."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ HALF_SIDE = 6.0
 
 
 class DemoSplit:
-    """Made crowds seen by each of their people; needs no source."""
+    """Simulated crowds, each seen by all of its people; needs no source."""
 
     card = Card(
         name="demo",
@@ -37,7 +37,7 @@ class DemoSplit:
 
 
 def record_plaza(seed: int, index: int, people: int, frames: int) -> Scene:
-    """The scenario `plaza`, of which only a square is recorded: people come and go, and who comes back is somebody new.
+    """The scenario `plaza`, of which only a square is recorded: people come and go; those who come back are new.
 
     Parameters
     ----------

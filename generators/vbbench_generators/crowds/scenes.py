@@ -1,7 +1,7 @@
-"""One simulated scene and its observer: a crowd is drawn and walked, again and again until both will do.
+"""One simulated scene and its observer: crowds are drawn and simulated until one is acceptable.
 
-A crowd at its start is where everybody stands, how fast they want to walk, and where they head for. It will do if
-nobody is stuck, and if somebody sees enough people to be the observer.
+A crowd at its start has places, desired speeds and goals. It is acceptable if no one is stuck, and if someone sees
+enough people to be the observer.
 """
 
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from vbbench_generators.crowds.social_force.model import Crowd, HelbingMolnar, M
 from vbbench_generators.views.heading import causal_headings, limit_turns
 
 SPEED_RANGE = 3.0
-"""Desired speeds end so many standard deviations from their mean."""
+"""Desired speeds are cut off at this number of standard deviations from their mean."""
 DRAWS, AT_ONCE = 64, 32
-"""A place is looked for among so many draws of so many candidates."""
+"""Number of draws for a place, and of candidates per draw."""
 REPULSIONS: dict[str, type[Moussaid] | type[HelbingMolnar]] = {"moussaid": Moussaid, "helbing-molnar": HelbingMolnar}
 ATTEMPTS = 100
 """Crowds drawn for one sequence before giving up."""
 STUCK_TIME, STUCK_SPEED = 2.0, 0.1
-"""Who walks, over this time in s, less than this part of the desired way is stuck."""
+"""People who walk, over this time in s, less than this part of the desired way are stuck."""
 
 
 def draw_crowd(scenario: Scenario, people: int, model: Model, rng: np.random.Generator) -> Crowd:
@@ -55,14 +55,13 @@ def draw_crowd(scenario: Scenario, people: int, model: Model, rng: np.random.Gen
 def draw_speeds(scenario: Scenario, people: int, rng: np.random.Generator) -> FloatArray:
     """Desired speeds [K] in m/s: a normal distribution cut off at three standard deviations, by inversion."""
     low, high = ndtr(-SPEED_RANGE), ndtr(SPEED_RANGE)
-    speeds: FloatArray = scenario.speed_mean + scenario.speed_std * ndtri(rng.uniform(low, high, people))
-    return speeds
+    return scenario.speed_mean + scenario.speed_std * ndtri(rng.uniform(low, high, people))
 
 
 def _draw_goals(
     flow: Flow, start: FloatArray, farthest: float, scenario: Scenario, rng: np.random.Generator
 ) -> FloatArray:
-    """Goals [G, 2] in m, enough of them that nobody who may walk on arrives at the last."""
+    """Goals [G, 2] in m, enough that no one with further goals arrives at the last."""
     goal = _draw_place(flow.goal, start[None], scenario.least_way, rng, scenario)
     if flow.beyond:
         way = goal - start
@@ -120,13 +119,12 @@ def draw_scene(
     height: float,
     rng: np.random.Generator,
 ) -> ObservedScene:
-    """A scene of the scenario in which nobody is stuck, with an observer who sees enough; heights are unknown.
+    """A scene of the scenario in which no one is stuck, with an observer who sees enough; heights are unknown.
 
     Parameters
     ----------
     people : K.
-    engine : who walks the crowd.
-    camera, height : what the observer carries, and how tall in m the people are who must be seen.
+    camera, height : of the observer, and the height in m of the people whom it must see.
     rng : the sequence's random numbers.
 
     Raises

@@ -37,11 +37,11 @@ class Calibration:
     horizon : row in px, from the picture's top, where the horizon crosses the middle column.
     stretch : g = f / cos θ in px: depths are proportional to it.
     head_size, head_height : what was taken for a head, in m; the size after any correction by the walking speed.
-    head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unasked.
-    roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
-    size_plane : (a, b, c) of head sizes, in px, px a row and px a column; ``None`` if unasked.
-    size_plane_covariance : [3, 3] of these three, from resampled tracks; ``None`` if unasked.
-    walkers : people whose motion was asked for the stretch.
+    head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unused.
+    roundness : how much of a ball's lengthening off the axis was removed from the sizes, 0 to 1.
+    size_plane : (a, b, c) of head sizes, in px, px per row and px per column; ``None`` if unused.
+    size_plane_covariance : [3, 3] of these three, from resampled tracks; ``None`` if unused.
+    walkers : number of people whose motion was used.
     walking_speed : median speed of walkers in m/s before any correction by it; ``None`` if nobody walks.
     scale_applied : factor by which all lengths were multiplied to reach the recipe's walking speed; 1 if not asked.
     smoothing_residual_m, smoothing_residual_px : root mean square of what the smoother took off the tracks.
@@ -73,16 +73,13 @@ class Calibration:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundCamera:
-    """A camera, and others that the same evidence allows.
+    """A camera, and others that the same evidence allows; see `Calibration` for what is not listed.
 
     Parameters
     ----------
-    camera : the one to use.
-    others : drawn from what is known; empty if the camera was given.
-    method : what closed the focal length.
-    walkers : people whose motion was asked.
-    fit : of the head sizes; ``None`` if unasked.
-    roundness : how much of a ball's lengthening off the axis was taken off the sizes, 0 to 1.
+    camera : the most likely camera.
+    others : drawn from their distribution; empty if the camera was given.
+    fit : of the head sizes; ``None`` if unused.
     scale : factor by which all lengths were multiplied.
     """
 
@@ -155,9 +152,8 @@ _METHODS = {
 
 
 def describe_calibration(calibration: Calibration) -> dict[str, Any]:
-    """The calibration for ``dataset.json``, and a line for people, its ``summary``."""
-    c = calibration
-    degrees = math.degrees(1.0)
+    """The calibration for ``dataset.json``, with a ``summary`` to read."""
+    c, degrees = calibration, math.degrees(1.0)
     parts = [
         f"camera height {_interval(c.camera_height, ' m', 2)}",
         f"tilt {_interval(c.tilt, '°', 1, degrees)}",

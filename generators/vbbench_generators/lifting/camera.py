@@ -49,8 +49,7 @@ class GroundCamera:
     def jacobian(self, x: FloatArray, nu: FloatArray) -> FloatArray:
         """[N, 2, 2] metres on the ground (X, Y) a px in the picture (u, v)."""
         matrix, depth, ground = self.heads_to_ground, self.depth(x, nu), self.to_ground(x, nu)
-        moved: FloatArray = (matrix[:2, :2] - ground[:, :, None] * matrix[2, :2]) / depth[:, None, None]
-        return moved
+        return (matrix[:2, :2] - ground[:, :, None] * matrix[2, :2]) / depth[:, None, None]
 
     def scaled(self, factor: float, head_height: float) -> "GroundCamera":
         """The camera whose ground is ``factor`` times as large; heads stay at ``head_height`` m."""

@@ -1,9 +1,9 @@
-"""Fits the plane of head sizes: robust against odd boxes, and no long track or dense place rules it.
+"""Fits the plane of head sizes, robust against outliers; neither long tracks nor crowded places dominate it.
 
-Some heads are larger, and some boxes are drawn wider, so the regression has an unknown factor a person. Relative sizes
-y = s/ŝ and rows d = (1, ν, x)/ŝ obey y = d·β + u + e; u is a person's own, e a box's. Integrating u out (generalised
-least squares) lets people who walk towards the camera or away from it tell how sizes grow, whatever the size of their
-heads. Weights are those of a Student-t loss of e, by iteration.
+Some heads are larger, and some boxes are drawn wider, so the regression has an unknown factor per person. Relative
+sizes y = s/ŝ and rows d = (1, ν, x)/ŝ obey y = d·β + u + e; u belongs to a person, e to a box. With u integrated out
+(generalised least squares), people who walk towards the camera or away from it show how sizes grow, whatever the size
+of their heads. Weights are those of a Student-t loss of e, by iteration.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _SETTLED = 8
 
 
 class PlaneError(ValueError):
-    """Head sizes that tell of no plane; the message says why."""
+    """Head sizes that determine no plane."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,14 +49,14 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
     ----------
     design : [N, C] rows (1, ν, x) in any units.
     size : [N] in px.
-    share : [N] what each box counts.
-    pair : [N] numbers of groups within one person, over which noise is averaged to tell a person's own share in it.
-    starts : [K] where each person begins.
+    share : [N] weight of each box.
+    pair : [N] numbers of groups within one person, over which noise is averaged to separate u from e.
+    starts : [K] first row of each person.
 
     Raises
     ------
     PlaneError
-        If the heads stand on one line.
+        If the heads are on one line.
     """
     person = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(size)]))
     floor = 0.05 * float(np.median(size))
@@ -94,14 +94,14 @@ def solve(normal: FloatArray, right: FloatArray) -> FloatArray:
     """
     spread = np.sqrt(np.diag(normal))
     if not spread.all() or np.linalg.cond(normal / np.outer(spread, spread)) > 1e10:
-        raise PlaneError("all heads stand on one line of the picture, which tells nothing of its perspective")
+        raise PlaneError("all heads are on one line of the picture, which does not determine its perspective")
     return np.asarray(np.linalg.solve(normal, right), np.float64)
 
 
 def _equations(
     rows: FloatArray, value: FloatArray, weight: FloatArray, starts: IntArray, ratio: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Each person's normal equations, u integrated out, and what the sum of residuals is multiplied by to be u."""
+    """Each person's normal equations with u integrated out, and the factor from the sum of residuals to u."""
     weighted = rows * weight[:, None]
     mass, first = np.add.reduceat(weight, starts), np.add.reduceat(weighted, starts)
     shrink = ratio / (1.0 + ratio * mass)
@@ -132,7 +132,7 @@ _MANY = 50
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneFit:
-    """A plane of head sizes and how sure it is.
+    """A plane of head sizes and its uncertainty.
 
     Parameters
     ----------
@@ -149,25 +149,24 @@ class PlaneFit:
     def covariance(self) -> FloatArray:
         """[3, 3] of (a, b, c)."""
         draws = np.array([[plane.a, plane.b, plane.c] for plane in self.resampled])
-        matrix: FloatArray = np.cov(draws, rowvar=False)
-        return matrix
+        return np.cov(draws, rowvar=False)
 
 
 def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, seed: int) -> PlaneFit:
     """Fit the plane to the sizes [N] in px of heads.
 
-    Minimises a Student-t loss of the relative residuals (s − ŝ)/ŝ, for the noise of a box grows with its size. They are
-    relative to the fitted size, never the measured one, or boxes would weigh more for being small by chance.
+    Minimises a Student-t loss of the relative residuals (s − ŝ)/ŝ, since the noise of a box grows with its size. They
+    are relative to the fitted size; relative to the measured one, boxes that are small by chance would weigh more.
 
     Parameters
     ----------
     level : whether c is 0.
-    resamples, seed : how often tracks are drawn anew for the covariance, and with which numbers.
+    resamples, seed : number of resamplings of tracks for the covariance, and their seed.
 
     Raises
     ------
     PlaneError
-        If there are too few tracks, or sizes do not grow downwards beyond doubt.
+        If there are too few tracks, or sizes do not grow downwards significantly.
     """
     x, nu, track = heads.x, heads.nu, heads.track
     starts = np.flatnonzero(np.r_[True, track[1:] != track[:-1]])
@@ -179,7 +178,7 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
     fit = fit_mixed(np.stack(columns, axis=1), size, share, pair, starts)
     draws = _resample(fit, resamples, seed)
     if fit.beta[1] <= 3.0 * np.std(draws[:, 1]):
-        raise PlaneError("heads do not grow towards the picture's lower edge beyond doubt: too few rows, or too steep")
+        raise PlaneError("heads do not grow significantly towards the picture's lower edge: too few rows, or too steep")
     planes = tuple(_plane(draw, scale) for draw in draws)
     return PlaneFit(plane=_plane(fit.beta, scale), scatter=fit.scatter, resampled=planes)
 
@@ -190,10 +189,10 @@ def _plane(beta: FloatArray, scale: float) -> SizePlane:
 
 
 def _shares(x: FloatArray, nu: FloatArray, track: IntArray) -> tuple[FloatArray, IntArray]:
-    """What each box counts [N], and the number of its group [N]: one person's boxes in one cell of the picture.
+    """Weight of each box [N], and the number of its group [N]: one person's boxes in one cell of the picture.
 
-    A group of n boxes shares n / (n + 50) of a vote, for its noise is drawn anew only every so often, divided by the
-    fourth root of how many people are ever in that cell. The mean vote is 1.
+    A group of n boxes shares n / (n + 50) of a vote, since their noise is correlated, divided by the fourth root of the
+    number of people ever in that cell. The mean vote is 1.
     """
     cells = _CELLS[0] * _CELLS[1]
     cell = _bins(x, _CELLS[0]) * _CELLS[1] + _bins(nu, _CELLS[1])
@@ -214,12 +213,11 @@ def _bins(values: FloatArray, count: int) -> IntArray:
 def _resample(fit: Mixed, resamples: int, seed: int) -> FloatArray:
     """Coefficients [R, C] from tracks drawn with replacement.
 
-    Boxes keep the weights of the fit, which makes the equations stiffer than the loss is; the draws are spread by as
-    much (M. Salibián-Barrera, R. Zamar, Bootstrapping robust estimates of regression, Annals of Statistics 30, 2002).
+    Boxes keep the weights of the fit, which makes the equations stiffer than the loss; the draws are spread to correct
+    this (M. Salibián-Barrera, R. Zamar, Bootstrapping robust estimates of regression, Annals of Statistics 30, 2002).
     """
     rng = np.random.default_rng(seed)
     tracks = len(fit.normal)
     counts = rng.multinomial(tracks, np.full(tracks, 1.0 / tracks), size=resamples).astype(np.float64)
     draws = np.array([solve(np.tensordot(count, fit.normal, 1), count @ fit.right) for count in counts])
-    spread: FloatArray = fit.beta + fit.flatness * (draws - fit.beta)
-    return spread
+    return fit.beta + fit.flatness * (draws - fit.beta)

@@ -13,7 +13,7 @@ from vbbench_generators.lifting.smoothing import estimate_strength
 from vbbench_generators.lifting.walking import Pace, Segments, Steps, cut_segments, estimate_pace, log_likelihood
 
 LEAST_PEOPLE = 10
-"""Walkers below whom motion is not asked."""
+"""With fewer walkers, motion is not used."""
 
 _GRID, _FINE, _REACH = 33, 2001, 4.5
 _PLANES = 16
@@ -74,10 +74,7 @@ def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLeng
 def _by_vanishing_point(fit: PlaneFit, point: FloatArray) -> FocalLengths:
     """Focal length from the (x, ν) in px where plumb lines meet: f² = f·tan θ · (f / tan θ), horizon and nadir.
 
-    Raises
-    ------
-    ValueError
-        If the point is on the horizon's side of the picture's centre.
+    Raises ValueError if the point is on the horizon's side of the picture's centre.
     """
     planes = (fit.plane, *fit.resampled)
     squares = [plane.depth * float(plane.levelled(point[:1], point[1:])[1][0]) for plane in planes]
@@ -150,7 +147,7 @@ def noise_scale(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: floa
 
 
 def walkers(steps: Steps, g: float) -> BoolArray:
-    """Which segments [S] are of people who walk, at the pace of a crowd, and are measured well."""
+    """Which segments [S] are well measured and of people who walk at a usual pace."""
     speed = steps.speed(g)
     noise = np.hypot(steps.noise[:, 0], g * steps.noise[:, 1])
     walks = (speed > _WALKS * np.quantile(speed, 0.75)) & (noise < 0.5 * speed) if len(speed) else np.zeros(0, np.bool_)
@@ -167,8 +164,7 @@ def _posterior(plane: SizePlane, steps: Steps, focal: FloatArray, pace: Pace, ab
     """Log density [G] of ln f over the grid; ``about`` is an estimate of f."""
     prior = -0.5 * np.linspace(-_REACH, _REACH, _GRID) ** 2
     near = stretch(plane, about)
-    density: FloatArray = prior + [log_likelihood(steps, stretch(plane, float(f)), pace, near) for f in focal]
-    return density
+    return prior + [log_likelihood(steps, stretch(plane, float(f)), pace, near) for f in focal]
 
 
 def _quantiles(log_density: FloatArray, focal: FloatArray, levels: FloatArray) -> FloatArray:
@@ -179,8 +175,7 @@ def _quantiles(log_density: FloatArray, focal: FloatArray, levels: FloatArray) -
     fine = np.linspace(log_focal[0], log_focal[-1], _FINE)
     density = CubicSpline(log_focal, log_density - log_density.max())(fine)
     mass = np.cumsum(np.exp(density - density.max()))
-    found: FloatArray = np.exp(np.interp(levels, (mass - 0.5 * np.exp(density - density.max())) / mass[-1], fine))
-    return found
+    return np.exp(np.interp(levels, (mass - 0.5 * np.exp(density - density.max())) / mass[-1], fine))
 
 
 def _close(

@@ -7,8 +7,8 @@ makes c differ from 0.
 
 A lens draws balls longer off its axis, and discs that face the camera not. The picture of a ball is wider by
 √(1 + x²/f²) and higher by √(1 + ν²/f²) than f·D/Z, so boxes left and right are wider than high, and boxes above and
-below higher than wide. The ratio of the sides tells how much of that is there; it asks neither where the horizon is nor
-how noisy sizes are, as far as sides are wrong alike.
+below higher than wide. The ratio of the sides shows how strong that effect is; it depends neither on the horizon nor
+on the noise of sizes, if both sides are equally noisy.
 """
 
 from dataclasses import dataclass
@@ -64,8 +64,7 @@ _CUT = 0.5
 def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
     """What counts as the size in px of head ``boxes`` [N, 4]."""
     width, height = boxes[:, 2], boxes[:, 3]
-    sizes: FloatArray = {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
-    return sizes
+    return {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
 
 
 def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
@@ -92,5 +91,4 @@ def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
 def lengthening(heads: Heads, focal: float, kind: BoxSize) -> FloatArray:
     """By what factor [N] a ball's size in the picture, of this ``kind``, is larger than f·D/Z."""
     across, down = 0.5 * np.log1p((heads.x / focal) ** 2), 0.5 * np.log1p((heads.nu / focal) ** 2)
-    factor: FloatArray = np.exp({"mean": (across + down) / 2.0, "width": across, "height": down}[kind])
-    return factor
+    return np.exp({"mean": (across + down) / 2.0, "width": across, "height": down}[kind])

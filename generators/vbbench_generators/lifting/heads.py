@@ -1,6 +1,6 @@
 """Heads in the pictures of one camera that stands still: their boxes, and their centres."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,7 @@ class HeadBoxes:
         object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (count, 4)))
         object.__setattr__(self, "visible", frozen_array("visible", self.visible, (count,)))
         if np.any((np.diff(self.track) < 0) | ((np.diff(self.track) == 0) & (np.diff(self.frame) <= 0))):
-            raise ValueError("head boxes stand by track, then by frame, one box a frame")
+            raise ValueError("head boxes must be ordered by track, then by frame, with one box per frame")
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -71,16 +71,15 @@ class Heads:
     dt: float
 
     def take(self, chosen: BoolArray | IntArray) -> "Heads":
-        """Those at the places, or with the truth values, ``chosen``."""
-        return Heads(
-            x=self.x[chosen], nu=self.nu[chosen], frame=self.frame[chosen], track=self.track[chosen], dt=self.dt
-        )
+        """The heads ``chosen`` by index or mask."""
+        x, nu = self.x[chosen], self.nu[chosen]
+        return replace(self, x=x, nu=nu, frame=self.frame[chosen], track=self.track[chosen])
 
 
 def split_at_gaps(heads: Heads, gap: float) -> Heads:
-    """The same heads where the part of a track after a gap of more than ``gap`` s is somebody new.
+    """The same heads with tracks split at gaps of more than ``gap`` s.
 
-    The first part keeps its id; the others get those above the highest. Heads stay by track, then by frame.
+    The first part keeps its id; the others get ids above the highest. Heads stay ordered by track, then by frame.
     """
     limit = max(1, int(np.floor(gap / heads.dt + 1e-9)))
     opening = np.r_[True, heads.track[1:] != heads.track[:-1]]
@@ -90,5 +89,4 @@ def split_at_gaps(heads: Heads, gap: float) -> Heads:
     piece = np.cumsum(broken)
     since = np.maximum.accumulate(np.where(opening | broken, np.arange(len(opening)), 0))
     track = np.where(broken[since], heads.track.max() + piece[since], heads.track)
-    order = np.argsort(track, kind="stable")
-    return Heads(x=heads.x, nu=heads.nu, frame=heads.frame, track=track, dt=heads.dt).take(order)
+    return replace(heads, track=track).take(np.argsort(track, kind="stable"))

@@ -51,7 +51,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
     Raises
     ------
     VbbenchError
-        If the heads, or the homography, do not tell where the camera is.
+        If the heads, or the homography, do not determine the camera.
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")
@@ -65,7 +65,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
             found = _find_by_heads(heads, boxes, settings)
         kept = _below_horizon(found.camera.depth(heads.x, heads.nu))
     except ValueError as error:
-        advice = "is that of another picture?" if homography is not None else "give its homography with --homography"
+        advice = "is that of another picture?" if homography is not None else "give its `homography`"
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
     heads = heads.take(kept)
     speed = walking_speed(heads, found.camera, settings.window)
@@ -78,13 +78,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
 
 
 def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FoundCamera:
-    """The camera in which the heads, the centres of ``boxes``, have the sizes that they have, and walk as people do.
-
-    Raises
-    ------
-    ValueError
-        If sizes or positions leave the camera open.
-    """
+    """The camera that sizes and walks of the heads, the centres of ``boxes``, imply; ValueError if they do not."""
     focal = settings.focal_median * boxes.size[0]
     seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
     for last in (False, True):
@@ -110,13 +104,7 @@ def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) ->
 
 
 def _below_horizon(depth: FloatArray) -> BoolArray:
-    """Which heads [N] are on the ground in front of the camera; ``depth`` vanishes on the horizon.
-
-    Raises
-    ------
-    ValueError
-        If the horizon goes through the crowd.
-    """
+    """Which heads [N] have a ``depth`` clearly above the horizon's, 0; ValueError if it cuts through the crowd."""
     kept: BoolArray = depth > _NEAR_HORIZON * np.median(depth)
     if np.mean(~kept) > _FEW:
         raise ValueError(f"the horizon goes through the crowd: {np.mean(~kept):.1%} of the heads are on it or above it")

@@ -1,4 +1,4 @@
-"""Smooths tracks on the ground, as strongly as they themselves tell: how much of their wobble is noise of the boxes.
+"""Smooths tracks on the ground; how strongly, follows from how much of their jitter is noise of the boxes.
 
 Second differences of positions at time steps τ have variance 6·r + ⅔·q·τ³: r is the noise of a mean over a block, q the
 density of a white-noise acceleration (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking
@@ -107,9 +107,7 @@ def smooth(value: FloatArray, variance: FloatArray, row: IntArray, starts: IntAr
     q : density of acceleration in m²/s³.
     dt : seconds a frame.
     """
-    total = int(starts[-1])
-    known = np.full(total, np.nan)
-    noise = np.zeros(total)
+    known, noise = np.full(starts[-1], np.nan), np.zeros(starts[-1])
     known[row], noise[row] = value, variance
     return _smooth(known, noise, starts, q, dt)
 
@@ -178,7 +176,7 @@ class Smoothed:
 
 
 def smooth_tracks(heads: Heads, camera: GroundCamera, head_size: float, name: str) -> Smoothed:
-    """Put heads on the ground and smooth their tracks, gaps filled, as strongly as the tracks themselves tell."""
+    """Put heads on the ground and smooth their tracks, with gaps filled; the strength is estimated from the tracks."""
     ground, jacobian = camera.to_ground(heads.x, heads.nu), camera.jacobian(heads.x, heads.nu)
     size = head_size / np.hypot(jacobian[:, 0, 0], jacobian[:, 1, 0])
     scale = size[:, None] * np.hypot(jacobian[:, :, 0], jacobian[:, :, 1])

@@ -39,13 +39,12 @@ class Steps:
     noise: FloatArray
 
     def take(self, chosen: BoolArray | IntArray) -> "Steps":
-        """Those at the places, or with the truth values, ``chosen``."""
+        """The steps ``chosen`` by index or mask."""
         return Steps(person=self.person[chosen], way=self.way[chosen], noise=self.noise[chosen])
 
     def speed(self, g: float) -> FloatArray:
         """[S] in m/s where the stretch is ``g``."""
-        speed: FloatArray = np.hypot(self.way[:, 0], g * self.way[:, 1])
-        return speed
+        return np.hypot(self.way[:, 0], g * self.way[:, 1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,16 +59,15 @@ class Pace:
 def log_likelihood(steps: Steps, g: float, pace: Pace, about: float) -> float:
     """Logarithm of the density of the log speeds given the directions, where the stretch is ``g``.
 
-    Directions and the weights of segments are those at the stretch ``about``, an estimate. Else the determinants would
-    follow ``g``, and a stretch that turns everybody into one direction, where h has nothing to say, would gain by that.
+    Directions and the weights of segments are those at the stretch ``about``, an estimate. Otherwise the determinants
+    would depend on ``g`` and favour a stretch that turns everyone into one direction, where h does not matter.
     """
     log_speed = _observed(steps, g)[0]
     _, phi, variance = _observed(steps, about)
     prior = np.full(2 * HARMONICS + 1, 1.0 / pace.direction**2)
     prior[0], prior[1:3] = 1.0 / _MEAN_STD**2, prior[1:3] / OPPOSITE**2
-    normal, right, square, log_det = _whiten(
-        log_speed, phi, 1.0 / (pace.within**2 + variance), steps.person, pace.between**2, HARMONICS
-    )
+    weight = 1.0 / (pace.within**2 + variance)
+    normal, right, square, log_det = _whiten(log_speed, phi, weight, steps.person, pace.between**2)
     factor = np.linalg.cholesky(normal + np.diag(prior))
     half = np.linalg.solve(factor, right)
     log_det += 2.0 * float(np.log(np.diag(factor)).sum()) - float(np.log(prior).sum())
@@ -105,10 +103,10 @@ def _observed(steps: Steps, g: float) -> tuple[FloatArray, FloatArray, FloatArra
 
 @kernel
 def _whiten(
-    value: FloatArray, phi: FloatArray, weight: FloatArray, person: IntArray, between: float, harmonics: int
+    value: FloatArray, phi: FloatArray, weight: FloatArray, person: IntArray, between: float
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Normal equations of the harmonics, weighted square sum and log determinant, people's own paces integrated out."""
-    size = 2 * harmonics + 1
+    size = 2 * HARMONICS + 1
     normal, right = np.zeros((size, size)), np.zeros(size)
     row, total = np.empty(size), np.zeros(size)
     square, log_det, mass, sums = 0.0, 0.0, 0.0, 0.0
@@ -116,7 +114,7 @@ def _whiten(
         w = weight[s]
         cos1, sin1 = np.cos(phi[s]), np.sin(phi[s])
         row[0], cos, sin = 1.0, 1.0, 0.0
-        for n in range(harmonics):
+        for n in range(HARMONICS):
             cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
             row[2 * n + 1], row[2 * n + 2] = cos, sin
         for i in range(size):
@@ -192,7 +190,7 @@ def cut_segments(heads: Heads, window: float) -> Segments:
 
 
 _SLOWEST = 0.3
-"""Who is slower than this share of the upper quartile stands."""
+"""People slower than this share of the upper quartile are standing."""
 
 
 def walking_speed(heads: Heads, camera: GroundCamera, window: float) -> float | None:

@@ -40,8 +40,7 @@ def distribution(name: str, metric: str, unit: str, spreads: Sequence[Spread]) -
 
 def _hundredths(values: FloatArray) -> FloatArray:
     """The middle of every hundredth of the values, in order."""
-    middles: FloatArray = np.quantile(values, (np.arange(_DOTS) + 0.5) / _DOTS)
-    return middles
+    return np.quantile(values, (np.arange(_DOTS) + 0.5) / _DOTS)
 
 
 def _grid(x: Axis, height: int, metric: str, unit: str) -> Iterator[str]:

@@ -33,7 +33,7 @@ def check(
 
     Parameters
     ----------
-    work : work folder of ``rerun``; results whose submission lies there, or is named, are scored again.
+    work : work folder of ``rerun``; results whose submission is there, or is named, are scored again.
     datasets, submissions : more folders to score again with.
 
     Raises
@@ -61,27 +61,27 @@ def check(
     if faults:
         raise ResultsError(results, faults)
     counts = f"{_count(len(usable), 'result')} on {_count(len(boards), 'board')}"
-    return f"{results}: {counts} checked, all as it should be; {len(rescored)} scored again"
+    return f"{results}: {counts} checked, no faults; {len(rescored)} scored again"
 
 
 def _misplaced(results: Path) -> Iterator[str]:
-    """JSON files where none belongs, and names that are one and the same on some disks; or that there is nothing."""
+    """Misplaced JSON files, names that are equal on some disks, or an empty folder."""
     placed = {*record_paths(results), *result_paths(results)}
     if not placed:
         yield f"{results}: no result is here; vbbench leaderboard add writes them"
     for path in sorted(path.relative_to(results) for path in results.rglob("*.json")):
         if path not in placed:
-            yield f"{results / path}: lies where no result and no record does; move or remove it"
+            yield f"{results / path}: is neither where a result nor where a record belongs; move or remove it"
     names = defaultdict(list)
     for path in sorted(placed):
         names[str(path).casefold()].append(path)
     for _, *others in names.values():
         for path in others:
-            yield f"{results / path}: has the name of another file but for capitals; rename one"
+            yield f"{results / path}: differs from another file only in capitals; rename one"
 
 
 def _contradictions(record: BoardDataset) -> Iterator[str]:
-    """Where a record does not agree with itself."""
+    """Where a record contradicts itself."""
     counts, own = record.counts, {"id": record.id, "split": record.split, "tier": record.tier}
     for name, value in {**own, "camera": record.camera["kind"]}.items():
         if counts[name] != value:
@@ -110,7 +110,7 @@ def _submissions_at_hand(work: Path | None, named: Sequence[Path]) -> list[Path]
 def _rescored(
     results: Sequence[Result], submissions: Iterable[Path], datasets: dict[str, Path]
 ) -> Iterator[tuple[Result, list[str]]]:
-    """Results whose submission and dataset are at hand, with what scores differently now."""
+    """Results whose submission and dataset are available, with what scores differently now."""
     pairs = [
         (result, folder) for folder in submissions for result in _made_of(folder, results) if result.dataset in datasets
     ]
@@ -121,13 +121,13 @@ def _rescored(
 
 
 def _unmatched(results: Sequence[Result], named: Iterable[Path], datasets: dict[str, Path]) -> Iterator[str]:
-    """Why a submission that was named cannot be scored again."""
+    """Why a named submission cannot be scored again."""
     for folder in named:
         found = _made_of(folder, results)
         if not found:
-            yield f"{folder}: no result is made of its tables; add it with 'vbbench leaderboard add'"
+            yield f"{folder}: no result has its tables; add it with 'vbbench leaderboard add'"
         elif not any(result.dataset in datasets for result in found):
-            yield f"{folder}: its dataset {found[0].dataset} is not at hand; name its folder with --dataset"
+            yield f"{folder}: its dataset {found[0].dataset} is not available; name its folder, too"
 
 
 def _made_of(folder: Path, results: Sequence[Result]) -> list[Result]:

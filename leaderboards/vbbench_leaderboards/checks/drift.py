@@ -25,10 +25,10 @@ def drift(old: Result, new: Result) -> list[str]:
 
 
 def record_faults(record: BoardDataset, folder: Path) -> Iterator[str]:
-    """What a dataset that is at hand says otherwise than its record.
+    """Where a dataset differs from its record.
 
-    The bytes of tables depend on the library that wrote them; they must agree only where truth is withheld. There the
-    seed may have been told since.
+    The bytes of tables depend on the library that wrote them; they must agree only if truth is withheld. The seed may
+    then have been published since.
     """
     opened = Dataset(folder)
     if not opened.has_truth:

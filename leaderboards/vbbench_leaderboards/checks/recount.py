@@ -1,10 +1,11 @@
-"""What a result file says, counted again from its per-sequence figures and from its board's dataset record.
+"""Checks what a result file says against its per-sequence figures and its board's dataset record.
 
-Figures are kept to float32, half a unit in the eighth digit: what is counted again must agree to `TOLERANCE` of itself.
+Figures are kept to float32, half a unit in the eighth digit; a recount must agree to a relative `TOLERANCE`.
 """
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ _LISTED = 5
 
 
 def count_faults(result: Result, record: BoardDataset) -> Iterator[str]:
-    """Faults of all but the summaries: what the record says otherwise, missing sequences, counts and coverage."""
+    """Faults of all but the summaries: differences from the record, missing sequences, counts and coverage."""
     yield from _declared_faults(result, record)
     rows = list(_row_faults(result, record))
     yield from rows
@@ -33,7 +34,7 @@ def count_faults(result: Result, record: BoardDataset) -> Iterator[str]:
 def summary_faults(results: Iterable[Result]) -> Iterator[tuple[Result, str]]:
     """Results with the summaries that do not follow from their per-sequence figures.
 
-    Those of the same number of sequences share their bootstrap draws, which are most of the work.
+    Results with the same number of sequences share their bootstrap draws, which are most of the work.
     """
     groups: dict[int, list[Result]] = defaultdict(list)
     for result in results:
@@ -45,13 +46,10 @@ def summary_faults(results: Iterable[Result]) -> Iterator[tuple[Result, str]]:
             for name, values in result.per_sequence.figures.items()
         }
         fresh = summarise(columns, columns)
-        for number, result in enumerate(group):
-            for name in METRICS:
-                part = METRICS[name].section
-                for fault in _metric_summary_faults(
-                    result.score[part][name], fresh[f"{number} {name}"].to_dict(), result, name
-                ):
-                    yield result, f"$.score.{part}.{name}.{fault}"
+        for (number, result), (name, metric) in product(enumerate(group), METRICS.items()):
+            said = result.score[metric.section][name]
+            for fault in _metric_summary_faults(said, fresh[f"{number} {name}"].to_dict(), result, name):
+                yield result, f"$.score.{metric.section}.{name}.{fault}"
 
 
 def _declared_faults(result: Result, record: BoardDataset) -> Iterator[str]:
@@ -80,7 +78,7 @@ def _row_faults(result: Result, record: BoardDataset) -> Iterator[str]:
         if len(numbers):
             yield f"$.per_sequence: {words} {_some(numbers)}; solve and score the whole dataset"
     if len(own.sequence) == len(wanted.sequence) and not np.array_equal(own.sequence, wanted.sequence):
-        yield "$.per_sequence: sequences are not each there once, in order"
+        yield "$.per_sequence: sequences are not in order, each once"
     if not np.array_equal(own.sequence, wanted.sequence):
         return
     for name, mine, theirs in (("frames", own.frames, wanted.frames), ("positions", own.positions, wanted.positions)):
@@ -122,7 +120,7 @@ def _figure_faults(result: Result, record: BoardDataset) -> Iterator[str]:
         largest = {"rad": np.pi, "rad/s": np.pi / second}.get(metric.unit, np.inf)
         wrong |= figures > largest * (1 + TOLERANCE)
         if wrong.any():
-            yield f"$.per_sequence: {name} cannot be so in {_some(own.sequence[wrong])}"
+            yield f"$.per_sequence: {name} has impossible values in {_some(own.sequence[wrong])}"
 
 
 def _metric_summary_faults(said: dict[str, Any], fresh: dict[str, Any], result: Result, name: str) -> Iterator[str]:
@@ -168,7 +166,7 @@ def _unequal(pairs: dict[str, tuple[Any, Any]]) -> Iterator[str]:
 
 
 def _differs(name: str, said: Any, wanted: Any) -> str:
-    return f"{name}: is {said!r}, everything else gives {wanted!r}"
+    return f"{name}: is {said!r}, must be {wanted!r}"
 
 
 def _some(numbers: FloatArray | Any) -> str:

@@ -1,4 +1,4 @@
-"""Builds the site from folders of results: whole, or not at all."""
+"""Builds the site from folders of results."""
 
 import warnings
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from vbbench_leaderboards.results.ranking import rank
 from vbbench_leaderboards.results.result import Board
 
 MARKER = ".vbbench-site"
-"""File that tells a site that was built here from a folder that must not be touched."""
+"""File that marks a site, which may be replaced; other folders must not be."""
 
 
 def build(out: Path, *results: Path, films: Films | None = None) -> Site:
@@ -30,13 +30,13 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
 
     Parameters
     ----------
-    results : folders of result files; of a result in several of them the first counts.
+    results : folders of result files; the first counts if several hold the same result.
     films : which sequences can be played; ``None`` for none.
 
     Raises
     ------
     VbbenchError
-        If ``out`` is there and no site, or if there are no results that can be used.
+        If ``out`` exists and is not a site, or if there are no usable results.
     """
     with WorkFolder(out, partial(_check_site, out)) as work:
         unusable: list[FileError] = []
@@ -74,7 +74,7 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
 
 
 def _board(site: Site, board: Board) -> dict[str, Any]:
-    """What the scripts need to know of a board; the player is handed this too."""
+    """What the scripts, the player among them, need to know about a board."""
     return {
         "key": board.key,
         "split": board.split,
@@ -89,6 +89,6 @@ def _board(site: Site, board: Board) -> dict[str, Any]:
 
 
 def _check_site(folder: Path) -> None:
-    """Raise VbbenchError if ``folder`` is there and was not made by `build`."""
+    """Raise VbbenchError if ``folder`` exists and was not made by `build`."""
     if folder.exists() and not (folder / MARKER).is_file():
-        raise VbbenchError(f"{folder} exists and is not a site of 'vbbench leaderboard build'; choose another --out")
+        raise VbbenchError(f"{folder} exists and is not a site of 'vbbench leaderboard build'; choose another `out`")

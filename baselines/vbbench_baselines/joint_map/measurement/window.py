@@ -32,7 +32,7 @@ class Measurements(NamedTuple):
 
 
 def gather(relative: FloatArray, information: FloatArray, given: FloatArray, statures: Statures) -> Measurements:
-    """What is known of everybody from the first to the last frame that says anything about them."""
+    """Each person's measurements, from the first to the last frame with any."""
     known: BoolArray = ~(np.isnan(relative[..., 0]) & np.isnan(given[..., 0]))
     frames = len(known)
     first: IntArray = np.argmax(known, axis=0)
@@ -58,7 +58,7 @@ class Window:
         self.information = np.full((size, people, 3), np.nan)
 
     def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
-        """Take in a frame; what is given of the two before it is learned, too."""
+        """Add a frame, and what is given of the two before it."""
         self.frames += 1
         for rows in (self.poses, self.given_poses, self.places, self.given, self.relative, self.information):
             rows[:-1] = rows[1:]

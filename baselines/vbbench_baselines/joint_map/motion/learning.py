@@ -1,4 +1,4 @@
-"""What the known past of a sequence teaches about its people: everybody's σ_k, and b and σ of them all.
+"""What the known past of a sequence teaches about its people: each person's σ_k, and their common b and σ.
 
 One-step reveals where people truly were, and with it how these people are annotated and walk, which differs from one
 recording to the next. Revealed innovations e = a_0 − b_1 a_1 − b_2 a_2 count with their precision w = (ν + 2)/(νσ_k² +
@@ -24,7 +24,7 @@ B_STD = 0.3
 """s_b: how far one recording's b is from another's; the fits to Hotel and ETH are .29 and .25 apart."""
 
 SIGMA_PEOPLE = 0.3
-"""s_σ: the fitted σ counts as so many people's; ln σ² lies 1.0 apart between the two fits, and .6 between people."""
+"""s_σ: number of people as which the fitted σ counts; ln σ² differs by 1.0 between the fits, by .6 between people."""
 
 STATIONARY = 0.95
 """Partial autocorrelations are kept below it."""
@@ -104,10 +104,8 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
     lessons.scales[k, 1] += 1.0
     if n <= REACH:
         return
-    second = np.empty((3, 2))  # the last second difference, and the two before it
-    for i in range(3):
-        for axis in range(2):
-            second[i, axis] = track[n - 1 - i, axis] - 2.0 * track[n - 2 - i, axis] + track[n - 3 - i, axis]
+    last = track[::-1]
+    second = last[:3] - 2.0 * last[1:4] + last[2:5]  # the last second difference, and the two before it
     for i in range(1, 3):
         lessons.slope[i - 1] += precision * (second[0, 0] * second[i, 0] + second[0, 1] * second[i, 1])
         for j in range(1, 3):
@@ -117,7 +115,7 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
 
 @kernel
 def _conclude(fitted: Walk, lessons: Lessons) -> None:
-    """Renew σ and everybody's σ_k²."""
+    """Renew σ and each person's σ_k²."""
     sigma_precision, people = SIGMA_PEOPLE / fitted.sigma**2, SIGMA_PEOPLE
     walkers = len(lessons.scales) - 1 if fitted.own == UNKNOWN else len(lessons.scales)
     for k in range(walkers):

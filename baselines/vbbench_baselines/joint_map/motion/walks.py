@@ -23,10 +23,10 @@ REACH = 4
 """Frames that an innovation looks back."""
 
 UNKNOWN = 1e3
-"""In m: σ of an observer of whose walk nothing is known."""
+"""In m: σ of an observer whose walk is unknown."""
 
 SETTLED_SCALE = 1e-3
-"""Relative change of σ_k² below which it is known; it is found by at most so many `SCALE_ROUNDS`."""
+"""The search for σ_k² ends with a smaller relative change, or after `SCALE_ROUNDS`."""
 
 SCALE_ROUNDS = 20
 
@@ -39,7 +39,7 @@ class Walk(NamedTuple):
     filters : [5, 5] coefficients of x_t, x_{t−1}, … x_{t−4} of the innovation of order 0 to 4 (0: none).
     spreads : [5] κ of each order; of order 1, the velocity, the standard deviation in m of a displacement.
     sigma, nu, a0 : σ in m, ν, a_0.
-    own : σ in m of the observer; as of everybody, or `UNKNOWN`.
+    own : σ in m of the observer; as of all people, or `UNKNOWN`.
     head : how the observer's head turns.
     """
 

@@ -1,9 +1,9 @@
 """Banded symmetric positive definite matrices: Cholesky factor, solution, and the upper half of the inverse.
 
 All have the half-bandwidth `BAND`. Row j of ``band`` [n + BAND, 2 BAND + 1] holds A[j, j], A[j + 1, j], … and
-A[j + BAND, j], then noughts; the factor L with A = LLᵀ takes its place. The noughts, and `BAND` rows of them in the
-end, let inner loops run over a fixed number of terms, which compilers unroll. All take time linear in n but for the
-inverse, which is full.
+A[j + BAND, j], then zeros; the factor L with A = LLᵀ takes its place. The zeros, and `BAND` rows of them at the end,
+let inner loops run over a fixed number of terms, which compilers unroll. All take time linear in n except the inverse,
+which is full.
 """
 
 import numpy as np

@@ -1,11 +1,11 @@
-"""How sure poses and places are: the inverse of the joint energy's Hessian.
+"""Covariances of poses and places: the inverse of the joint energy's Hessian.
 
 With Σ = H⁻¹ of the poses, people eliminated, a place has the covariance A⁻¹ given the poses, and follows them:
 
     Cov(x) = A⁻¹ + (∂x/∂p) Σ (∂x/∂p)ᵀ,   ∂x/∂p = A⁻¹ M G,
 
-to which an unknown stature adds its own part. H takes the Student-t terms at their weights, and so says how sure one is
-if the weights are right.
+to which an unknown stature adds its own part. H takes the Student-t terms at their weights, so the covariances hold if
+the weights are right.
 """
 
 import numpy as np
@@ -14,20 +14,19 @@ from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.walks import Walk
 from vbbench_baselines.joint_map.optimiser.banded import solve
-from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, tilt_of, weighed
+from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, to_poses, weighed
 from vbbench_baselines.joint_map.optimiser.poses import linearise
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
 
 @kernel
 def pose_covariance_of(state: State, problem: JointProblem) -> FloatArray:
-    """Σ [3T, 3T] of the poses at the energy's minimum; nought for given ones."""
+    """Σ [3T, 3T] of the poses at the energy's minimum; zero for given ones."""
     frames = len(state.poses)
     _, hessian = linearise(state, problem)
     for t in range(frames):
         hessian[3 * t + 2, 3 * t + 2] += 1e-9
-    sigma = np.eye(3 * frames)
-    sigma[:] = np.linalg.inv(hessian)
+    sigma = np.ascontiguousarray(np.linalg.inv(hessian))
     for t in range(frames):
         if problem.anchor.fixed[t]:
             sigma[3 * t : 3 * t + 3] = 0.0
@@ -56,7 +55,7 @@ def _spread_person(
     """Write the covariances of one person's places to ``spread`` [T, K, 2, 2]."""
     n = len(person.track)
     arms = arms_of(person, poses)
-    tilt = tilt_of(person, arms)
+    tilt = to_poses(person.response, arms)
     raised = np.zeros(2 * n)
     if not np.isinf(person.height_information):
         raised = weighed(person.information, person.along)
@@ -71,10 +70,7 @@ def _spread_person(
             row[2 * i + a] = 1.0
             solve(person.lower, row)
             alone[a] = row[2 * i : 2 * i + 2]
-            pull = weighed(person.information, row)
-            for j in range(n):
-                follow[a, 3 * j], follow[a, 3 * j + 1] = pull[2 * j], pull[2 * j + 1]
-                follow[a, 3 * j + 2] = pull[2 * j] * arms[j, 0] + pull[2 * j + 1] * arms[j, 1]
+            follow[a] = to_poses(weighed(person.information, row), arms)
             follow[a] -= raised[2 * i + a] / person.height_information * tilt
         for a in range(2):
             for b in range(2):

@@ -1,13 +1,13 @@
 """Damped Gauss–Newton on the poses, with the Student-t weights renewed between steps.
 
 A step minimises the quadratic model of the weighted energy (Levenberg–Marquardt, the damping scaled by the Hessian's
-diagonal), everybody following, and is taken only if the deviance falls. The Hessian is renewed only now and then: the
-gradient is that of the point, so that an old one costs steps and not exactness, and it makes the most of a step's cost.
-What the last steps have in common shows where they lead (Anderson's acceleration); that point is taken if its deviance
-is lower still. The loop has converged when a whole step is short, in metres or in standard
-deviations, λ² = gᵀH⁻¹g: where poses are hardly known it does not matter where exactly they are.
+diagonal), with all people following, and is taken only if the deviance falls. The Hessian, most of a step's cost, is
+renewed only now and then: the gradient is that of the point, so that an old Hessian costs steps but not exactness.
+Anderson's acceleration extrapolates the last steps; its point is taken if the deviance is lower still. The loop has
+converged when a whole step is short in metres or in standard deviations, λ² = gᵀH⁻¹g: the exact place of poses that are
+hardly known does not matter.
 
-Renewing weights and stepping is a map x → F(x) that comes near its fixed point linearly. Anderson's acceleration
+Renewing weights and stepping is a map x → F(x) that converges to its fixed point linearly. Anderson's acceleration
 guesses the fixed point from the last few pairs: the combination Σ α_i F(x_i), Σ α_i = 1, for which Σ α_i (F(x_i) − x_i)
 is shortest (D. G. Anderson 1965, "Iterative procedures for nonlinear integral equations").
 """
@@ -26,7 +26,7 @@ DEPTH = 6
 """Differences that Anderson's acceleration combines."""
 
 LONGEST = 1.0
-"""No step moves a pose further, in m and rad."""
+"""Maximum length of a step of a pose, in m and rad."""
 
 TRIES = 8
 """Dampings tried before a step is given up."""
@@ -51,7 +51,7 @@ class Past(NamedTuple):
 
 @kernel
 def extrapolate(past: Past, here: FloatArray, there: FloatArray) -> FloatArray:
-    """Enter that a step leads from ``here`` [n] to ``there`` [n], and guess where the steps lead in the end."""
+    """Record a step from ``here`` [n] to ``there`` [n], and guess where the steps converge."""
     used, slot = min(past.entered[0], DEPTH), past.entered[0] % (DEPTH + 1)
     past.points[slot], past.moves[slot] = there, there - here
     past.entered[0] += 1
@@ -137,9 +137,7 @@ def _renewed(state: State, people: list[Person], problem: JointProblem, damping:
     hessian = hessian_of(people, state, problem)
     for i in range(len(hessian)):
         hessian[i, i] += damping * hessian[i, i] + 1e-9
-    inverse = np.empty_like(hessian)
-    inverse[:] = np.linalg.inv(hessian)
-    return Model(inverse, damping, 0)
+    return Model(np.ascontiguousarray(np.linalg.inv(hessian)), damping, 0)
 
 
 @kernel
@@ -169,7 +167,7 @@ def _try(
 
 @kernel
 def _moved(state: State, people: list[Person], step: FloatArray, problem: JointProblem) -> State:
-    """The state after a step [T, 3] of the poses, everybody following."""
+    """The state after a step [T, 3] of the poses, with all people following."""
     places, heights = state.places.copy(), state.heights.copy()
     for person in people:
         track, heights[person.number] = follow(person, state.poses, step)
@@ -179,27 +177,18 @@ def _moved(state: State, people: list[Person], step: FloatArray, problem: JointP
 
 @kernel
 def _guessed(past: Past, before: State, after: State, problem: JointProblem) -> State:
-    """Where steps such as that from ``before`` to ``after`` lead in the end."""
+    """Where steps such as that from ``before`` to ``after`` converge."""
     guess = extrapolate(past, _vector(before), _vector(after))
-    poses, places, heights = after.poses.copy(), after.places.copy(), after.heights.copy()
-    a, b = poses.size, poses.size + places.size
-    poses.ravel()[:] = guess[:a]
-    heights[:] = guess[b:]
-    flat, known = places.ravel(), guess[a:b]
-    for i in range(len(flat)):
-        if not np.isnan(flat[i]):
-            flat[i] = known[i]
-    return believe(poses, places, heights, problem, after.variances)
+    a, b = after.poses.size, after.poses.size + after.places.size
+    guessed = guess[a:b].reshape(after.places.shape)
+    places = np.where(np.isnan(after.places), after.places, guessed)
+    return believe(guess[:a].reshape(after.poses.shape), places, guess[b:], problem, after.variances)
 
 
 @kernel
 def _vector(state: State) -> FloatArray:
-    """Poses, places (nought where there are none) and heights in a row."""
-    vector = np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights))
-    for i in range(len(vector)):
-        if np.isnan(vector[i]):
-            vector[i] = 0.0
-    return vector
+    """Poses, places (zero where unknown) and heights in a row."""
+    return np.nan_to_num(np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights)))
 
 
 @kernel

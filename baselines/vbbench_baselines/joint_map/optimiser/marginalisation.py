@@ -5,13 +5,13 @@ with it, they know the Schur complement of the first pose in H. The difference,
 
     Λ = H_rr − H_r0 H_00⁻¹ H_0r − H',   s = g_r − H_r0 H_00⁻¹ g_0 − g',
 
-of the Hessians and of the gradients g and g', is what the frame said, through everybody seen in it: added to the
-window's energy it keeps the minimum and its curvature where they were, and as the window slides nothing is lost but the
-freedom to linearise anew.
+of the Hessians and of the gradients g and g', is the information of that frame, through all people seen in it: added to
+the window's energy it keeps the minimum and its curvature, so that a sliding window only loses the freedom to linearise
+again.
 
-What is kept has directions of negative curvature: they take back how a track that goes on would begin anew in the next
-window. They do so exactly where the weights are as they were; but a Student-t law flattens out, a quadratic form does
-not, and far away the sum may fall without end. Where a descent went there it is done again without those directions.
+It has directions of negative curvature, which compensate for the new beginning of continued tracks in the next window.
+This is exact at the same weights; but a Student-t law flattens out, a quadratic form does not, and far away the sum may
+fall without bound. A descent that went there is repeated without those directions.
 """
 
 from typing import NamedTuple
@@ -28,11 +28,11 @@ from vbbench_baselines.joint_map.optimiser.poses import linearise
 from vbbench_baselines.joint_map.optimiser.state import Anchor, JointProblem, State
 
 RUNAWAY = 25.0
-"""In m; no descent moves a pose further for good reason."""
+"""In m; a descent that moves a pose further has diverged."""
 
 
 class Marginal(NamedTuple):
-    """What frames that left have said of the first n frames of the next window or block.
+    """Information of earlier frames on the first n frames of the next window or block.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ NOTHING_KEPT = Marginal(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), 0.0)
 
 
 def anchor_of(fixed: BoolArray, poses: FloatArray, marginal: Marginal) -> Anchor:
-    """What holds the poses [T, 3] of a window, of which ``fixed`` [T] are given."""
+    """What constrains the poses [T, 3] of a window, of which ``fixed`` [T] are given."""
     known, size = len(marginal.poses), 3 * len(poses)
     centre, slope, information = poses.copy(), np.zeros(size), np.zeros((size, size))
     centre[:known] = marginal.poses

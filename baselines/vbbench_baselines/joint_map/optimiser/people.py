@@ -33,9 +33,9 @@ class Person(NamedTuple):
     number, first : k and the frame it begins with.
     track, measured : [n, 2] x and y in m.
     seen : [n] whether there is a box.
-    information : [n, 3] M as (xx, xy, yy) in 1/m², nought where there is no box.
+    information : [n, 3] M as (xx, xy, yy) in 1/m², zero where there is no box.
     lower : Cholesky factor of A [2n, 2n], see `vbbench_baselines.joint_map.optimiser.banded`.
-    along : [2n] u, nought where there is no box.
+    along : [2n] u, zero where there is no box.
     response : [2n] H_yy u.
     height : s in m.
     height_information : its own, with x eliminated, in 1/m².
@@ -214,10 +214,10 @@ def arms_of(person: Person, poses: FloatArray) -> FloatArray:
 
 
 @kernel
-def tilt_of(person: Person, arms: FloatArray) -> FloatArray:
-    """Gᵀ H_yy u [3n]: how the poses pull at the person's height."""
-    tilt = np.empty(3 * len(arms))
+def to_poses(forces: FloatArray, arms: FloatArray) -> FloatArray:
+    """Gᵀ v [3n] of ``forces`` v [2n] on the measured places; ``arms`` as of `arms_of`."""
+    pulls = np.empty(3 * len(arms))
     for i in range(len(arms)):
-        rx, ry = person.response[2 * i], person.response[2 * i + 1]
-        tilt[3 * i], tilt[3 * i + 1], tilt[3 * i + 2] = rx, ry, rx * arms[i, 0] + ry * arms[i, 1]
-    return tilt
+        x, y = forces[2 * i], forces[2 * i + 1]
+        pulls[3 * i], pulls[3 * i + 1], pulls[3 * i + 2] = x, y, x * arms[i, 0] + y * arms[i, 1]
+    return pulls

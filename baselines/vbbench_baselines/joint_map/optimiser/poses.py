@@ -1,6 +1,6 @@
 """The joint energy as a function of the poses alone, and its Gauss–Newton model.
 
-Everybody eliminated (`optimiser.people`), what is left has 3T unknowns. With G_t = ∂y_t/∂(c_t, θ_t) =
+With all people eliminated (`optimiser.people`), 3T unknowns are left. With G_t = ∂y_t/∂(c_t, θ_t) =
 (I, J(x_t − c_t)), J the quarter turn, a person adds Gᵀ M (y − x) to the gradient and Gᵀ H_yy G to the Hessian: that of
 the whole problem in poses and places together. It is x and not y that G turns about c: M turns with the camera, too.
 The observer is a walker whose place is c itself, and a head that turns (`vbbench_baselines.joint_map.motion.heads`).
@@ -13,20 +13,20 @@ from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
 from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
-from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, tilt_of
+from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, to_poses, weighed
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
 
 @kernel
 def linearise(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray]:
-    """Gradient [3T] and Hessian [3T, 3T] at a point's poses, everybody at their least energy."""
+    """Gradient [3T] and Hessian [3T, 3T] at a point's poses, with all people at their least energy."""
     people = eliminate_all(state, problem.walk)
     return gradient_of(people, state, problem), hessian_of(people, state, problem)
 
 
 @kernel
 def eliminate_all(state: State, walk: Walk) -> list[Person]:
-    """Everybody who is followed at all, see `eliminate`."""
+    """Everyone who is followed, see `eliminate`."""
     axes, data = axes_of(state.poses), state.data
     followed = [k for k in range(len(data.last)) if data.last[k] >= data.first[k]]
     return [eliminate(k, state.poses, axes, data, state.weights[k], walk) for k in followed]
@@ -48,7 +48,9 @@ def gradient_of(people: list[Person], state: State, problem: JointProblem) -> Fl
                     gradient[3 * (i - d) + a] += band[i, d] * poses[i, a]
     add_slope(poses, walk.head, state.yaw_weights, gradient)
     for person in people:
-        _add_gradient(person, poses, gradient)
+        pull = weighed(person.information, (person.measured - person.track).ravel())
+        rows = slice(3 * person.first, 3 * (person.first + len(person.track)))
+        gradient[rows] += to_poses(pull, arms_of(person, poses))
     for t in range(frames):
         if anchor.fixed[t]:
             gradient[3 * t : 3 * t + 3] = 0.0
@@ -70,7 +72,7 @@ def hessian_of(people: list[Person], state: State, problem: JointProblem) -> Flo
     add_curvature(poses, walk.head, state.yaw_weights, hessian)
     for person in people:
         invert(person.lower, inverse)
-        _add_hessian(person, poses, inverse, hessian)
+        _add_hessian(person, arms_of(person, poses), inverse, hessian)
     for i in range(3 * frames):
         for j in range(i):
             hessian[i, j] = hessian[j, i]
@@ -84,37 +86,8 @@ def hessian_of(people: list[Person], state: State, problem: JointProblem) -> Flo
 
 
 @kernel
-def _add_gradient(person: Person, poses: FloatArray, gradient: FloatArray) -> None:
-    """Add Gᵀ M (y − x)."""
-    arms = arms_of(person, poses)
-    for i in range(len(arms)):
-        xx, xy, yy = person.information[i]
-        x, y = person.measured[i, 0] - person.track[i, 0], person.measured[i, 1] - person.track[i, 1]
-        mx, my = xx * x + xy * y, xy * x + yy * y
-        p = 3 * (person.first + i)
-        gradient[p] += mx
-        gradient[p + 1] += my
-        gradient[p + 2] += mx * arms[i, 0] + my * arms[i, 1]
-
-
-@kernel
-def _add_hessian(person: Person, poses: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
-    """Add the upper half of a person's; ``inverse`` holds the upper half of A⁻¹."""
-    n, first = len(person.track), person.first
-    arms = arms_of(person, poses)
-    _add_places(person, arms, inverse, hessian)
-    if np.isinf(person.height_information):
-        return
-    tilt = tilt_of(person, arms)
-    for i in range(3 * n):
-        scaled = tilt[i] / person.height_information
-        for j in range(i, 3 * n):
-            hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]
-
-
-@kernel
-def _add_places(person: Person, arms: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
-    """Add the upper half of Gᵀ(M − M A⁻¹ M)G; ``arms`` as of `arms_of`."""
+def _add_hessian(person: Person, arms: FloatArray, inverse: FloatArray, hessian: FloatArray) -> None:
+    """Add the upper half of Gᵀ(M − M A⁻¹ M)G, less the height's share; ``inverse`` holds the upper half of A⁻¹."""
     n, first = len(person.track), person.first
     for i in range(n):
         if not person.seen[i]:
@@ -146,3 +119,9 @@ def _add_places(person: Person, arms: FloatArray, inverse: FloatArray, hessian: 
             hessian[p + 2, q] += ix * ha + iy * hc
             hessian[p + 2, q + 1] += ix * hb + iy * hd
             hessian[p + 2, q + 2] += ix * ta + iy * tc
+    if not np.isinf(person.height_information):
+        tilt = to_poses(person.response, arms)
+        for i in range(3 * n):
+            scaled = tilt[i] / person.height_information
+            for j in range(i, 3 * n):
+                hessian[3 * first + i, 3 * first + j] -= scaled * tilt[j]

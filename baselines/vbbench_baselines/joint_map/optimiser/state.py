@@ -1,6 +1,6 @@
 """A point of the descent: poses, places and heights, and what follows from them.
 
-The weights of the Student-t and Cauchy terms, everybody's own scale and the boxes' linearisation are functions of the
+The weights of the Student-t and Cauchy terms, each person's own scale and the boxes' linearisation are functions of the
 point (`believe`). Its deviance, −ln of the robust posterior density up to a constant, is what a step lowers, with the
 boxes linearised as they were when the step was computed.
 """
@@ -19,13 +19,13 @@ from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
 
 
 class Anchor(NamedTuple):
-    """What holds the poses.
+    """What constrains the poses.
 
     Attributes
     ----------
     fixed : [T] whether the pose is given.
-    poses, slope, information : [T, 3], [3T] and [3T, 3T] what is kept of frames before, sᵀd + ½ dᵀΛd with d the poses'
-        distance from ``poses``.
+    poses, slope, information : [T, 3], [3T] and [3T, 3T] of earlier frames: sᵀd + ½ dᵀΛd with d the poses' distance
+        from ``poses``.
     odds : what they added to the logarithm of the odds that the head follows.
     """
 
@@ -37,12 +37,7 @@ class Anchor(NamedTuple):
 
 
 class JointProblem(NamedTuple):
-    """What the poses of a window or block are to be found from.
-
-    Attributes
-    ----------
-    data, anchor, walk : what is known, what holds the poses, and the motion prior.
-    """
+    """The measurements of a window or block, what constrains its poses, and the motion prior."""
 
     data: Measurements
     anchor: Anchor

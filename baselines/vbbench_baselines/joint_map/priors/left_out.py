@@ -1,7 +1,7 @@
 """The joint solvers with priors that never saw the split they are tested on.
 
-A solver is not told which split it has, so that it cannot choose for itself. ``map-causal`` and ``map-batch`` take the
-prior of all recordings at hand, and name (``held_out``) what is to be run on these recordings instead.
+A solver does not know its split, so it cannot choose by itself. ``map-causal`` and ``map-batch`` take the prior of all
+available recordings, and name in ``held_out`` what to run on these recordings instead.
 """
 
 from functools import partial

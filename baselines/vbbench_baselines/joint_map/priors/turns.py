@@ -14,7 +14,7 @@ from vbbench_baselines.joint_map.motion.heads import Head, head_of, turn
 from vbbench_baselines.joint_map.prior import Prior
 
 LEAST_FOLLOW = 0.03
-"""γ_f in rad is kept at or above it: recipes turn heads exactly along the path, and nobody's head is that exact."""
+"""γ_f in rad is kept at or above it: recipes turn heads exactly along the path, unlike real heads."""
 
 FOLLOWING = 0.1
 """Share of heads that follow: a head is taken to wander until it shows that it does not."""
@@ -23,7 +23,7 @@ LAG_RANGE = (0.1, 5.0)
 """In s: from at once to hardly."""
 
 SMALLEST_TURN = 1e-4
-"""Least scale in rad of yaw increments; people who stand look where they looked, exactly."""
+"""Least scale in rad of yaw increments; people who stand do not turn at all."""
 
 
 class Turns(NamedTuple):
@@ -44,7 +44,7 @@ def turns_of(split: str, seed: int, most: int) -> Turns:
 
 
 def _pairs_of(split: str, look: Look, seed: int, most: int) -> FloatArray:
-    """An observer's first pair is left out: nobody has a heading before the first step."""
+    """An observer's first pair is left out: there is no heading before the first step."""
     plan: Plan = load("generator", split).plan(Options(seed=seed, look=look))
     chosen = range(0, len(plan), max(len(plan) // most, 1))
     walks = [plan.build(index).truth.poses[1:] for index in chosen]
@@ -56,7 +56,7 @@ def _pairs_of(split: str, look: Look, seed: int, most: int) -> FloatArray:
 def fit_head(turns: Sequence[Turns], prior: Prior) -> Prior:
     """``prior`` with the head that is most likely; each split counts the same.
 
-    `FOLLOWING` is no matter of fitting: which heads a dataset has no solver is told.
+    `FOLLOWING` is not fitted: a solver does not know which heads a dataset has.
     """
 
     def follow(lag: float) -> tuple[float, Prior]:

@@ -22,7 +22,7 @@ from vbbench.scene import Scene
 from vbbench_baselines.joint_map.prior import Prior
 
 STANDING = 0.5
-"""Who ends nearer than this (m) to the start is left out: splits do not show them, and rounded stillness is no walk."""
+"""People who end nearer than this (m) to their start are left out: splits do not show them, and they do not walk."""
 
 
 class Walks(NamedTuple):
@@ -49,7 +49,7 @@ def walks_of(plan: Plan, most: int) -> Walks:
 
 
 def gather(scenes: Iterable[Scene]) -> Walks:
-    """All walks in some scenes; somebody who comes back is a new walk of the same person."""
+    """All walks in some scenes; a person who comes back begins a new walk."""
     people: list[list[FloatArray]] = []
     squares: list[FloatArray] = []
     for scene in scenes:
@@ -88,7 +88,7 @@ GRID = np.arange(2.0 * np.log(1e-4), 2.0 * np.log(3.0), 0.2)
 """ln s² of the integral, s from 0.1 mm to 3 m."""
 
 SIGMA_RANGE, MOST_NU, A0_RANGE = (1e-3, 1.0), 100.0, (0.5, 200.0)
-"""Beyond these the distributions cannot be told from their limits."""
+"""Beyond these the distributions are indistinguishable from their limits."""
 
 
 def innovations(walks: Walks, prior: Prior) -> FloatArray:

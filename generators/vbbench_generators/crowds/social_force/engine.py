@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from vbbench.generation.generator import Engine
 from vbbench.geometry import FloatArray, frozen_array
-from vbbench_generators.crowds.social_force.basics import HELBING_MOLNAR, MOUSSAID, PYSOCIALFORCE, SETTINGS
+from vbbench_generators.crowds.social_force.basics import HELBING_MOLNAR, MOUSSAID, NUMBERS, PYSOCIALFORCE, SETTINGS
 from vbbench_generators.crowds.social_force.march import Crowds, march, march_large, march_side_by_side
 from vbbench_generators.crowds.social_force.model import Crowd, HelbingMolnar, Model
 
 LARGE = 256
-"""From so many people on a crowd is walked by itself, with the work of each step shared out."""
+"""Crowds of this size or larger are simulated one at a time, with each step spread over threads."""
 
 NO_WALLS: tuple[tuple[float, float, float, float], ...] = ()
 
@@ -34,13 +34,13 @@ def simulate(
 
     Parameters
     ----------
-    crowd, model : who walks, and how.
+    crowd, model : the people at the start, and the forces that move them.
     frames : number of frames T; the first one is the start.
-    dt : seconds a frame.
-    substeps : steps of integration between two frames.
+    dt : seconds per frame.
+    substeps : integration steps per frame.
     walls : [M, 4] line segments x0, y0, x1, y1 in m.
-    engine : ``numba``, or ``pysocialforce`` to have the library of that name do it.
-    threads : at most so many, numba's number of threads by default; the result does not depend on it.
+    engine : ``numba``, or ``pysocialforce`` for the library of that name.
+    threads : maximum number, by default numba's; the result does not depend on it.
 
     Returns
     -------
@@ -140,22 +140,16 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
 
 def model_numbers(model: Model) -> NDArray[Any]:
     """The model's numbers as one record."""
-    numbers = np.zeros(1, SETTINGS)
-    numbers["relaxation_time"], numbers["arrival_radius"] = model.relaxation_time, model.arrival_radius
-    numbers["top_speed"] = model.top_speed
-    numbers["desired_factor"] = model.top_speed if model.strict else 1.0
-    repulsion = model.repulsion
-    own = dict(vars(repulsion))
+    repulsion, walls = model.repulsion, vars(model.walls)
+    own = {**vars(model), **vars(model.groups), **vars(repulsion), "desired_factor": 1.0, "kind": MOUSSAID}
     if isinstance(repulsion, HelbingMolnar):
-        own["factor"], own["view_cosine"] = own.pop("strength"), np.cos(np.radians(own.pop("view_angle") / 2.0))
-        own["wall_factor"] = own.pop("wall_strength")
+        own |= {"kind": HELBING_MOLNAR, "factor": repulsion.strength, "wall_factor": repulsion.wall_strength}
+        own["view_cosine"] = np.cos(np.radians(repulsion.view_angle / 2.0))
     else:
-        walls = dict(vars(model.walls))
-        own["body_radius"] = walls.pop("body_radius")
-        own |= {f"wall_{name}": value for name, value in walls.items()}
-    numbers["kind"] = HELBING_MOLNAR if isinstance(repulsion, HelbingMolnar) else MOUSSAID
+        own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
     if model.strict:
-        numbers["kind"] = PYSOCIALFORCE
-    for name, value in (own | dict(vars(model.groups))).items():
-        numbers[name] = value
+        own |= {"kind": PYSOCIALFORCE, "desired_factor": model.top_speed}
+    numbers = np.zeros(1, SETTINGS)
+    for name in own.keys() & {"kind", *NUMBERS.split()}:
+        numbers[name] = own[name]
     return numbers

@@ -4,24 +4,31 @@ import math
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_generators.crowds.social_force.basics import TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
+from vbbench_generators.crowds.social_force.basics import PYSOCIALFORCE, TARGET_DISTANCE, TARGET_X, TARGET_Y, X, Y
 
 
 @kernel
-def group_forces(people: FloatArray, members: IntArray, numbers: FloatArray, strict: bool, forces: FloatArray) -> None:
-    """Add the forces (m/s²) within one group, whose people are ``members``, to ``forces`` [2, K]."""
-    size = len(members)
-    if size < 2:
-        return
-    x, y = 0.0, 0.0
-    for i in members:
-        x += people[X, i]
-        y += people[Y, i]
-    for i in members:
-        _cohere(people, i, x / size, y / size, (size - 1) / 2.0, numbers[0].cohesion, strict, forces)
-        _gaze(people, i, x, y, size, numbers[0].gaze, strict, forces)
-        for j in members:
-            _separate(people, i, j, numbers[0].separation, numbers[0].personal_space, forces)
+def add_group_forces(
+    people: FloatArray, members: IntArray, groups: IntArray, numbers: FloatArray, forces: FloatArray
+) -> None:
+    """Add the forces (m/s²) within groups; ``groups`` holds where each one starts in ``members``, and the last ends."""
+    settings = numbers[0]
+    strict = settings.kind == PYSOCIALFORCE
+    for g in range(len(groups) - 1):
+        group, size, x, y = members[groups[g] : groups[g + 1]], groups[g + 1] - groups[g], 0.0, 0.0
+        if size < 2:
+            continue
+        for i in group:
+            x += people[X, i]
+            y += people[Y, i]
+        for i in group:
+            _cohere(people, i, x / size, y / size, (size - 1) / 2.0, settings.cohesion, strict, forces)
+            _gaze(people, i, x, y, size, settings.gaze, strict, forces)
+            for j in group:  # pushed away by as much as the two are apart
+                dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
+                if math.sqrt(dx * dx + dy * dy) <= settings.personal_space:
+                    forces[0, i] += settings.separation * dx
+                    forces[1, i] += settings.separation * dy
 
 
 @kernel
@@ -55,12 +62,3 @@ def _gaze(
         push = factor * (dx * people[TARGET_X, i] + dy * people[TARGET_Y, i]) / distance
         forces[0, i] += push * people[TARGET_X, i]
         forces[1, i] += push * people[TARGET_Y, i]
-
-
-@kernel
-def _separate(people: FloatArray, i: int, j: int, factor: float, space: float, forces: FloatArray) -> None:
-    """Push i away from j by as much as they are apart, if that is within ``space``."""
-    dx, dy = people[X, i] - people[X, j], people[Y, i] - people[Y, j]
-    if math.sqrt(dx * dx + dy * dy) <= space:
-        forces[0, i] += factor * dx
-        forces[1, i] += factor * dy

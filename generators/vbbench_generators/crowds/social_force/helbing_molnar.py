@@ -56,10 +56,8 @@ def helbing_molnar_rows(
 @kernel
 def _strides(people: FloatArray, stride_time: float) -> FloatArray:
     """[2, K] s e in m: what each person walks within ``stride_time`` towards the current goal."""
-    strides = np.empty((2, people.shape[1]))
-    for j in range(people.shape[1]):
-        length = math.sqrt(people[VX, j] * people[VX, j] + people[VY, j] * people[VY, j]) * stride_time
-        strides[0, j], strides[1, j] = length * people[TARGET_X, j], length * people[TARGET_Y, j]
+    length = np.sqrt(people[VX] * people[VX] + people[VY] * people[VY]) * stride_time
+    strides: FloatArray = people[TARGET_X : TARGET_Y + 1] * length
     return strides
 
 

@@ -1,8 +1,8 @@
-"""pysocialforce 1.1.2 behind a wall: its side effects stay inside, and it takes the steps and speeds it is told.
+"""pysocialforce 1.1.2 with its side effects contained, and with the steps and speeds of this package.
 
 Importing it opens ``file.log`` in the working directory, sets the root logger to DEBUG and adds two handlers; it
-ignores the step width of its own configuration and keeps a copy of every state for ever. It is slow; it is here as
-the oracle of the compiled engine.
+ignores the step width of its own configuration and keeps a copy of every state. It is slow and serves as the reference
+for the compiled engine.
 """
 
 import logging
@@ -138,10 +138,10 @@ def _configuration(model: Model, repulsion: Moussaid) -> dict[str, dict[str, flo
 
 
 def _aim(people: Any, crowd: Crowd, current: np.ndarray[Any, Any], arrival_radius: float) -> None:
-    """Turn those who have arrived to their next goal."""
-    everybody, last = np.arange(crowd.people), crowd.goals.shape[1] - 1
+    """Turn people who have arrived to their next goal."""
+    everyone, last = np.arange(crowd.people), crowd.goals.shape[1] - 1
     while True:
-        goals = crowd.goals[everybody, current]
+        goals = crowd.goals[everyone, current]
         near = np.hypot(*(goals - people.pos()).T) <= arrival_radius
         if not np.any(turning := near & (current < last)):
             break

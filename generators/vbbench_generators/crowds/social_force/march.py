@@ -25,14 +25,14 @@ from vbbench_generators.crowds.social_force.basics import (
     X,
     Y,
 )
-from vbbench_generators.crowds.social_force.groups import group_forces
+from vbbench_generators.crowds.social_force.groups import add_group_forces
 from vbbench_generators.crowds.social_force.helbing_molnar import helbing_molnar_rows
 from vbbench_generators.crowds.social_force.model import STOP_RADIUS
 from vbbench_generators.crowds.social_force.moussaid import moussaid_rows, strict_rows
 from vbbench_generators.crowds.social_force.walls import sampled_wall, wall_potential
 
 BRAKE_RADIUS = 0.2
-"""Within so many metres of the goal a person brakes, as in pysocialforce."""
+"""Distance in m from the goal at which a person brakes, as in pysocialforce."""
 BLOCKS = 16
 """Parts into which the people of a large crowd fall; fixed, so that sums do not depend on the number of threads."""
 
@@ -49,7 +49,7 @@ class Crowds(NamedTuple):
     members, groups : indices, within their scene, of people in groups, and where each group starts among them.
     walls : [M, 4] segments x0, y0, x1, y1 in m.
     numbers : [1] record of `SETTINGS`.
-    dt : seconds a frame, in ``substeps`` steps.
+    dt : seconds per frame, in ``substeps`` steps.
     """
 
     scenes: IntArray
@@ -66,7 +66,7 @@ class Crowds(NamedTuple):
 
 @kernel
 def aim(people: FloatArray, goals: FloatArray, current: IntArray, arrival_radius: float) -> None:
-    """Turn those who have arrived to their next goal and write the way to it into ``people``.
+    """Turn people who have arrived to their next goal and write the way to it into ``people``.
 
     ``goals`` [K, G, 2] in m; ``current`` [K] which goal each person heads for, changed in place.
     """
@@ -115,20 +115,10 @@ def add_row_forces(
 
 
 @kernel
-def add_group_forces(
-    people: FloatArray, members: IntArray, groups: IntArray, numbers: FloatArray, forces: FloatArray
-) -> None:
-    """Add the forces within groups; ``groups`` holds where each one starts in ``members``, and where the last ends."""
-    strict = numbers[0].kind == PYSOCIALFORCE
-    for g in range(len(groups) - 1):
-        group_forces(people, members[groups[g] : groups[g + 1]], numbers, strict, forces)
-
-
-@kernel
 def move(people: FloatArray, speeds: FloatArray, numbers: FloatArray, forces: FloatArray, step: float) -> None:
     """Add the wish to walk to the goal to ``forces`` and take a step of ``step`` s.
 
-    The desired force is (speed · e − v)/τ, −v/τ at the goal; the speed is capped; whoever has arrived stands still.
+    The desired force is (speed · e − v)/τ, −v/τ at the goal; the speed is capped; people who have arrived stand still.
     """
     settings = numbers[0]
     for k in range(people.shape[1]):
@@ -148,10 +138,8 @@ def move(people: FloatArray, speeds: FloatArray, numbers: FloatArray, forces: Fl
 @kernel
 def march_scene(scene: IntArray, crowds: Crowds, paths: FloatArray) -> None:
     """Walk one scene and write ``paths`` [T, K, 2] in m."""
-    walls, numbers = crowds.walls, crowds.numbers
-    people, current = _start(scene, crowds.states)
-    count = people.shape[1]
-    own_goals = crowds.goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
+    walls, numbers, count = crowds.walls, crowds.numbers, scene[1] - scene[0]
+    people, own_goals, current = _start(scene, crowds)
     pairs, partners = np.empty((4, max(PAIRS, count))), np.empty((2, max(PAIRS, count)), np.int64)
     forces = np.empty((2, count))
     first, stride = int(np.int64(0)), int(np.int64(1))  # for constants numba would compile everything anew
@@ -168,21 +156,19 @@ def march_scene(scene: IntArray, crowds: Crowds, paths: FloatArray) -> None:
 
 
 @kernel
-def _start(scene: IntArray, states: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Rows of the people of a scene, and which goal each of them heads for."""
+def _start(scene: IntArray, crowds: Crowds) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Rows of the people of a scene, their goals [K, G, 2] in m, and which of these each person heads for."""
     count = scene[1] - scene[0]
     people = np.zeros((PEOPLE_ROWS, count))
-    for k in range(count):
-        for row in range(len(states)):
-            people[row, k] = states[row, scene[0] + k]
-    return people, np.zeros(count, np.int64)
+    people[: len(crowds.states)] = crowds.states[:, scene[0] : scene[1]]
+    goals = crowds.goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
+    return people, goals, np.zeros(count, np.int64)
 
 
 @kernel
 def _record(people: FloatArray, places: FloatArray) -> None:
     """Write everybody's place into ``places`` [K, 2]."""
-    for k in range(len(places)):
-        places[k, 0], places[k, 1] = people[X, k], people[Y, k]
+    places[:, 0], places[:, 1] = people[X], people[Y]
 
 
 @kernel
@@ -205,9 +191,8 @@ def march_side_by_side(crowds: Crowds, paths: FloatArray) -> None:
 def march_large(crowds: Crowds, paths: FloatArray) -> None:
     """`march` for a large crowd: blocks of people are spread over threads and summed in the order of blocks."""
     scene, walls, numbers = crowds.scenes[0], crowds.walls, crowds.numbers
-    people, current = _start(scene, crowds.states)
+    people, own_goals, current = _start(scene, crowds)
     count = people.shape[1]
-    own_goals = crowds.goals[scene[2] : scene[3]].reshape((count, (scene[3] - scene[2]) // count, 2))
     pairs = np.empty((BLOCKS, 4, max(PAIRS, count)))
     partners = np.empty((BLOCKS, 2, max(PAIRS, count)), np.int64)
     forces = np.empty((BLOCKS, 2, count))
@@ -230,6 +215,4 @@ def march_large(crowds: Crowds, paths: FloatArray) -> None:
 def _gather_blocks(forces: FloatArray) -> None:
     """Add the forces [B, 2, K] of all blocks to those of the first, in order."""
     for block in range(1, len(forces)):
-        for k in range(forces.shape[2]):
-            forces[0, 0, k] += forces[block, 0, k]
-            forces[0, 1, k] += forces[block, 1, k]
+        forces[0] += forces[block]

@@ -19,7 +19,7 @@ class Crowd:
     velocities : [K, 2] in m/s.
     speeds : [K] desired speeds in m/s.
     goals : [K, G, 2] in m, the places each person heads for, one after the other; the last one is kept to.
-    groups : [K] group number, -1 for those who walk alone; by default everybody does.
+    groups : [K] group number, -1 for people who walk alone; by default everyone does.
 
     Raises
     ------
@@ -44,7 +44,7 @@ class Crowd:
         groups = self.groups if np.size(self.groups) else np.full(people, NO_GROUP)
         object.__setattr__(self, "groups", frozen_array("groups", groups, (people,), np.int64))
         if np.any(self.groups < NO_GROUP):
-            raise ValueError("groups must be numbers from 0, or -1 for those who walk alone")
+            raise ValueError("groups must be numbers from 0, or -1 for people who walk alone")
         if np.any(self.speeds < 0):
             raise ValueError("speeds must not be negative")
         if self.goals.shape[1] == 0:
@@ -61,7 +61,7 @@ class Crowd:
 
 
 STOP_RADIUS = 0.5
-"""Within so many metres of the last goal a person stands still, as in pysocialforce."""
+"""Distance in m from the last goal at which a person stands still, as in pysocialforce."""
 
 
 def _check(parameters: object, *free: str) -> None:
@@ -177,8 +177,8 @@ class Model:
     walls : how walls repel beside `Moussaid`; `HelbingMolnar` has its own potential.
     groups : how groups keep together.
     relaxation_time : τ in s, to regain the desired velocity.
-    top_speed : nobody walks faster than so many times their desired speed.
-    arrival_radius : in m; so close to a goal a person turns to the next one. At least 0.5 m, where people stand still.
+    top_speed : maximum speed, relative to the desired speed.
+    arrival_radius : distance in m from a goal at which a person turns to the next one; at least 0.5.
     strict : compute what pysocialforce 1.1.2 computes: angles between directions are not wrapped, and both the desired
         and the top speed are ``top_speed`` times the speed at the start; ``Crowd.speeds`` is not looked at.
     """

@@ -25,32 +25,23 @@ def sampled_wall(
     count = int(length * SAMPLES_PER_METRE)
     count = count if strict else max(count, 2)
     step = 1.0 / max(count - 1, 1)
-    first, last = _within_reach(x - wall[0], y - wall[1], ax, ay, length, settings.wall_reach + settings.body_radius)
-    fx, fy = 0.0, 0.0
+    from_x, from_y, dx, dy = x - wall[0], y - wall[1], pushes[0], pushes[1]
+    first, last = _within_reach(from_x, from_y, ax, ay, length, settings.wall_reach + settings.body_radius)
+    step_x, step_y, fx, fy = ax * step, ay * step, 0.0, 0.0
     start, end = max(int(first / step) - 1, 0), min(int(last / step) + 2, count)
     for k in range(start, end, pushes.shape[1]):
         filled = min(end - k, pushes.shape[1])
-        _point_places(x - wall[0], y - wall[1], ax * step, ay * step, k, filled, pushes[0], pushes[1])
-        if strict:
-            _exact_pushes(
-                filled, settings.body_radius, settings.wall_fall_off, settings.wall_reach, pushes[0], pushes[1]
-            )
-        else:
-            _pushes(filled, settings.body_radius, settings.wall_fall_off, settings.wall_reach, pushes[0], pushes[1])
         for n in range(filled):
-            fx += pushes[0, n]
-            fy += pushes[1, n]
+            dx[n] = from_x - (k + n) * step_x
+            dy[n] = from_y - (k + n) * step_y
+        if strict:
+            _exact_pushes(filled, settings.body_radius, settings.wall_fall_off, settings.wall_reach, dx, dy)
+        else:
+            _pushes(filled, settings.body_radius, settings.wall_fall_off, settings.wall_reach, dx, dy)
+        for n in range(filled):
+            fx += dx[n]
+            fy += dy[n]
     return settings.wall_factor * fx, settings.wall_factor * fy
-
-
-@kernel
-def _point_places(
-    x: float, y: float, step_x: float, step_y: float, first: int, filled: int, dx: FloatArray, dy: FloatArray
-) -> None:
-    """Write where the person is as seen from points first, first + 1, ... of a wall, and x, y from its start."""
-    for n in range(filled):
-        dx[n] = x - (first + n) * step_x
-        dy[n] = y - (first + n) * step_y
 
 
 @kernel
