@@ -88,7 +88,7 @@ def crowd() -> tuple[Problem, list[Frame]]:
 
 
 def timed(solver: FrameSolver, problem: Problem, frames: list[Frame], repeats: int) -> tuple[Estimate, float]:
-    """Answers, and the least seconds a frame of ``repeats`` runs."""
+    """Answers, and the least seconds per frame of ``repeats`` runs."""
     best = np.inf
     for _ in range(repeats):
         started = perf_counter()
@@ -105,7 +105,7 @@ def main() -> None:
     turn = wrap_angle(fast.poses[:, 2] - slow.poses[:, 2])
     gap = max(np.abs(fast.poses - slow.poses)[:, :2].max(), np.abs(turn).max())
     gap = max(gap, np.abs(fast.positions - slow.positions).max())
-    print(f"vb-cv, one-step, {PEOPLE} people: {1 / seconds:,.0f} frames/s, {seconds * 1e6:.0f} µs a frame")
+    print(f"vb-cv, one-step, {PEOPLE} people: {1 / seconds:,.0f} frames/s, {seconds * 1e6:.0f} µs per frame")
     print(
         f"NumPy and scipy.optimize:       {1 / plain:,.0f} frames/s; ratio {plain / seconds:.0f}x; gap {gap:.1e} m, rad"
     )

@@ -108,7 +108,7 @@ def seconds_per_frame(solver: FrameSolver, problem: Problem, frames: list[Frame]
 
 
 def compare(people: int, pixel_std: float, **parameters: Any) -> tuple[float, float]:
-    """Seconds a frame of the plain implementation, and the greatest gap in m or rad."""
+    """Seconds per frame of the plain implementation, and the greatest gap in m or rad."""
     solver, (problem, frames) = Recorder(**parameters), crowd(people, pixel_std)
     solver.start(problem)
     spent = gap = 0.0
@@ -132,7 +132,7 @@ def main() -> None:
     for px, how in ((0.0, {}), (1.0, {}), (1.0, {"calibrate": False})):
         fast = seconds_per_frame(SocialForceBirdifier(**how), *crowd(43, px))
         plain, gap = compare(43, px, **how)
-        print(f"43 people, {px:g} px, {how}: {1 / fast:,.0f} frames/s; scipy.optimize {plain:.3g} s a frame,")
+        print(f"43 people, {px:g} px, {how}: {1 / fast:,.0f} frames/s; scipy.optimize {plain:.3g} s per frame,")
         print(f"    ratio {plain / fast:,.0f}x, gap {gap:.1e} m, rad")
         assert gap < 1e-4, "the two implementations disagree"
 

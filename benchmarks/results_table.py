@@ -39,7 +39,7 @@ are in [splits.md](splits.md), the solvers in [solvers.md](solvers.md), the prot
 
 Lengths are in metres, angles in radians. Each figure is the mean, or the median, over sequences of the mean of each
 sequence. Sequential and rollout errors are heavy-tailed (a few sequences with two or three people have very large
-errors), so read the median too. µs a frame is the time inside the solver per frame, with two processes and with warm
+errors), so read the median too. µs per frame is the time inside the solver per frame, with two processes and with warm
 compiled code. Coverage is the share of scored rows that were submitted. Estimates are never aligned to truth.
 
 Rows marked *paper* are quoted from Table 2 of arXiv 2111.05060, not measured here. The paper does not name the
@@ -111,7 +111,7 @@ def _caution(dataset: Dataset) -> list[str]:
 
 _HEAD = (
     f"| protocol | solver | {' | '.join(METRICS.values())} | {' | '.join(f'{m} median' for m in METRICS.values())} "
-    "| sequences scored | coverage | µs a frame |",
+    "| sequences scored | coverage | µs per frame |",
     f"|---|---|{'---:|' * (2 * len(METRICS) + 3)}",
 )
 

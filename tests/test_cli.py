@@ -163,6 +163,11 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
             "x has no truth; name the folder that holds it",
             "x has no truth; name the folder that holds it with --truth",
         ),
+        (
+            "score",
+            "x has no truth; name the folder that holds it (truth)",
+            "x has no truth; name the folder that holds it with --truth",
+        ),
         ("info", "x exists; set overwrite to replace it", "x exists; set overwrite to replace it"),
     ],
 )

@@ -175,7 +175,7 @@ def test_a_bad_seqinfo(old: str, new: str, problem: str) -> None:
 
 
 def test_a_seqinfo_that_is_no_text() -> None:
-    with pytest.raises(FileError, match="is no text file"):
+    with pytest.raises(FileError, match="is not a text file"):
         parse_seqinfo(Path("seqinfo.ini"), b"\xff\xfe\x00")
 
 

@@ -28,7 +28,7 @@ def choose_backend(name: str | None = None) -> tuple[str, str]:
         find_device()
         return "moderngl", "the best that works here"
     except OpenGLError as error:
-        return "raster", f"OpenGL does not work here: {error.problem}; 'apt-get install {PACKAGE}' would mend that"
+        return "raster", f"OpenGL does not work here: {error.problem}; 'apt-get install {PACKAGE}' would fix that"
 
 
 class AutoRenderer:

@@ -86,7 +86,9 @@ def in_options(message: str, function: Callable[..., Any]) -> str:
         return words.format(option) if option in options else found[0]
 
     if "--truth" in options:
-        message = re.sub(r"(name the folder that holds (?:it|all of them))$", r"\1 with --truth", message)
+        message = re.sub(
+            r"(name the folder that holds (?:it|all of them))(?: \(truth\))?$", r"\1 with --truth", message
+        )
     for pattern, words in _IN_PYTHON:
         message = re.sub(pattern, lambda found, words=words: named(found, words), message)  # type: ignore[misc]
     return message

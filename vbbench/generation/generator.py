@@ -96,7 +96,7 @@ class Options:
     limit : only the first so many sequences; ``None`` for all.
     look : whether the camera looks where its bearer walks, or wanders about that.
     source : file or folder that holds the source files; ``None`` to search the usual places.
-    dt : seconds a frame of a user's own file.
+    dt : seconds per frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
     simulation : what is asked of a simulated crowd; ``None`` for the split's own.
 

@@ -30,7 +30,7 @@ class Sight:
     seen : [T, K] who is to be seen.
     watched : [T] frames in which anything may be seen.
     camera : what it is seen with.
-    dt : seconds a frame.
+    dt : seconds per frame.
     """
 
     truth: Truth

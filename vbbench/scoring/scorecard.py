@@ -182,7 +182,7 @@ class Score:
         info, data = self.info, self.dataset
         sequences = f"{self.sequences} of {self.total_sequences} sequences scored"
         fallback = "" if self.fallback_frames is None else f" ({self.fallback_frames} by fallback)"
-        speed = "" if info.seconds_per_frame is None else f", {1e3 * info.seconds_per_frame:.3g} ms a frame"
+        speed = "" if info.seconds_per_frame is None else f", {1e3 * info.seconds_per_frame:.3g} ms per frame"
         return [
             f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, seed "
             f"{data.spoken_seed}, {info.dataset}), {self.protocol.id}",

@@ -45,7 +45,7 @@ def fit(splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU) -> 
     if not plans:
         raise VbbenchError("no split is left to fit a prior on; name one that is not left out")
     if len(rates) > 1:
-        raise VbbenchError(f"a prior is fitted on splits of one frame rate, not {sorted(rates)} seconds a frame")
+        raise VbbenchError(f"a prior is fitted on splits of one frame rate, not {sorted(rates)} seconds per frame")
     crowds = {split: walks_of(plan, SIMULATED) for split, plan in plans.items()}
     turns = {split: turns_of(split, seed, OBSERVERS) for split in plans}
     prior = fit_walks(list(crowds.values()), Prior(dt=rates.pop()), least_nu)

@@ -46,7 +46,7 @@ class Prior:
 
     Parameters
     ----------
-    dt : seconds a frame to which the other values belong.
+    dt : seconds per frame to which the other values belong.
     b : b_1 and b_2, without unit; stationary.
     sigma : σ in m: the typical scale of an innovation, each component.
     nu : ν, degrees of freedom of the innovations; inf = normal.

@@ -26,7 +26,7 @@ class DemoSplit:
         licence="Apache-2.0, like vbbench",
         citation="none; made by vbbench",
         sources=(),
-        caution="made crowds, not people: for trying things out, not for comparing solvers",
+        caution="synthetic crowds, not people: for trying things out, not for comparing solvers",
     )
 
     def plan(self, options: Options) -> Reprojection:

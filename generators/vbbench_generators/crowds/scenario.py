@@ -44,7 +44,7 @@ class Flow:
         check_ranges(self)
         for rectangle in (self.start, self.goal, *self.then):
             if len(rectangle) != 4 or rectangle[0] > rectangle[2] or rectangle[1] > rectangle[3]:
-                raise ValueError(f"{list(rectangle)} is no rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")
+                raise ValueError(f"{list(rectangle)} is not a rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")
         if self.beyond and self.then:
             raise ValueError("who walks beyond the goal never arrives: leave 'then' out, or 'beyond'")
 
@@ -58,7 +58,7 @@ class Scenario:
     name, title : what it is called and shows.
     sequences : number of sequences; each has a crowd of its own.
     people : numbers of people K; the sequences take them in turn.
-    frames, dt : frames a sequence, and seconds a frame.
+    frames, dt : frames per sequence, and seconds per frame.
     step : seconds of an integration step.
     warm_up : seconds that the crowd walks before frame 0.
     camera : what the observer carries unless the user says otherwise.
@@ -98,7 +98,7 @@ class Scenario:
         if not self.flow:
             raise ValueError("there is no [[flow]]: nobody would know where to go")
         if abs(self.substeps * self.step - self.dt) > 1e-9:
-            raise ValueError(f"a frame of {self.dt:g} s is no whole number of steps of {self.step:g} s")
+            raise ValueError(f"a frame of {self.dt:g} s is not a whole number of steps of {self.step:g} s")
         if self.speed_mean <= 3.0 * self.speed_std:
             raise ValueError(
                 "three standard deviations below the mean, people would walk backwards: speed_std is too large"
@@ -121,7 +121,7 @@ class Scenario:
 
     @property
     def substeps(self) -> int:
-        """Integration steps a frame."""
+        """Integration steps per frame."""
         return max(1, round(self.dt / self.step))
 
     @property

@@ -14,7 +14,7 @@ class HeadBoxes:
     Parameters
     ----------
     name : what the recording is called, such as ``HT21-03``.
-    dt : seconds a frame.
+    dt : seconds per frame.
     size : width and height of the pictures in px.
     frame : [N] from 0, the recording's first frame.
     track : [N] ids.

@@ -48,7 +48,7 @@ def estimate_strength(value: FloatArray, scale: FloatArray, frame: IntArray, tra
     value : [N] the coordinate, by track, then by frame.
     scale : [N] what one head's size of noise in the picture is there.
     frame, track : [N].
-    dt : seconds a frame.
+    dt : seconds per frame.
     """
     from scipy.optimize import nnls
 
@@ -105,7 +105,7 @@ def smooth(value: FloatArray, variance: FloatArray, row: IntArray, starts: IntAr
     row : [N] where in the result each stands; ascending.
     starts : [K + 1] where each piece of a track begins in the result; the last is M. Pieces begin and end with a box.
     q : density of acceleration in m²/s³.
-    dt : seconds a frame.
+    dt : seconds per frame.
     """
     known, noise = np.full(starts[-1], np.nan), np.zeros(starts[-1])
     known[row], noise[row] = value, variance

@@ -47,7 +47,7 @@ class SceneFile:
     Parameters
     ----------
     path : the file.
-    dt : seconds a frame.
+    dt : seconds per frame.
     frame_step : frame numbers of the file a frame; ``None`` leaves it to the file.
     homography : [3, 3] from the file's coordinates to metres; ``None`` if they are metres, or nobody says.
     smooth : whether places between key points lie on a smooth curve, in formats that have key points.
@@ -68,7 +68,7 @@ class Wishes:
     ----------
     source : file or folder to look in first; for ``custom`` the user's own file.
     seed : decides the jitter of resampled scenes, and nothing else.
-    dt, homography : seconds a frame, and 3x3 file from pixels to metres.
+    dt, homography : seconds per frame, and 3x3 file from pixels to metres.
     """
 
     source: Path | None
@@ -159,7 +159,7 @@ def detect_format(path: Path) -> str:
 def _load_own(recipe: Recipe, wishes: Wishes) -> Loaded:
     source, homography = wishes.source, wishes.homography
     if source is None or not source.is_file():
-        found = "" if source is None else f"; {source} is no file"
+        found = "" if source is None else f"; {source} is not a file"
         raise VbbenchError(f"{recipe.name} is made from a file of yours: name it with --source FILE{found}")
     matrix = None if homography is None else read_homography(homography)
     reader = get_reader(detect_format(source) if recipe.format == DETECTED else recipe.format)

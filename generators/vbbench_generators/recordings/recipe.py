@@ -58,7 +58,7 @@ class Recipe:
     format : how to read the sources: the name of a registered reader, or `DETECTED`.
     source : the trajectory files, one a scene.
     sequences : which frames of which people become sequences.
-    dt : seconds a frame; ``None``: the user says it.
+    dt : seconds per frame; ``None``: the user says it.
     frame_step : frame numbers of the source a frame; ``None``: the commonest.
     homography : file of the 3x3 homography from the sources' pixels to metres; ``None`` if they are metres.
     resampling : for ``.vsp`` only; ``None`` joins key points by straight lines.

@@ -82,7 +82,7 @@ class BoardDataset:
 
     @staticmethod
     def of(dataset: Dataset) -> "BoardDataset":
-        """The record of a dataset whose truth is at hand."""
+        """The record of a dataset whose truth is available."""
         info = dataset.info
         card = load("generator", info.split).card if info.split in registered("generator") else None
         return BoardDataset(

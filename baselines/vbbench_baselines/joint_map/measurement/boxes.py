@@ -44,7 +44,7 @@ class Statures(NamedTuple):
 
     Attributes
     ----------
-    mean, variance : [K] in m and m²; a variance of nought is a known one.
+    mean, variance : [K] in m and m²; a variance of zero is a known one.
     """
 
     mean: FloatArray

@@ -106,7 +106,7 @@ def weigh(off: float, moved: float, odds: float, head: Head) -> tuple[float, flo
 
 @kernel
 def judge(poses: FloatArray, head: Head, odds: float, weights: FloatArray) -> float:
-    """Write the precisions [T, 2] of the residuals of poses [T, 3], the first row nought; return their deviance.
+    """Write the precisions [T, 2] of the residuals of poses [T, 3], the first row zero; return their deviance.
 
     ``odds`` is what frames before added to the logarithm of the odds.
     """

@@ -159,7 +159,7 @@ class SequenceInfo:
 
     @property
     def dt(self) -> float:
-        """Seconds a frame."""
+        """Seconds per frame."""
         return 1.0 / self.frame_rate
 
 
@@ -201,10 +201,10 @@ def _section(path: Path, content: bytes) -> configparser.SectionProxy:
     try:
         parser.read_string(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise FileError(path, "is no text file") from error
+        raise FileError(path, "is not a text file") from error
     except configparser.Error as error:
         line = getattr(error, "lineno", None)
-        raise FileError(path, f"is no ini file: wanted are [{_SECTION}] and lines 'key=value'", line) from error
+        raise FileError(path, f"is not an ini file: expected [{_SECTION}] and lines 'key=value'", line) from error
     if not parser.has_section(_SECTION):
         raise FileError(path, f"has no section [{_SECTION}]")
     return parser[_SECTION]

@@ -22,16 +22,16 @@ def read_lines(path: Path) -> Lines:
     Raises
     ------
     FileError
-        If the file cannot be read, is no text, holds no such line, or one of absurd length.
+        If the file cannot be read, is not text, holds no such line, or one of absurd length.
     """
     try:
         text = path.read_text("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise FileError(path, "is no text file") from error
+        raise FileError(path, "is not a text file") from error
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
     if "\0" in text:
-        raise FileError(path, "is no text file: it holds zero bytes")
+        raise FileError(path, "is not a text file: it holds zero bytes")
     stripped = ((number, line.strip()) for number, line in enumerate(text.split("\n"), 1))
     lines = [(number, line) for number, line in stripped if line and not line.startswith("#")]
     if not lines:

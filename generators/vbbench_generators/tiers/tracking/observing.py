@@ -48,7 +48,7 @@ def track_people(
     boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = not there to be seen, or not in the picture.
     showing : what shows of them.
     people : [P] their ids.
-    camera, dt : whose pictures they are, and seconds a frame.
+    camera, dt : whose pictures they are, and seconds per frame.
     watched : [T] frames in which anything may be seen.
     settings : how detector and tracker work.
     outline : everybody's, as in ``showing``.

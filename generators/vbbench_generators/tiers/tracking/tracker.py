@@ -143,7 +143,7 @@ class Tracker:
     Parameters
     ----------
     settings : see there.
-    dt : seconds a frame.
+    dt : seconds per frame.
     period : width in px of a picture that closes on itself.
     """
 
