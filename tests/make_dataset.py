@@ -8,8 +8,7 @@ import numpy as np
 
 from vbbench.camera import PanoramaCamera
 from vbbench.files.dataset_info import DatasetInfo, describe_tables
-from vbbench.files.schemas import to_arrow
-from vbbench.files.tables import TableWriter
+from vbbench.files.tables import TableWriter, to_arrow
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 

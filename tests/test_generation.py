@@ -11,8 +11,8 @@ import pytest
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.schemas import to_arrow
 from vbbench.files.sequence_tables import PART_SIZE, ROWS_A_PART, part_ranges
+from vbbench.files.tables import to_arrow
 from vbbench.files.verification import verify
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate

@@ -18,7 +18,7 @@ from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.geometry import relative_to_world
 from vbbench.pictures.plotting import plot_sequence, plot_to_file, save_png, style
-from vbbench.pictures.plotting.labels import beside, spread, text_extent
+from vbbench.pictures.plotting.style import beside, spread, text_extent
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
 

@@ -7,8 +7,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from vbbench.files import tables
-from vbbench.files.schemas import to_arrow
 from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.tables import to_arrow
 
 
 def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -399,7 +399,7 @@ def test_a_limit_on_the_size_of_files_is_one_line(room: Path, tmp_path: Path) ->
 
 
 def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
-    from vbbench.files.schemas import to_arrow
+    from vbbench.files.tables import to_arrow
     from vbbench.parallel.parts import write_in_parts
 
     made: list[int] = []

@@ -13,8 +13,7 @@ A camera model is one frozen dataclass, registered under ``vbbench.cameras`` by 
 from vbbench.camera.central import NEAREST, CentralCamera, Focal, MountHeight, PrincipalPoint, Size, Tilt
 from vbbench.camera.interface import Camera
 from vbbench.camera.making import camera_from_dict, camera_to_dict, make_camera
-from vbbench.camera.panorama import PanoramaCamera
-from vbbench.camera.perspective import PerspectiveCamera
+from vbbench.camera.models import PanoramaCamera, PerspectiveCamera
 
 __all__ = [
     "NEAREST",

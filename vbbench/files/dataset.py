@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
 from vbbench.files.dataset_checks import check_scene, check_sequence, check_tracks, check_truth_rows
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.schemas import SCENE_TABLES, TRACK_TABLE
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
+from vbbench.files.tables import SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
-from vbbench.files.schemas import SCHEMAS, TRACK_TABLE
+from vbbench.files.tables import SCHEMAS, TRACK_TABLE
 from vbbench.geometry import IntArray
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))

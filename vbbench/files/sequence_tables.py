@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from numpy.typing import ArrayLike, NDArray
 
 from vbbench.errors import FileError
-from vbbench.files.schemas import OPTIONAL, SCHEMAS, column_values, table_schema
+from vbbench.files.tables import OPTIONAL, SCHEMAS, column_values, table_schema
 
 KEYS_AT_ONCE = 1 << 20
 """Rows of the key column that are read together if the footer is not trusted."""

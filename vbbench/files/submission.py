@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, SubmissionError, is_printable, one_line, quoted
-from vbbench.files.schemas import FALLBACK, Columns, to_arrow
-from vbbench.files.tables import TableWriter
+from vbbench.files.tables import FALLBACK, Columns, TableWriter, to_arrow
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing
 from vbbench.folders.swapping import finish_swaps

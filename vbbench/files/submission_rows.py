@@ -8,9 +8,9 @@ import numpy as np
 from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.estimate import Estimate, is_credible
 from vbbench.files.dataset import Dataset
-from vbbench.files.schemas import CONVERGED, COVARIANCES, FALLBACK, Columns
 from vbbench.files.submission import Faults, SubmissionInfo
 from vbbench.files.submission_tables import Arrays, SubmissionTable, open_table
+from vbbench.files.tables import CONVERGED, COVARIANCES, FALLBACK, Columns
 from vbbench.geometry import FloatArray
 from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions
 from vbbench.sequence import Sequence

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
 from vbbench.files.dataset import LARGEST_ID, Dataset
-from vbbench.files.schemas import CONVERGED, FALLBACK, SCHEMAS, column_values
 from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults
+from vbbench.files.tables import CONVERGED, FALLBACK, SCHEMAS, column_values
 from vbbench.parsing.numbers import parse_number
 
 Arrays = dict[str, NDArray[Any]]
@@ -52,7 +52,7 @@ def open_table(
 ) -> SubmissionTable | None:
     """The table ``poses`` or ``positions``; if it cannot be read, ``None``, and a fault is added.
 
-    Of the optional columns (`vbbench.files.schemas.OPTIONAL`) only those named are read. A table with more rows than
+    Of the optional columns (`vbbench.files.tables.OPTIONAL`) only those named are read. A table with more rows than
     an answer to ``dataset`` can have is not read at all.
     """
     parquet, csv = folder / f"{name}.parquet", folder / f"{name}.csv"

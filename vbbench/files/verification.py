@@ -10,8 +10,7 @@ from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE
-from vbbench.files.schemas import TRACK_TABLE
-from vbbench.files.tables import file_sha256
+from vbbench.files.tables import TRACK_TABLE, file_sha256
 from vbbench.geometry import IntArray
 from vbbench.parsing.json_text import read_json
 from vbbench.sequence import Sequence

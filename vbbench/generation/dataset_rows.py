@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.files.dataset import OBSERVER
-from vbbench.files.schemas import TRACK_TABLE, Columns
+from vbbench.files.tables import TRACK_TABLE, Columns
 from vbbench.geometry import IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData

@@ -14,9 +14,8 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
-from vbbench.files.schemas import SCENE_TABLES, SCHEMAS, TRACK_TABLE, to_arrow
 from vbbench.files.sequence_tables import Ranges, part_ranges
-from vbbench.files.tables import TableWriter
+from vbbench.files.tables import SCENE_TABLES, SCHEMAS, TRACK_TABLE, TableWriter, to_arrow
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free

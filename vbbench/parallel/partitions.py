@@ -19,10 +19,9 @@ import pyarrow.parquet as pq
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
-from vbbench.files.schemas import OPTIONAL, TRACK_TABLE, table_schema
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.files.tables import TableWriter, table_bytes
+from vbbench.files.tables import OPTIONAL, TRACK_TABLE, TableWriter, table_bytes, table_schema
 from vbbench.files.withholding import check_truth_free, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
 from vbbench.folders.swapping import finish_swaps, real

@@ -23,9 +23,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import pyarrow as pa
 
 from vbbench.errors import VbbenchError, plain_errors
-from vbbench.files.schemas import OPTIONAL, table_schema, with_columns
 from vbbench.files.sequence_tables import Ranges
-from vbbench.files.tables import TableWriter
+from vbbench.files.tables import OPTIONAL, TableWriter, table_schema, with_columns
 from vbbench.parallel.stopping import REASONS, end_with_parent
 
 if TYPE_CHECKING:

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, SubmissionError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import OBSERVER, Dataset
-from vbbench.files.schemas import FALLBACK
 from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo, read_info
 from vbbench.files.submission_tables import SubmissionTable, open_table
+from vbbench.files.tables import FALLBACK
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.scoring.scored_rows import ScoredRows, rows_by_number, scored_rows
-from vbbench.scoring.truth import NOBODY, TruthRows
+from vbbench.scoring.scores import NOBODY, TruthRows
 
 Arrays = dict[str, NDArray[Any]]
 

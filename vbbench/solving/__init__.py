@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from vbbench import lazy_names
 
 if TYPE_CHECKING:
-    from vbbench.solving.provenance import hardware, solver_version
+    from vbbench.solving.catalogue import hardware, solver_version
     from vbbench.solving.submissions import solve
 
 __all__ = ["hardware", "solve", "solver_version"]

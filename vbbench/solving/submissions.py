@@ -12,10 +12,10 @@ from threadpoolctl import threadpool_limits
 from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.schemas import to_arrow
 from vbbench.files.sequence_tables import part_ranges
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_rows import answer_rows
+from vbbench.files.tables import to_arrow
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
@@ -23,10 +23,10 @@ from vbbench.parallel.partitions import Layout, part_name, write_layout, write_p
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver
+from vbbench.solving.catalogue import hardware, solver_version, source_digest
 from vbbench.solving.isolation.grants import beside
 from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
-from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
 from vbbench.solving.warming import begin, warm_up
 

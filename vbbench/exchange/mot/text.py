@@ -14,7 +14,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from vbbench.errors import FileError
-from vbbench.files.schemas import column_values
+from vbbench.files.tables import column_values
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.parsing.numbers import finite_number

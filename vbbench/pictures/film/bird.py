@@ -5,7 +5,8 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.pictures.film import paint
 from vbbench.pictures.film.paint import Canvas, Colour
-from vbbench.pictures.plotting import labels, style
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
 _MARGIN = 1.0  # m around everything drawn

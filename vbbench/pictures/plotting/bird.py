@@ -11,7 +11,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from vbbench.geometry import FloatArray
-from vbbench.pictures.plotting import labels, style
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
 _MARGIN = 1.0  # m around everything drawn

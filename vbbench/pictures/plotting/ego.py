@@ -9,7 +9,8 @@ from matplotlib.patches import Rectangle
 
 from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.pictures.plotting import labels, style
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
 STRIP_ASPECT = 0.22
