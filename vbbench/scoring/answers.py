@@ -20,7 +20,7 @@ from vbbench.files.tables import FALLBACK
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.scoring.scored_rows import ScoredRows, rows_by_number, scored_rows
-from vbbench.scoring.scores import NOBODY, TruthRows
+from vbbench.scoring.truth import NOBODY, TruthRows
 
 Arrays = dict[str, NDArray[Any]]
 

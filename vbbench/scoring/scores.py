@@ -1,112 +1,19 @@
-"""Scores a submission: truth of the scored rows, their errors, each sequence's figures, and the split's."""
+"""Scores a submission: errors of every scored row, each sequence's figures, and the split's."""
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError
-from vbbench.estimate import LARGEST, is_credible
+from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.sequence_tables import SequenceTable
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score, join_figures
-from vbbench.scoring.scored_rows import RowGrid, ScoredRows, rows_by_number
+from vbbench.scoring.scored_rows import ScoredRows
 from vbbench.scoring.statistics import mean_of_groups, summarise
-
-NOBODY = -1
-"""The person behind a false alarm."""
-
-
-class _Paths(NamedTuple):
-    """Scenes first ≤ scene < last: the row of each cell of their grid, and the rows' positions [R, 2] in m."""
-
-    scenes: tuple[int, int]
-    grid: RowGrid
-    row_of_cell: NDArray[np.int32]
-    positions: FloatArray
-
-
-class TruthRows:
-    """The truth tables of a dataset, opened for scoring.
-
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld.
-    """
-
-    def __init__(self, dataset: Dataset) -> None:
-        if not dataset.has_truth:
-            place = dataset.table_path("truth/poses")
-            raise VbbenchError(
-                f"the truth of {dataset.folder} is not available ({place} is missing); "
-                "name the folder that holds it (truth)"
-            )
-        self._rows = dataset.rows
-        self._poses = SequenceTable(dataset.table_path("truth/poses"), "truth/poses")
-        self._scenes = SequenceTable(dataset.table_path("truth/scenes"), "truth/scenes", "scene")
-        tracks = dataset.table_path("truth/tracks")
-        self._tracks = SequenceTable(tracks, "truth/tracks") if tracks.is_file() else None
-        self._last_paths: _Paths | None = None
-
-    def persons(self, rows: ScoredRows) -> IntArray:
-        """[Q] the person behind each scored position, `NOBODY` for a false alarm."""
-        if self._tracks is None:
-            return rows.track
-        grid = rows.grid
-        links = self._tracks.read(grid.first, grid.first + len(grid.frames))
-        link = rows_by_number(grid.cell(links["sequence"], links["frame"], links["track"]), grid.cells)[rows.cell]
-        persons = np.append(links["person"], NOBODY)
-        return persons[link]
-
-    def poses(self, rows: ScoredRows) -> FloatArray:
-        """[P, 3] true poses (x, y, yaw) in m and rad."""
-        grid = rows.grid
-        truth = self._poses.read(grid.first, grid.first + len(grid.frames))
-        row = rows_by_number(grid.slot(truth["sequence"], truth["frame"]), grid.slots)[rows.pose_slot]
-        self._require(row, self._poses, "pose")
-        return self._credible(np.stack([truth[name][row] for name in ("x", "y", "yaw")], axis=-1), self._poses)
-
-    def positions(self, rows: ScoredRows, persons: IntArray) -> FloatArray:
-        """[Q, 2] true positions in m of the persons [Q] behind the scored positions."""
-        scene, frame = self._rows["scene"][rows.sequence], self._rows["first_frame"][rows.sequence] + rows.frame
-        first, last = (int(scene.min()), int(scene.max()) + 1) if len(scene) else (0, 0)
-        paths = self._paths(first, last)
-        row = paths.row_of_cell[paths.grid.cell(scene, frame, persons)]
-        self._require(row, self._scenes, "person")
-        return self._credible(paths.positions.take(row, axis=0), self._scenes)
-
-    def _paths(self, first: int, last: int) -> _Paths:
-        """The paths of all people in the scenes first ≤ scene < last; those of the last call are kept."""
-        if self._last_paths is None or self._last_paths.scenes != (first, last):
-            truth = self._scenes.read(first, last)
-            length = np.full(last - first, truth["frame"].max(initial=-1) + 1)
-            grid = RowGrid(first, length, truth["scene"], truth["person"])
-            row_of_cell = rows_by_number(grid.cell(truth["scene"], truth["frame"], truth["person"]), grid.cells)
-            positions = np.stack([truth["x"], truth["y"]], axis=-1)
-            self._last_paths = _Paths((first, last), grid, row_of_cell, positions)
-        return self._last_paths
-
-    @staticmethod
-    def _credible(values: FloatArray, table: SequenceTable) -> FloatArray:
-        """The values, checked to be finite and of an answer's size: a NaN error would silently drop out of a mean."""
-        if not is_credible(values).all():
-            raise FileError(
-                table.path, f"holds truth beyond ±{LARGEST:.0f} m or rad, or none; generate the dataset again"
-            )
-        return values
-
-    @staticmethod
-    def _require(row: NDArray[Any], table: SequenceTable, what: str) -> None:
-        if np.any(row < 0):
-            raise FileError(
-                table.path, f"lacks the true {what} of {np.sum(row < 0)} observed rows; generate the dataset again"
-            )
+from vbbench.scoring.truth import TruthRows
 
 
 def score(submission: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Score:

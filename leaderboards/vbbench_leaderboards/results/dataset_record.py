@@ -16,7 +16,7 @@ from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scoring.scored_rows import scored_rows
-from vbbench.scoring.scores import NOBODY, TruthRows
+from vbbench.scoring.truth import NOBODY, TruthRows
 from vbbench_leaderboards.results.sealed_json import (
     FORMAT_VERSION,
     decode,
