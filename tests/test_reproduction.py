@@ -155,7 +155,7 @@ def test_an_answer_to_something_else_is_refused(tmp_path: Path) -> None:
     measure_sigma(SMALL, out)
     info = dataset_folder(out, 0.07).with_name("one-step-vb-cv") / "submission.json"
     info.write_text(info.read_text("utf-8").replace('"solver": "vb-cv"', '"solver": "cv"'), "utf-8")
-    with pytest.raises(VbbenchError, match=r"is of cv .*; wanted is vb-cv .*--overwrite"):
+    with pytest.raises(VbbenchError, match=r"is of cv .*; wanted is vb-cv .*set overwrite"):
         measure_sigma(SMALL, out)
 
 
