@@ -10,4 +10,4 @@ if TYPE_CHECKING:
 
 __all__ = ["hardware", "solve", "solver_version"]
 
-__getattr__ = lazy_names(__name__, {"hardware": "provenance", "solver_version": "provenance", "solve": "submissions"})
+__getattr__ = lazy_names(__name__, {"hardware": "catalogue", "solver_version": "catalogue", "solve": "submissions"})
