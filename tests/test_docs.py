@@ -98,3 +98,15 @@ def test_example_solvers_answer(
     dataset = generate("demo", tmp_path / "crowd", Options(camera=PanoramaCamera(), limit=2))
     submission = solve(dataset, f"{unique}:{name}", protocol, tmp_path / "answers")
     assert score(submission, dataset.folder).coverage == 1.0
+
+
+def test_where_to_look_names_at_most_two_places_that_exist() -> None:
+    page = (ROOT / "docs" / "development.md").read_text(encoding="utf-8")
+    rows = re.findall(r"(?m)^\| (?:Where|How|What) .*", page.partition("## Where to look")[2].partition("\n## ")[0])
+    assert len(rows) >= 12
+    homes = [ROOT / home for home in ("", "generators", "baselines", "renderers", "leaderboards")]
+    for row in rows:
+        places = re.findall(r"`([\w./*-]+/[\w./*-]*)`", row.split("|")[2])
+        assert 1 <= len(places) <= 2, row
+        for place in places:
+            assert any(list(home.glob(place)) for home in homes), f"{place} does not exist"
