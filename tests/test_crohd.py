@@ -162,9 +162,9 @@ def test_no_text_at_all(tmp_path: Path) -> None:
         ("seqLength=90", "seqLength=99999999999", "seqLength is '99999999999', not a whole number from 1 to 1000000"),
         ("imWidth=1920", "imWidth=-1", "imWidth is '-1'"),
         ("imHeight=1080", "imHeight=0", "imHeight is '0'"),
-        ("[Sequence]\n", "", "line 1: is no ini file"),
+        ("[Sequence]\n", "", "line 1: is not an ini file"),
         ("[Sequence]", "[Recording]", r"has no section \[Sequence\]"),
-        ("imDir", "frameRate=30\nimDir", "line 4: is no ini file|is no ini file"),
+        ("imDir", "frameRate=30\nimDir", "line 5: is not an ini file"),
     ],
 )
 def test_a_bad_seqinfo(old: str, new: str, problem: str) -> None:

@@ -139,7 +139,11 @@ def test_wrong_frame_step_is_an_error(write: Write) -> None:
 
 def test_files_that_are_none(tmp_path: Path) -> None:
     (tmp_path / "picture.txt").write_bytes(b"\x89PNG\r\n\xff\xfe")
-    for name, problem in [("nowhere.txt", "cannot be read"), (".", "cannot be read"), ("picture.txt", "no text file")]:
+    for name, problem in [
+        ("nowhere.txt", "cannot be read"),
+        (".", "cannot be read"),
+        ("picture.txt", "not a text file"),
+    ]:
         with pytest.raises(FileError, match=problem):
             read(tmp_path / name)
 

@@ -258,7 +258,7 @@ def test_the_library_has_no_other_forces(
         ("dt = 0.4", "dt = 0.4\nwarm_up = -2.0", "warm_up must be 0 to 3,600 s, not -2"),
         ("dt = 0.4", "dt = 0.4\nspeed_std = -0.1", "speed_std must be 0 to 3 m/s, not -0.1"),
         ("people = [2]", "people = [1]", "people must be 2 to 10,000, not 1"),
-        ("dt = 0.4", "dt = 0.41", "no whole number of steps"),
+        ("dt = 0.4", "dt = 0.41", "not a whole number of steps"),
         ("[0.0, 0.0, 4.0, 4.0]", "[4.0, 0.0, 0.0, 4.0]", "is not a rectangle"),
         ("beyond = true", "beyond = true\nthen = [[0.0, 0.0, 1.0, 1.0]]", "never arrives"),
         ("dt = 0.4", "dt = 0.4\nspeed_std = 1.0", "walk backwards"),
