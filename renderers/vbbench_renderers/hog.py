@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.boxes import suppress
 from vbbench.errors import VbbenchError
 from vbbench.exchange.detection import Detections

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import vbbench_renderers.required  # noqa: F401 (says what to install)
+
 __all__ = ["OpenGLRenderer"]
 
 
