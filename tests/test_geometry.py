@@ -1,5 +1,7 @@
 """Projection and the ground plane: identities over random cameras, people and poses."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -181,6 +183,15 @@ def test_wrapped_angles_are_the_same_direction(angle: float) -> None:
 @given(st.one_of(panoramas, perspectives))
 def test_cameras_survive_json(camera: PanoramaCamera | PerspectiveCamera) -> None:
     assert camera_from_dict(camera_to_dict(camera)) == camera
+
+
+def test_a_file_leaves_out_only_what_the_model_has_by_itself() -> None:
+    @dataclass(frozen=True, kw_only=True)
+    class LooksDown(PerspectiveCamera):
+        pitch: float = -0.2
+
+    assert camera_to_dict(LooksDown(pitch=0.0))["pitch"] == 0.0
+    assert not {"pitch", "roll", "vertical_focal"} & camera_to_dict(LooksDown()).keys()
 
 
 @pytest.mark.parametrize(

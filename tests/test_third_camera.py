@@ -114,7 +114,7 @@ def test_it_tells_where_people_are_by_their_feet(pitch: float) -> None:
     mount = np.full(300, camera.mount_height)
     np.testing.assert_allclose(camera.unproject(boxes, heights), relative, atol=0.005)
     np.testing.assert_allclose(camera.unproject(camera.to_horizon(boxes), mount), relative, atol=0.005)
-    np.testing.assert_allclose(camera.statures(boxes), heights, atol=0.005)
+    np.testing.assert_allclose(camera.statures(boxes)[1], heights, atol=0.005)
 
 
 def test_isolated_solvers_get_it(datasets: dict[str, Dataset], tmp_path: Path) -> None:

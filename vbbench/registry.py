@@ -10,6 +10,7 @@ from typing import Any, Literal
 from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
 
 Kind = Literal["camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "command"]
+_SPOKEN = {"generator": "split", "reader": "recording format"}
 
 
 @cache
@@ -41,12 +42,23 @@ def load(kind: Kind, name: str) -> Any:
     VbbenchError
         If its import fails or the attribute is missing.
     """
-    points = registered(kind)
-    if name in points:
-        return _import(kind, name, points[name].value)
-    if ":" in name:
+    if ":" in name and name not in registered(kind):
         return _import(kind, name, name)
-    raise UnknownNameError("split" if kind == "generator" else kind, name, points)
+    return load_registered(kind, name)
+
+
+def load_registered(kind: Kind, name: str) -> Any:
+    """As `load`, but never a module that ``name`` names: for names that are read from strangers' files.
+
+    Raises
+    ------
+    UnknownNameError, VbbenchError
+        As of `load`.
+    """
+    points = registered(kind)
+    if name not in points:
+        raise UnknownNameError(_SPOKEN.get(kind, kind), name, points)
+    return _import(kind, name, points[name].value)
 
 
 def make_solver(name: str) -> Any:

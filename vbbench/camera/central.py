@@ -111,16 +111,16 @@ class CentralCamera:
             boxes[..., 1] = horizon + 0.5 * boxes[..., 2]
             return boxes
         ahead, foot, _ = self._sightlines(observations)
-        reach = self.mount_height / np.maximum(foot, 1.0 / self.focal)
-        return self.project_unbounded(ahead * reach[..., None], np.full(reach.shape, self.mount_height))
+        return self._as_tall_as_mount(ahead, foot)
 
-    def statures(self, observations: FloatArray) -> FloatArray:
+    def statures(self, observations: FloatArray) -> tuple[FloatArray, FloatArray]:
         """See `Camera.statures`."""
         with np.errstate(divide="ignore", invalid="ignore"):  # of boxes that end on the horizon
             if self._plumb:
-                return self.mount_height * observations[..., 2] / self.to_horizon(observations)[..., 2]
-            _, foot, head = self._sightlines(observations)
-            return self.mount_height * (foot - head) / foot
+                feet = observations[..., 1] + 0.5 * observations[..., 2] - self.horizon(observations[..., 0])
+                return feet, self.mount_height * observations[..., 2] / feet
+            ahead, foot, head = self._sightlines(observations)
+            return self._as_tall_as_mount(ahead, foot)[..., 2], self.mount_height * (foot - head) / foot
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Horizontal range, NaN on top of the camera."""
@@ -176,6 +176,11 @@ class CentralCamera:
         """Pixels [..., 2] of points ``down`` m [...] below the camera at ``relative`` [..., 2]."""
         points = np.stack(np.broadcast_arrays(relative[..., 0], down, relative[..., 1]), axis=-1)
         return self.pixels(self.to_camera(points))
+
+    def _as_tall_as_mount(self, ahead: FloatArray, foot: FloatArray) -> FloatArray:
+        """Boxes [..., 3] of people as tall as the mount, ``foot`` [...] m down per metre ``ahead`` [..., 2]."""
+        reach = self.mount_height / np.maximum(foot, 1.0 / self.focal)
+        return self.project_unbounded(ahead * reach[..., None], np.full(reach.shape, self.mount_height))
 
     @cached_property
     def _plumb(self) -> bool:

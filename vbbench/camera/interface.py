@@ -69,8 +69,13 @@ class Camera(Protocol):
         Boxes that end above the horizon, as noise may have it, become about a pixel high or have no height above 0.
         """
 
-    def statures(self, observations: FloatArray) -> FloatArray:
-        """Heights [...] in m of people who stand where their boxes [..., 3] end, by the rows of both their edges."""
+    def statures(self, observations: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Heights of people who stand where their boxes [..., 3] end, by both edges; they belong to one sight of each.
+
+        Returns
+        -------
+        px [...] from the horizon down to their feet, the heights of the boxes of `to_horizon`; and heights [...] in m.
+        """
 
     def depth(self, relative: FloatArray) -> FloatArray:
         """Distance [...] in m by which people hide one another; NaN behind the camera and on top of it."""

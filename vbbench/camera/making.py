@@ -1,14 +1,14 @@
 """Cameras from names and parameters, and to and from the JSON of ``dataset.json``."""
 
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any, cast
 
 from vbbench.camera.interface import Camera
-from vbbench.errors import UnknownNameError, VbbenchError
-from vbbench.registry import load, registered
+from vbbench.errors import VbbenchError
+from vbbench.registry import load_registered
 
-_LEVEL_AND_SQUARE = {"pitch": 0.0, "roll": 0.0, "vertical_focal": None}
-"""Parameters that files leave out where they say nothing, as those from before there were any do."""
+_LATER = ("pitch", "roll", "vertical_focal")
+"""Parameters that files leave out where they are a model's defaults, as files from before there were any do."""
 
 
 def make_camera(kind: str, **parameters: Any) -> Camera:
@@ -21,10 +21,9 @@ def make_camera(kind: str, **parameters: Any) -> Camera:
     VbbenchError
         If a parameter is unknown, or a value cannot be.
     """
-    if kind not in registered("camera"):  # never a module's name: kinds are read from strangers' files
-        raise UnknownNameError("camera", kind, registered("camera"))
+    model = load_registered("camera", kind)
     try:
-        made: Camera = load("camera", kind)(**parameters)
+        made: Camera = model(**parameters)
     except (TypeError, ValueError) as error:
         raise VbbenchError(f"camera '{kind}': {error}") from error
     return made
@@ -32,8 +31,9 @@ def make_camera(kind: str, **parameters: Any) -> Camera:
 
 def camera_to_dict(camera: Camera) -> dict[str, Any]:
     """The camera as it stands in ``dataset.json``."""
-    values = asdict(cast(Any, camera))
-    told = {name: value for name, value in values.items() if (name, value) not in _LEVEL_AND_SQUARE.items()}
+    model = cast(Any, camera)
+    usual = {field.name: field.default for field in fields(model) if field.name in _LATER}
+    told = {name: value for name, value in asdict(model).items() if name not in usual or value != usual[name]}
     return {"kind": camera.kind, **told}
 
 

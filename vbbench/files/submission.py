@@ -5,14 +5,13 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, SubmissionError, is_printable, one_line, quoted
-from vbbench.files.tables import FALLBACK, Columns, TableWriter, to_arrow
+from vbbench.files.tables import FALLBACK, Columns, TableWriter, WholeWriter, to_arrow
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing
 from vbbench.folders.swapping import finish_swaps
@@ -140,7 +139,7 @@ def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     return SubmissionInfo(**required | {name: values[name] for name, reason in problems.items() if not reason})
 
 
-class SubmissionWriter:
+class SubmissionWriter(WholeWriter):
     """Writes a submission, one row group per sequence; the folder is one only when the block ends without error.
 
     ``info`` is written last and may be replaced inside the block, as the time is known only at its end.
@@ -183,17 +182,7 @@ class SubmissionWriter:
             number = np.full(len(columns["frame"]), sequence, dtype=np.int32)
             self._tables[name].add(to_arrow(name, {**columns, "sequence": number}))
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self._open.callback(self._finish)
-        self._open.__exit__(kind, error, trace)
-
-    def _finish(self) -> None:
+    def finish(self) -> None:
         """Write everything before the first file gets its name; the facts get theirs last."""
         for table in self._tables.values():
             table.finish()

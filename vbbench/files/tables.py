@@ -119,7 +119,30 @@ GROUPS_ALONE = 4096
 reader hold in memory, grows with the logarithm of the number of sequences."""
 
 
-class TableWriter:
+class WholeWriter:
+    """A context that writes under temporary names: files appear, whole, when the block ends well.
+
+    Subclasses open what they write in ``_open``.
+    """
+
+    _open: ExitStack
+
+    def finish(self) -> None:
+        """Write what is left; only the renaming of the files remains."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._open.callback(self.finish)
+        self._open.__exit__(kind, error, trace)
+
+
+class TableWriter(WholeWriter):
     """Writes one table row group by row group under a temporary name; it appears, whole, when the block ends well.
 
     Parameters
@@ -159,16 +182,6 @@ class TableWriter:
             self._writer.write_table(rows, row_group_size=len(rows))
             self._written += 1
             self._waiting.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self._open.callback(self.finish)
-        self._open.__exit__(kind, error, trace)
 
 
 def table_bytes(name: str, groups: Iterable[pa.Table], optional: Collection[str] = ()) -> bytes:

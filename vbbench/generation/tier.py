@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.errors import UnknownNameError, VbbenchError, quoted
+from vbbench.errors import VbbenchError, quoted
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
-from vbbench.registry import load, load_all, registered
+from vbbench.registry import load_all, load_registered, registered
 from vbbench.sequence import Truth
 
 
@@ -102,8 +102,6 @@ class Tier:
 def get_tier(name: str) -> Tier:
     """The tier that is registered as ``name``.
 
-    Names are read from strangers' files, too: a module that is named instead is never imported.
-
     Raises
     ------
     UnknownNameError
@@ -111,9 +109,7 @@ def get_tier(name: str) -> Tier:
     VbbenchError
         If it is broken, not a `Tier`, or registered under a name that is not its own.
     """
-    if name not in registered("tier"):
-        raise UnknownNameError("tier", name, registered("tier"))
-    found = load("tier", name)
+    found = load_registered("tier", name)
     if not isinstance(found, Tier):
         raise VbbenchError(f"tier '{name}' is {quoted(found)}; register an object of a subclass of Tier")
     if found.name != name:

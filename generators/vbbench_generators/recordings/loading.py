@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
-from vbbench.registry import load, load_all, registered
+from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
 from vbbench_generators.recordings.readers.text import count_columns, read_homography, read_lines
 from vbbench_generators.recordings.recipe import DETECTED, Recipe
@@ -133,9 +133,7 @@ def get_reader(name: str) -> Reader:
     VbbenchError
         If it is broken.
     """
-    if name not in registered("reader"):
-        raise UnknownNameError("recording format", name, registered("reader"))
-    found: Reader = load("reader", name)
+    found: Reader = load_registered("reader", name)
     return found
 
 

@@ -126,8 +126,7 @@ class BoxHeights:
     def learn(self, boxes: FloatArray) -> None:
         """Take in the boxes [K, 3] of a frame, or [T, K, 3], in px; NaN = none."""
         boxes = boxes if boxes.ndim == 3 else boxes[None]
-        feet = np.ascontiguousarray(self._camera.to_horizon(boxes)[..., 2])  # a slice would compile for each layout
-        heights = np.ascontiguousarray(self._camera.statures(boxes))
+        feet, heights = map(np.ascontiguousarray, self._camera.statures(boxes))  # a slice would compile once more
         _learn(feet, heights, self._camera.mount_height, self._pixel_std, self.precision, self.weighted)
 
     def report(self) -> Report:
