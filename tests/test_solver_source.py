@@ -16,7 +16,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.solving import solve
-from vbbench.solving.catalogue import source_digest
+from vbbench.solving.provenance import source_digest
 
 SOLVER = """
 import numpy as np

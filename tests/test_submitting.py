@@ -11,7 +11,7 @@ import pytest
 
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
-from vbbench.exchange.sequence_files import TABLES, export_csv
+from vbbench.exchange.csv_export import TABLES, export_csv
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options

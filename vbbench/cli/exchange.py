@@ -16,7 +16,7 @@ def export_csv(folder: Positional[Path], /, out: Path) -> None:
         folder: The dataset.
         out: Folder to write into.
     """
-    from vbbench.exchange.sequence_files import export_csv as export
+    from vbbench.exchange.csv_export import export_csv as export
     from vbbench.files.dataset import Dataset
 
     print(export(Dataset(folder), out))

@@ -1,18 +1,10 @@
-"""Files of one sequence each: their names and ``seqinfo.ini``; and a dataset's public tables as CSV."""
+"""Files of one sequence each, as MOTChallenge and TUM folders hold them: their names, and ``seqinfo.ini``."""
 
 import re
 from collections.abc import Mapping
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.csv as csv
-import pyarrow.parquet as pq
-
 from vbbench.errors import FileError
-from vbbench.files.dataset import Dataset
-from vbbench.folders.locks import loose_files
-from vbbench.folders.replacing import replacing
 
 _NAME = re.compile(r"sequence-(\d+)")
 
@@ -57,37 +49,3 @@ def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], exte
         "imExt": extension,
     }
     return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
-
-
-TABLES = ("sequences", "observations", "given")
-
-
-def export_csv(dataset: Dataset, out: Path | str) -> Path:
-    """Write ``sequences.csv``, ``observations.csv`` and ``given.csv`` into the folder ``out``, and return it.
-
-    Columns and rows are those of the Parquet tables; NaN (the yaw of people) is an empty cell.
-
-    Raises
-    ------
-    VbbenchError
-        If ``out`` is not a folder, or is a dataset or submission.
-    """
-    out = Path(out)
-    options = csv.WriteOptions(include_header=False, quoting_style="none")
-    with loose_files(out):
-        for name in TABLES:
-            table = pq.ParquetFile(dataset.table_path(name))
-            with replacing(out / f"{name}.csv") as temporary, temporary.open("wb") as file:
-                file.write((",".join(table.schema_arrow.names) + "\n").encode())
-                with csv.CSVWriter(file, table.schema_arrow, write_options=options) as writer:
-                    for batch in table.iter_batches():
-                        writer.write_batch(_without_nan(batch))
-    return out
-
-
-def _without_nan(batch: pa.RecordBatch) -> pa.RecordBatch:
-    columns = [
-        pc.if_else(pc.is_nan(column), None, column) if pa.types.is_floating(column.type) else column
-        for column in batch.columns
-    ]
-    return pa.RecordBatch.from_arrays(columns, schema=batch.schema)

@@ -13,11 +13,11 @@ from contextlib import suppress
 from pathlib import Path
 
 from vbbench.errors import VbbenchWarning
-from vbbench.solving.catalogue import source_places
 from vbbench.solving.isolation.confinement import landlock_version
 from vbbench.solving.isolation.grants import device_paths, readable_paths
 from vbbench.solving.isolation.kernel_cache import CACHES_VARIABLE, LOCATOR, keep_files, user_caches
 from vbbench.solving.isolation.remote import Child, RemoteFrameSolver, RemoteSequenceSolver, pipe_of
+from vbbench.solving.provenance import source_places
 
 BOOT = (
     "import json, os, sys\n"

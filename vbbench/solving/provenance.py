@@ -1,0 +1,123 @@
+"""What made an answer: the solver's version, the state of its source, and the hardware, without importing the solver.
+
+Its source is its whole package with every file in it (learned parameters, compiled extensions), or its one module; and
+likewise every module imported by name that is not an installed package. Installed packages are identified by their
+version, but the solver's own package is always read.
+"""
+
+import hashlib
+import os
+import platform
+import re
+import sys
+import sysconfig
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
+from importlib.util import find_spec
+from pathlib import Path
+
+from vbbench.registry import registered
+
+READ_WHOLE = 1 << 24
+"""Bytes up to which a file is hashed; larger ones are identified by size and time of the last change."""
+
+IMPORT = re.compile(r"(?:^|[:;])[ \t]*(?:from[ \t]+(\w+)|import[ \t]+([\w.,  \t]+))", re.MULTILINE)
+"""``from one import …`` or ``import several, of, them``."""
+
+
+def source_digest(solver: str) -> str:
+    """16 hex digits of a hash of the files of a solver (a registered name, or ``module:attribute``); see above."""
+    package = _package(solver)
+    digest, seen, left = hashlib.sha256(), {package}, [package]
+    while left:
+        name = left.pop(0)
+        for label, path in sorted(_files(name)):
+            digest.update(f"{name} {label} ".encode() + _content(path))
+            fresh = _imports(path) - seen
+            seen |= fresh
+            left += sorted(filter(_is_own, fresh))
+    return digest.hexdigest()[:16]
+
+
+def source_places(solver: str) -> list[Path]:
+    """The file of a solver's top-level module, or the folders of its package; none if it cannot be found."""
+    return [path.resolve() for path in _places(_spec(_package(solver)))]
+
+
+def _package(solver: str) -> str:
+    point = registered("solver").get(solver)
+    return (point.value if point else solver).partition(":")[0].partition(".")[0]
+
+
+def _places(spec: ModuleSpec | None) -> list[Path]:
+    if spec is None:
+        return []
+    folders = spec.submodule_search_locations
+    return [Path(folder) for folder in folders] if folders else [Path(spec.origin)] if spec.origin else []
+
+
+def _files(name: str) -> Iterator[tuple[str, Path]]:
+    """The files of a top-level module or package, each with a name that does not depend on its location."""
+    for place in _places(_spec(name)):
+        if not place.is_dir():
+            yield place.name, place
+        for path in place.rglob("*"):
+            relative = path.relative_to(place)
+            if path.is_file() and not any(part.startswith((".", "__pycache__")) for part in relative.parts):
+                yield relative.as_posix(), path
+
+
+def _content(path: Path) -> bytes:
+    """The hash of a file, or facts that stand in for it."""
+    try:
+        facts = path.stat()
+        if facts.st_size > READ_WHOLE:
+            return f"{facts.st_size} {facts.st_mtime_ns}".encode()
+        return hashlib.sha256(path.read_bytes()).digest()
+    except OSError:
+        return b"unreadable"
+
+
+def _imports(path: Path) -> set[str]:
+    """Top-level names that a Python file imports anywhere, or seems to: a false match does no harm."""
+    if path.suffix != ".py" or not path.is_file():
+        return set()
+    found = IMPORT.findall(path.read_text("utf-8", "replace"))
+    names = [name for one, several in found for name in (one, *several.split(","))]
+    return {name.split()[0].partition(".")[0] for name in names if name.strip()}
+
+
+def _is_own(name: str) -> bool:
+    """Whether a module is neither Python's nor an installed package's."""
+    if name in sys.stdlib_module_names:
+        return False
+    installed = [Path(sysconfig.get_path(kind)).resolve() for kind in ("stdlib", "platstdlib", "purelib", "platlib")]
+    places = [place.resolve() for place in _places(_spec(name))]
+    return bool(places) and not any(place.is_relative_to(folder) for place in places for folder in installed)
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    """The spec of a top-level module, found without running its code."""
+    try:
+        return find_spec(name)
+    except (ImportError, ValueError):
+        return None
+
+
+def solver_version(solver: str) -> str:
+    """Version of the distribution that a solver comes from, or ``unknown``."""
+    point = registered("solver").get(solver)
+    names = [point.dist.name] if point and point.dist else packages_distributions().get(_package(solver), [])
+    try:
+        return version(names[0]) if names else "unknown"
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def hardware() -> str:
+    """What the solver ran on, for readers of its seconds per frame."""
+    path = Path("/proc/cpuinfo")
+    lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0] if names else platform.processor() or platform.machine()}, {os.cpu_count()} cores"
