@@ -17,7 +17,7 @@ from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
-from vbbench_renderers.raster.filling import MARGIN, STRIP, cross, face_columns, reaches, trim
+from vbbench_renderers.raster.filling import MARGIN, STRIP, face_columns, plane_of, reaches, rows_of
 from vbbench_renderers.raster.parts import Parts, join_parts
 from vbbench_renderers.raster.placing import Placed, place
 from vbbench_renderers.rays import NEAR, Rays, camera_rays, eye_transform
@@ -268,23 +268,12 @@ def _count_face(
     counts: IntArray,
 ) -> None:
     """Count the pixels of a triangle on which the person was not counted before; see `filling`."""
-    e0, e1, e2 = cross(points, b, c), cross(points, c, a), cross(points, a, b)
-    volume = points[a, 0] * e0[0] + points[a, 1] * e0[1] + points[a, 2] * e0[2]
-    if volume * side <= 0.0:
+    seen, edges, scales, plane = plane_of(points, a, b, c, side, rays.focal)
+    if not seen or side == 0:
         return
-    if volume < 0.0:
-        e0, e1, e2, volume = (-e0[0], -e0[1], -e0[2]), (-e1[0], -e1[1], -e1[2]), (-e2[0], -e2[1], -e2[2]), -volume
-    s0, s1, s2 = rays.focal / e0[1], rays.focal / e1[1], rays.focal / e2[1]
-    across, up, ahead = e0[0] + e1[0] + e2[0], e0[1] + e1[1] + e2[1], e0[2] + e1[2] + e2[2]
-    fall = -up / (rays.focal * volume)
     for column in range(first, last + 1):
-        x, z = rays.side[column], rays.ahead[column]
-        top, bottom = 0.0, float(rays.height)
-        top, bottom = trim(e0[0] * x + e0[2] * z, e0[1], s0, rays.horizon, top, bottom)
-        top, bottom = trim(e1[0] * x + e1[2] * z, e1[1], s1, rays.horizon, top, bottom)
-        top, bottom = trim(e2[0] * x + e2[2] * z, e2[1], s2, rays.horizon, top, bottom)
+        top, bottom, level, fall = rows_of(edges, scales, plane, rays, column)
         if top < bottom:
-            level = (across * x + ahead * z) / volume - fall * rays.horizon
             aside = column < window[0] or column > window[2]
             border = column == window[0] or column == window[2]
             for row in range(int(top), int(bottom)):

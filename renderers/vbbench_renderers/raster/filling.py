@@ -121,8 +121,13 @@ def _columns_round(a: float, b: float, c: float, width: int) -> tuple[float, flo
     return a + min(0.0, to_b, to_c), a + max(0.0, to_b, to_c)
 
 
+Triple = tuple[float, float, float]
+Edges = tuple[Triple, Triple, Triple]
+Plane = tuple[float, float, float, float]
+
+
 @kernel
-def cross(points: Float32, a: int, b: int) -> tuple[float, float, float]:
+def cross(points: Float32, a: int, b: int) -> Triple:
     """The normal of the plane through the eye and two points, in float64; for (b, a) its exact negative."""
     ax, ay, az = np.float64(points[a, 0]), np.float64(points[a, 1]), np.float64(points[a, 2])
     bx, by, bz = np.float64(points[b, 0]), np.float64(points[b, 1]), np.float64(points[b, 2])
@@ -145,23 +150,12 @@ def _fill_face(
     limbs: Int32,
     faces: Int32,
 ) -> None:
-    e0, e1, e2 = cross(points, b, c), cross(points, c, a), cross(points, a, b)
-    volume = points[a, 0] * e0[0] + points[a, 1] * e0[1] + points[a, 2] * e0[2]
-    if volume * side < 0.0 or volume == 0.0:
+    seen, edges, scales, plane = plane_of(points, a, b, c, side, rays.focal)
+    if not seen:
         return
-    if volume < 0.0:
-        e0, e1, e2, volume = (-e0[0], -e0[1], -e0[2]), (-e1[0], -e1[1], -e1[2]), (-e2[0], -e2[1], -e2[2]), -volume
-    s0, s1, s2 = rays.focal / e0[1], rays.focal / e1[1], rays.focal / e2[1]
-    across, up, ahead = e0[0] + e1[0] + e2[0], e0[1] + e1[1] + e2[1], e0[2] + e1[2] + e2[2]
-    fall = -up / (rays.focal * volume)
     for column in range(first, last + 1):
-        x, z = rays.side[column], rays.ahead[column]
-        top, bottom = 0.0, float(rays.height)
-        top, bottom = trim(e0[0] * x + e0[2] * z, e0[1], s0, rays.horizon, top, bottom)
-        top, bottom = trim(e1[0] * x + e1[2] * z, e1[1], s1, rays.horizon, top, bottom)
-        top, bottom = trim(e2[0] * x + e2[2] * z, e2[1], s2, rays.horizon, top, bottom)
+        top, bottom, level, fall = rows_of(edges, scales, plane, rays, column)
         if top < bottom:
-            level = (across * x + ahead * z) / volume - fall * rays.horizon
             for row in range(int(top), int(bottom)):
                 near = np.float32(level + fall * row)
                 if near > nearness[column, row] and near <= 1.0 / NEAR:
@@ -171,7 +165,36 @@ def _fill_face(
 
 
 @kernel
-def trim(value: float, up: float, scale: float, horizon: float, top: float, bottom: float) -> tuple[float, float]:
+def plane_of(points: Float32, a: int, b: int, c: int, side: int, focal: float) -> tuple[bool, Edges, Triple, Plane]:
+    """Whether a triangle shows its ``side`` (0: either), the normals of its edges with focal / up of each, its plane.
+
+    The plane is (across, ahead, volume, fall): on the horizon 1 / depth of the ray (x, z) is
+    (across·x + ahead·z) / volume, and each row further down adds ``fall``.
+    """
+    e0, e1, e2 = cross(points, b, c), cross(points, c, a), cross(points, a, b)
+    volume = points[a, 0] * e0[0] + points[a, 1] * e0[1] + points[a, 2] * e0[2]
+    seen = volume * side >= 0.0 and volume != 0.0
+    if volume < 0.0:
+        e0, e1, e2, volume = (-e0[0], -e0[1], -e0[2]), (-e1[0], -e1[1], -e1[2]), (-e2[0], -e2[1], -e2[2]), -volume
+    across, up, ahead = e0[0] + e1[0] + e2[0], e0[1] + e1[1] + e2[1], e0[2] + e1[2] + e2[2]
+    scales = focal / e0[1], focal / e1[1], focal / e2[1]
+    return seen, (e0, e1, e2), scales, (across, ahead, volume, -up / (focal * volume))
+
+
+@kernel
+def rows_of(edges: Edges, scales: Triple, plane: Plane, rays: Rays, column: int) -> tuple[float, float, float, float]:
+    """Rows top … bottom − 1 of a triangle in a column, and 1 / depth: its value in row 0 and what each row adds."""
+    x, z = rays.side[column], rays.ahead[column]
+    (e0, e1, e2), (s0, s1, s2), (across, ahead, volume, fall) = edges, scales, plane
+    top, bottom = 0.0, float(rays.height)
+    top, bottom = _trim(e0[0] * x + e0[2] * z, e0[1], s0, rays.horizon, top, bottom)
+    top, bottom = _trim(e1[0] * x + e1[2] * z, e1[1], s1, rays.horizon, top, bottom)
+    top, bottom = _trim(e2[0] * x + e2[2] * z, e2[1], s2, rays.horizon, top, bottom)
+    return top, bottom, (across * x + ahead * z) / volume - fall * rays.horizon, fall
+
+
+@kernel
+def _trim(value: float, up: float, scale: float, horizon: float, top: float, bottom: float) -> tuple[float, float]:
     """Rows top … bottom − 1 cut to those on the inner side of an edge, in one column.
 
     Parameters
