@@ -11,7 +11,7 @@ from tests.extensions.fisheye import Fisheye
 from tests.flat_renderer import FlatRenderer
 from tests.test_plotting import FOCUS, boxes, gids, make, part
 from vbbench import registry
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera, making
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
@@ -36,8 +36,7 @@ def dataset(request: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
     point = EntryPoint("fisheye", "tests.extensions.fisheye:Fisheye", "vbbench.cameras")
     cameras, found = {**registry.registered("camera"), "fisheye": point}, registry.registered
     with pytest.MonkeyPatch.context() as patch:
-        for module in (registry, making):
-            patch.setattr(module, "registered", lambda kind: cameras if kind == "camera" else found(kind))
+        patch.setattr(registry, "registered", lambda kind: cameras if kind == "camera" else found(kind))
         folder = tmp_path_factory.mktemp(request.param) / "demo"
         yield generate("demo", folder, Options(camera=CAMERAS[request.param], height_std=0.0, limit=1))
 
