@@ -12,9 +12,9 @@ from vbbench.parsing.toml_text import read_bundled
 from vbbench.sequence import Given, Truth
 
 START_FRAMES = 2
-"""Frames 0 and 1 are given under every protocol and never scored."""
+"""Frames 0 and 1 are never scored: most protocols give them."""
 
-PROTOCOLS = ("one-step", "sequential", "rollout")
+PROTOCOLS = ("one-step", "sequential", "rollout", "cold-start")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,8 @@ class Protocol:
     Parameters
     ----------
     name, version, title, text : its name and description; name and version are printed with every score.
-    given : ``arrivals`` = the first two frames and each track's first two visible frames; ``start`` = the former only.
+    given : ``arrivals`` = the first two frames and each track's first two visible frames; ``start`` = the former only;
+        ``origin`` = the observer's pose in frame 0, and nobody's position.
     revealed_frames : frames of truth shown before each frame (one-step: 2), 0 for none.
     """
 
@@ -32,7 +33,7 @@ class Protocol:
     version: int
     title: str
     text: str
-    given: Literal["arrivals", "start"]
+    given: Literal["arrivals", "start", "origin"]
     revealed_frames: int
 
     @property
@@ -47,10 +48,15 @@ class Protocol:
 
     def select_given(self, given: Given) -> Given:
         """The part that this protocol gives of the `sequential` given that a dataset stores."""
+        if self.given == "origin":
+            return given.keeping(np.arange(len(given.poses)) == 0, np.zeros(given.positions.shape[:2], bool))
         return given if self.given == "arrivals" else given.first_frames(START_FRAMES)
 
-    def is_given_row(self, frame: IntArray) -> BoolArray:
-        """Which rows of ``given.parquet``, by their frame [N], this protocol gives."""
+    def is_given_row(self, frame: IntArray, is_pose: BoolArray) -> BoolArray:
+        """Which rows of ``given.parquet`` this protocol gives, by their frame [N] and whether they are poses [N]."""
+        if self.given == "origin":
+            origin: BoolArray = is_pose & (frame == 0)
+            return origin
         return np.ones(len(frame), bool) if self.given == "arrivals" else frame < START_FRAMES
 
 

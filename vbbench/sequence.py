@@ -12,27 +12,68 @@ from vbbench.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
-class Given:
-    """Poses and positions that a solver is given as known; NaN = not given.
+class Odometry:
+    """How the observer moved by its own measurement, such as that of its wheels; NaN = not measured.
 
     Parameters
     ----------
-    poses : [T, 3] (x, y, yaw) of the observer in m and rad.
-    positions : [T, K, 2] of the tracks in m.
+    motions : [T, 3] (forward, left, turn) from the frame before to each frame, in m and rad: the new place in the axes
+        of the frame before, counter-clockwise positive.
+    covariances : [T, 3, 3] of these, in m², m·rad and rad².
+    """
+
+    motions: FloatArray
+    covariances: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "motions", frozen_array("motions", self.motions, (None, 3)))
+        object.__setattr__(
+            self, "covariances", frozen_array("covariances", self.covariances, (len(self.motions), 3, 3))
+        )
+
+    def frames(self, wanted: slice) -> "Odometry":
+        """Some of the frames."""
+        return Odometry(motions=self.motions[wanted], covariances=self.covariances[wanted])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Given:
+    """Poses and positions that a solver is given as known, and what the observer measures of its own motion.
+
+    Parameters
+    ----------
+    poses : [T, 3] (x, y, yaw) of the observer in m and rad; NaN = not given.
+    positions : [T, K, 2] of the tracks in m; NaN = not given.
+    odometry : of the same frames; ``None`` for an observer without any.
     """
 
     poses: FloatArray
     positions: FloatArray
+    odometry: Odometry | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
         object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
+        if self.odometry is not None and len(self.odometry.motions) != len(self.poses):
+            raise ValueError(f"odometry has {len(self.odometry.motions)} frames, not {len(self.poses)}")
 
     def first_frames(self, frames: int) -> "Given":
-        """The same, with NaN after the first ``frames`` frames."""
+        """The same, with no pose and position given after the first ``frames`` frames."""
         keep = np.arange(len(self.poses)) < frames
-        poses = np.where(keep[:, None], self.poses, np.nan)
-        return Given(poses=poses, positions=np.where(keep[:, None, None], self.positions, np.nan))
+        return self.keeping(keep, np.broadcast_to(keep[:, None], self.positions.shape[:2]))
+
+    def keeping(self, poses: BoolArray, positions: BoolArray) -> "Given":
+        """The same with only the poses marked in ``poses`` [T] and the positions marked in ``positions`` [T, K]."""
+        return Given(
+            poses=np.where(poses[:, None], self.poses, np.nan),
+            positions=np.where(positions[..., None], self.positions, np.nan),
+            odometry=self.odometry,
+        )
+
+    def frames(self, wanted: slice) -> "Given":
+        """What is given of some of the frames."""
+        odometry = None if self.odometry is None else self.odometry.frames(wanted)
+        return Given(poses=self.poses[wanted], positions=self.positions[wanted], odometry=odometry)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +90,7 @@ class Sequence:
     observations : [T, K, 3] boxes (u, v, l) in px, NaN = not observed.
     visible : [T, K] visible fraction of each box in (0, 1], NaN = not observed.
     given : what the `sequential` protocol gives.
+    camera : number of the camera in its dataset.
     """
 
     index: int
@@ -59,6 +101,7 @@ class Sequence:
     observations: FloatArray
     visible: FloatArray
     given: Given
+    camera: int = 0
 
     def __post_init__(self) -> None:
         count = len(np.atleast_1d(self.tracks))

@@ -49,7 +49,8 @@ class Frame:
     ----------
     index : t, from 0.
     observations : [K, 3] boxes (u, v, l) in px, NaN = not observed.
-    given : poses [3, 3] and positions [3, K, 2] known at frames t−2, t−1 and t; NaN = not given.
+    given : poses [3, 3] and positions [3, K, 2] known at frames t−2, t−1 and t, NaN = not given; and the observer's
+        odometry of these frames, where it has any.
     """
 
     index: int

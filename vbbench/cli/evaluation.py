@@ -5,7 +5,7 @@ from typing import Literal
 
 from tyro.conf import Positional
 
-ProtocolName = Literal["one-step", "sequential", "rollout"]
+ProtocolName = Literal["one-step", "sequential", "rollout", "cold-start"]
 
 
 def solvers(json: bool = False) -> None:

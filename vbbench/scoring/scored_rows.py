@@ -160,7 +160,7 @@ def scored_rows(dataset: Dataset, protocol: Protocol) -> Iterator[ScoredRows]:
     for first, last in _chunks(dataset.rows["frames"], dataset.rows["people"]):
         seen = observations.read(first, last, ["sequence", "frame", "track"])
         known = given.read(first, last)
-        known = _select(known, protocol.is_given_row(known["frame"]))
+        known = _select(known, protocol.is_given_row(known["frame"], known["track"] == OBSERVER))
         yield _scored(RowGrid(first, dataset.rows["frames"][first:last], seen["sequence"], seen["track"]), seen, known)
 
 

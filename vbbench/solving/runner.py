@@ -13,7 +13,7 @@ from vbbench.errors import VbbenchError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import START_FRAMES, Protocol, scored_frames, scored_positions
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence import Given, Odometry, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 
 WINDOW = 2
@@ -55,14 +55,16 @@ def run_sequence(
 
 def reveal(given: Given, observed: BoolArray, truth: Truth) -> Given:
     """Everything true about past frames: all poses, and the positions of everybody ``observed`` [T, K]."""
-    return Given(poses=truth.poses, positions=np.where(observed[..., None], truth.positions, given.positions))
+    positions = np.where(observed[..., None], truth.positions, given.positions)
+    return Given(poses=truth.poses, positions=positions, odometry=given.odometry)
 
 
 def frames_of(sequence: Sequence, given: Given, known: Given) -> Iterator[Frame]:
     """The frames as a solver sees them: ``known`` of the two before each, ``given`` of the frame itself."""
     for t in range(sequence.frames):
         poses, positions = _window(known.poses, given.poses, t), _window(known.positions, given.positions, t)
-        given_now = Given(poses=poses, positions=positions)
+        odometry = None if given.odometry is None else _window_of_odometry(given.odometry, t)
+        given_now = Given(poses=poses, positions=positions, odometry=odometry)
         yield Frame(index=t, observations=sequence.observations[t].copy(), given=given_now)
 
 
@@ -73,6 +75,15 @@ def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:
     if known is given or t < START_FRAMES:
         window[WINDOW] = given[t]
     return window
+
+
+def _window_of_odometry(odometry: Odometry, t: int) -> Odometry:
+    """The odometry of the frames t−2, t−1 and t; a frame measures its own motion when it is solved."""
+    nothing = Odometry(motions=np.full((WINDOW, 3), np.nan), covariances=np.full((WINDOW, 3, 3), np.nan))
+    shown = odometry.frames(slice(max(0, t - WINDOW), t + 1))
+    motions = np.concatenate([nothing.motions, shown.motions])[-WINDOW - 1 :]
+    covariances = np.concatenate([nothing.covariances, shown.covariances])[-WINDOW - 1 :]
+    return Odometry(motions=motions, covariances=covariances)
 
 
 def _run_frames(
@@ -97,10 +108,7 @@ def _run_prefixes(
     answers, seconds = [start.frame(t) for t in range(min(START_FRAMES, sequence.frames))], 0.0
     for t in range(START_FRAMES, sequence.frames):
         past = np.arange(t + 1) < t
-        shown = Given(
-            poses=np.where(past[:, None], known.poses[: t + 1], np.nan),
-            positions=np.where(past[:, None, None], known.positions[: t + 1], np.nan),
-        )
+        shown = known.frames(slice(t + 1)).keeping(past, np.broadcast_to(past[:, None], (t + 1, len(sequence.tracks))))
         estimate, spent = _timed_solve(solver, problem, sequence, t + 1, shown)
         answers.append(estimate.frame(t))
         seconds += spent
@@ -110,7 +118,7 @@ def _run_prefixes(
 def _timed_solve(
     solver: SequenceSolver, problem: Problem, sequence: Sequence, frames: int, given: Given
 ) -> tuple[Estimate, float]:
-    shown = Given(poses=given.poses.copy(), positions=given.positions.copy())
+    shown = Given(poses=given.poses.copy(), positions=given.positions.copy(), odometry=given.odometry)
     observations = sequence.observations[:frames].copy()
     started = perf_counter()
     estimate = solver.solve(problem, observations, shown)

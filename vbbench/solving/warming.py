@@ -13,7 +13,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, world_to_relative
 from vbbench.protocol import START_FRAMES, Protocol, arrivals_given
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence import Sequence, Truth
 from vbbench.solver import FrameSolver, Problem, SequenceSolver
 from vbbench.solving.runner import run_sequence
 
@@ -39,7 +39,7 @@ def begin(solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequ
     The frames before it are given under every protocol.
     """
     frames = slice(START_FRAMES + 1)
-    given = Given(poses=sequence.given.poses[frames], positions=sequence.given.positions[frames])
+    given = sequence.given.frames(frames)
     opening = replace(
         sequence, observations=sequence.observations[frames], visible=sequence.visible[frames], given=given
     )

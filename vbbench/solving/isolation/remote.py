@@ -178,8 +178,7 @@ class RemoteFrameSolver(Remote):
         shown = {
             "index": np.array(frame.index),
             "observations": frame.observations,
-            "poses": frame.given.poses,
-            "positions": frame.given.positions,
+            **_given(frame.given),
         }
         answer: dict[str, Any] = self._child.call({"call": "step"}, shown, self._expected, ("pose", "positions"))
         for mark in answer.keys() & {"fallback", "converged"}:
@@ -196,8 +195,7 @@ class RemoteSequenceSolver(Remote):
         shown = {
             "tracks": problem.tracks,
             "observations": observations,
-            "poses": given.poses,
-            "positions": given.positions,
+            **_given(given),
         }
         frames, people = given.positions.shape[:2]
         expected: Shapes = {
@@ -210,6 +208,14 @@ class RemoteSequenceSolver(Remote):
         }
         answer = self._child.call({"call": "solve", **_facts(problem)}, shown, expected, ("poses", "positions"))
         return Estimate(**answer)
+
+
+def _given(given: Given) -> dict[str, Any]:
+    """What is given, as arrays by name."""
+    shown = {"poses": given.poses, "positions": given.positions}
+    if given.odometry is not None:
+        shown |= {"motions": given.odometry.motions, "motion_covariances": given.odometry.covariances}
+    return shown
 
 
 def _facts(problem: Problem) -> dict[str, Any]:

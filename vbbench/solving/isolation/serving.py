@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from vbbench.camera import camera_from_dict
 from vbbench.errors import VbbenchError
 from vbbench.registry import load, make_solver
-from vbbench.sequence import Given
+from vbbench.sequence import Given, Odometry
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 from vbbench.solving.isolation.messages import TEXT_LIMIT, ClosedError, read_message, write_message
 
@@ -58,15 +58,19 @@ def _start(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
 
 
 def _step(solver: Any, _facts: dict[str, Any], arrays: Arrays) -> Arrays:
-    given = Given(poses=arrays["poses"], positions=arrays["positions"])
-    frame = Frame(index=int(arrays["index"]), observations=arrays["observations"], given=given)
+    frame = Frame(index=int(arrays["index"]), observations=arrays["observations"], given=_given(arrays))
     return _arrays(solver.step(frame), FrameEstimate)
 
 
 def _solve(solver: Any, facts: dict[str, Any], arrays: Arrays) -> Arrays:
     threadpool_limits(1)
-    given = Given(poses=arrays["poses"], positions=arrays["positions"])
-    return _arrays(solver.solve(_problem(facts, arrays), arrays["observations"], given), Estimate)
+    return _arrays(solver.solve(_problem(facts, arrays), arrays["observations"], _given(arrays)), Estimate)
+
+
+def _given(arrays: Arrays) -> Given:
+    measured = "motions" in arrays
+    odometry = Odometry(motions=arrays["motions"], covariances=arrays["motion_covariances"]) if measured else None
+    return Given(poses=arrays["poses"], positions=arrays["positions"], odometry=odometry)
 
 
 _CALLS: dict[str, Callable[[Any, dict[str, Any], Arrays], Arrays]] = {"start": _start, "step": _step, "solve": _solve}
