@@ -52,9 +52,15 @@ def generate(
     dt: float | None = None,
     homography: Path | None = None,
     scenario: str | None = None,
-    sequences: int | None = None,
+    sequences: str | None = None,
     people: str | None = None,
     engine: EngineName | None = None,
+    every: int | None = None,
+    poses: Path | None = None,
+    boxes: Path | None = None,
+    bags: Path | None = None,
+    cyclists: bool = False,
+    interpolated: bool = True,
     jobs: int = 1,
     scheduler: str | None = None,
     tls: Path | None = None,
@@ -78,9 +84,16 @@ def generate(
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom), or of the camera's
             pictures, instead of its calibration (splits shibuya01 and shibuya02).
         scenario: Scenario of a simulated crowd: a name such as open or plaza, or your own TOML file (split sim).
-        sequences: Number of sequences (splits sim and street).
+        sequences: Number of sequences (splits sim and street), or names of recordings with commas between (footage).
         people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
         engine: Crowd simulator: numba, or the library pysocialforce (splits sim, street).
+        every: Only every so many frames of footage; default: the split's own.
+        poses: Folder or file of the camera's poses, instead of those of the source (footage).
+        boxes: Folder or file of a detector's or tracker's boxes, KITTI or MOTChallenge text, instead of those of people
+            who drew them (footage).
+        bags: Folder of the robot's recordings of its wheels and IMU (split jrdb).
+        cyclists: People on bicycles count, too (split kitti).
+        interpolated: Boxes that were interpolated between drawn ones count, too (split jrdb).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
@@ -94,12 +107,14 @@ def generate(
     from vbbench.generation import generate_partitioned
     from vbbench.generation.datasets import generate as make
     from vbbench.generation.datasets import who_knows
-    from vbbench.generation.generator import Options, as_simulation
+    from vbbench.generation.generator import FootageGenerator, Options, as_footage, as_simulation, parse_count
+    from vbbench.registry import load
 
     if seed == "secret" and not withhold_truth:
         raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
     if tls and scheduler is None:
         raise VbbenchError("--tls is for a cluster; add --scheduler tls://HOST:PORT")
+    of_footage = isinstance(load("generator", split), FootageGenerator)
     options = Options(
         camera=None if camera is None else make_camera(camera),
         tier=tier,
@@ -110,7 +125,18 @@ def generate(
         source=source,
         dt=dt,
         homography=homography,
-        simulation=as_simulation(scenario, sequences, people, engine),
+        simulation=as_simulation(
+            scenario, None if of_footage or not sequences else parse_count(sequences), people, engine
+        ),
+        footage=as_footage(
+            sequences if of_footage else None,
+            every=every,
+            poses=poses,
+            boxes=boxes,
+            bags=bags,
+            cyclists=cyclists or None,
+            interpolated=None if interpolated else False,
+        ),
     )
     if scheduler is None:
         facts = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info

@@ -131,7 +131,7 @@ def detect_to_file(
     if Path(out).is_dir():
         raise VbbenchError(f"{out} is a folder; give the name of a text file")
     sequence, finder = dataset.sequence(number), _make_detector(detector)
-    camera, frames = dataset.info.camera, range(0, sequence.frames, every)
+    camera, frames = dataset.camera(sequence), range(0, sequence.frames, every)
     period, linking = camera.period, None
     if tracker is not None:
         factory: TrackerFactory = load("tracker", tracker)

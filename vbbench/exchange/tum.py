@@ -166,7 +166,7 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
         for sequence in dataset.sequences():
             poses = dataset.truth(sequence).poses if estimates is None else estimates.of(sequence).poses
             path = out / f"{sequence_name(sequence.index)}.txt"
-            export_tum(poses, dataset.info.dt, dataset.info.camera.mount_height, path)
+            export_tum(poses, dataset.info.dt, dataset.camera(sequence).mount_height, path)
     return out
 
 

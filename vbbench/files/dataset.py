@@ -9,15 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.camera import Camera
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
-from vbbench.files.dataset_checks import check_scene, check_sequence, check_tracks, check_truth_rows
+from vbbench.files.dataset_checks import (
+    TRUTH_TABLES,
+    Rows,
+    check_in_scene,
+    check_poses,
+    check_scene,
+    check_sequence,
+    check_tracks,
+)
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
-from vbbench.files.tables import SCENE_TABLES, TRACK_TABLE
+from vbbench.files.tables import CAMERA, MOTION, MOTION_COVARIANCE, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps
-from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
+from vbbench.sequence import Given, Odometry, Sequence, Truth
 from vbbench.solver import Problem
 
 if TYPE_CHECKING:
@@ -62,6 +71,7 @@ class Dataset:
                 raise FileError(path, f"{path.stat().st_size} bytes, {facts['bytes']} were written; generate it again")
         self._observations = self._table("observations")
         self._given = self._table("given")
+        self._odometry = self._table(ODOMETRY_TABLE) if ODOMETRY_TABLE in self.info.tables else None
         self._scenes: dict[int, tuple[IntArray, FloatArray, FloatArray]] = {}
 
     def table_path(self, name: str) -> Path:
@@ -79,8 +89,18 @@ class Dataset:
 
     @property
     def has_truth(self) -> bool:
-        """Whether the truth tables are available."""
-        return self.table_path("truth/poses").is_file()
+        """Whether the truth tables are available; they may hold less than everything (`DatasetInfo.truth`)."""
+        tables = TRUTH_TABLES[self.info.truth]
+        return bool(tables) and self.table_path(tables[-1]).is_file()
+
+    @property
+    def has_whole_truth(self) -> bool:
+        """Whether the truth tables are available, and the observer's poses and people's positions are in them."""
+        return self.has_truth and self.info.truth == "whole"
+
+    def camera(self, sequence: Sequence) -> Camera:
+        """The camera of a sequence."""
+        return self.info.cameras[sequence.camera] if self.info.cameras else self.info.camera
 
     def to_pandas(self, table: str) -> "pandas.DataFrame":
         """A table as a data frame; needs the extra ``pandas``.
@@ -105,11 +125,14 @@ class Dataset:
     @cached_property
     def rows(self) -> dict[str, NDArray[Any]]:
         """The columns of ``sequences.parquet``."""
-        table = self._table("sequences")
+        table = SequenceTable(self.table_path("sequences"), "sequences", optional=[CAMERA])
         rows = table.read(0, LARGEST_ID)
         numbered = np.array_equal(rows["sequence"], np.arange(table.rows))
         if not numbered or any((rows[name] < 0).any() for name in ("scene", "first_frame", "frames", "people")):
             raise FileError(table.path, "its sequences are not numbered from 0, or a count is below 0; generate again")
+        camera = rows.setdefault(CAMERA, np.zeros(table.rows, np.int32))
+        if not ((camera >= 0) & (camera < max(1, len(self.info.cameras)))).all():
+            raise FileError(table.path, f"a sequence's camera is none of the {len(self.info.cameras)}; generate again")
         return rows
 
     @property
@@ -123,7 +146,7 @@ class Dataset:
         info = self.info
         return Problem(
             sequence=sequence.index,
-            camera=info.camera,
+            camera=self.camera(sequence),
             dt=info.dt,
             tracks=sequence.tracks,
             height_mean=info.height_mean,
@@ -141,31 +164,50 @@ class Dataset:
         last = self._checked_range(first, last)
         for begin, end in part_ranges(last - first, self.cells[first:last]):
             boxes, given = (table.read(first + begin, first + end) for table in (self._observations, self._given))
+            moved = None if self._odometry is None else self._odometry.read(first + begin, first + end)
             for index in range(first + begin, first + end):
-                yield self._sequence(index, _of(boxes, index), _of(given, index))
+                yield self._sequence(
+                    index, _of(boxes, index), _of(given, index), None if moved is None else _of(moved, index)
+                )
 
     def truth(self, sequence: Sequence) -> Truth:
-        """Truth of one sequence; tracks of false alarms are NaN.
+        """Truth of one sequence; tracks of false alarms are NaN, and so is everybody where only poses are known.
 
         Raises
         ------
         VbbenchError
-            If the truth is withheld.
+            If the truth is withheld, or only tells where people are relative to the camera.
         """
         self._require_truth()
+        if self.info.truth == "relative":
+            raise VbbenchError(f"{self.folder}: where the camera is was not measured, only where people are from it")
         poses = self._poses.read(sequence.index, sequence.index + 1)
+        check_poses(self.table_path, sequence.index, sequence.frames, poses)
+        positions, heights = self._people_of(sequence)
+        return Truth(
+            poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1), positions=positions, heights=heights
+        )
+
+    def relative_truth(self, sequence: Sequence) -> FloatArray:
+        """[T, K, 2] where the person of each track truly is relative to the camera, (right, forward) in m, or NaN."""
+        if self.info.truth != "relative":
+            truth = self.truth(sequence)
+            return world_to_relative(truth.positions, truth.poses)
+        self._require_truth()
+        return self._people_of(sequence)[0]
+
+    def _people_of(self, sequence: Sequence) -> tuple[FloatArray, FloatArray]:
+        """Positions [T, K, 2] and heights [K] of the person behind each track, as the tables of truth have them."""
+        if self.info.truth == "poses":
+            return np.full((*sequence.observed.shape, 2), np.nan), np.full(len(sequence.tracks), np.nan)
         people, positions, heights = self.scene(sequence.scene)
         frames = range(sequence.first_frame, sequence.first_frame + sequence.frames)
-        check_truth_rows(self.table_path, sequence.index, frames, poses, len(positions), people)
+        check_in_scene(self.table_path, sequence.index, frames, len(positions), people)
         persons = self.track_persons(sequence)
         column = np.searchsorted(people, persons).clip(max=len(people) - 1)
         path = positions[np.array(frames)[:, None], column]
         known = (people[column] == persons) & (persons >= 0)
-        return Truth(
-            poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1),
-            positions=np.where(known[..., None], path, np.nan),
-            heights=_first_known(heights[column], known),
-        )
+        return np.where(known[..., None], path, np.nan), _first_known(heights[column], known)
 
     def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         """True scene: people [K], positions [T, K, 2] in m, heights [K] in m."""
@@ -206,11 +248,13 @@ class Dataset:
         return last
 
     def _require_truth(self) -> None:
+        if self.info.truth == "none":
+            raise VbbenchError(f"{self.folder} is footage of which no truth was ever measured")
         if not self.has_truth:
             raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it (truth)")
 
-    def _sequence(self, index: int, boxes: dict[str, NDArray[Any]], given: dict[str, NDArray[Any]]) -> Sequence:
-        row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames")}
+    def _sequence(self, index: int, boxes: Rows, given: Rows, moved: Rows | None) -> Sequence:
+        row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames", CAMERA)}
         tracks, column = np.unique(boxes["track"], return_inverse=True)
         shape = (int(row["frames"]), len(tracks))
         check_sequence(self.table_path, index, shape[0], boxes, given, tracks)
@@ -226,7 +270,8 @@ class Dataset:
             tracks=tracks,
             observations=observations,
             visible=visible,
-            given=_dense_given(given, tracks, shape),
+            given=_dense_given(given, tracks, shape, moved),
+            camera=int(row[CAMERA]),
         )
 
     def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -270,10 +315,21 @@ def _of(rows: dict[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
     return {name: values[start:stop] for name, values in rows.items()}
 
 
-def _dense_given(rows: dict[str, NDArray[Any]], tracks: IntArray, shape: tuple[int, int]) -> Given:
+def _dense_given(rows: Rows, tracks: IntArray, shape: tuple[int, int], moved: Rows | None) -> Given:
     poses, positions = np.full((shape[0], 3), np.nan), np.full((*shape, 2), np.nan)
     own = rows["track"] == OBSERVER
     poses[rows["frame"][own]] = np.stack([rows["x"][own], rows["y"][own], rows["yaw"][own]], axis=-1)
     column = np.searchsorted(tracks, rows["track"][~own])
     positions[rows["frame"][~own], column] = np.stack([rows["x"][~own], rows["y"][~own]], axis=-1)
-    return Given(poses=poses, positions=positions)
+    odometry = None if moved is None else _dense_odometry(moved, shape[0])
+    return Given(poses=poses, positions=positions, odometry=odometry)
+
+
+def _dense_odometry(rows: Rows, frames: int) -> Odometry:
+    motions, covariances = np.full((frames, 3), np.nan), np.full((frames, 3, 3), np.nan)
+    motions[rows["frame"]] = np.stack([rows[name] for name in MOTION], axis=-1)
+    i, j = np.triu_indices(3)
+    triangle = np.stack([rows[name] for name in MOTION_COVARIANCE], axis=-1)
+    for where in ((i, j), (j, i)):
+        covariances[rows["frame"][:, None], where[0], where[1]] = triangle
+    return Odometry(motions=motions, covariances=covariances)

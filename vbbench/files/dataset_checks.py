@@ -9,14 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
-from vbbench.files.tables import SCHEMAS, TRACK_TABLE
+from vbbench.files.tables import SCHEMAS
 from vbbench.geometry import IntArray
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
 """Names that a table of a dataset can have; no other name is ever used in a path."""
 
-ALWAYS = tuple(name for name in TABLES if name != TRACK_TABLE)
+PUBLIC = ("sequences", "observations", "given")
 """The tables that every dataset has."""
+
+TRUTH_TABLES = {
+    "whole": ("truth/scenes", "truth/people", "truth/poses"),
+    "poses": ("truth/poses",),
+    "relative": ("truth/scenes", "truth/people"),
+    "none": (),
+}
+"""The tables of truth, by what is known: everything, only the observer's poses, only where people are relative to it
+(to the right and forward of the camera), nothing."""
+
+ALWAYS = PUBLIC + TRUTH_TABLES["whole"]
+"""The tables of a dataset whose truth is known."""
 
 COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")
 """The counts of every complete dataset."""
@@ -112,6 +124,20 @@ def _camera(value: Any) -> Fault:
     return next((f"has {quoted(name)}, which {fault}" for name, fault in faults if fault), None)
 
 
+def _cameras(value: Any) -> Fault:
+    if not isinstance(value, list) or not value:
+        return f"is {quoted(value)}, not a list of cameras"
+    return next((fault for fault in map(_camera, value) if fault), None)
+
+
+def _pictures(value: Any) -> Fault:
+    """One entry a sequence: null, or where its pictures are."""
+    if not isinstance(value, list):
+        return f"is {quoted(value)}, not a list"
+    check = _or_null(_each_of({"pattern": _text(), "first": _whole(0), "step": _whole(1)}))
+    return next((f"has an entry that {fault}" for fault in map(check, value) if fault), None)
+
+
 def _counts(value: Any) -> Fault:
     """Counts may be absent: those of a dataset in partitions are not known yet."""
     return None if value == {} else _each_of(dict.fromkeys(COUNTS, _whole(0)))(value)
@@ -127,7 +153,7 @@ def _tables(value: Any) -> Fault:
         fault = facts(given)
         if fault is not None:
             return f"has '{name}', which {fault}"
-    missing = [name for name in ALWAYS if name not in value]
+    missing = [name for name in PUBLIC if name not in value]
     return f"lacks {', '.join(missing)}" if value and missing else None
 
 
@@ -159,7 +185,13 @@ _CHECKS: dict[str, Check] = {
     "format_version": _whole(1),
 }
 
-_OPTIONAL: dict[str, Check] = {"calibration": _or_null(_calibration), "digest": _like(_SHA256, "a SHA-256 in hex")}
+_OPTIONAL: dict[str, Check] = {
+    "calibration": _or_null(_calibration),
+    "cameras": _cameras,
+    "truth": _must_be(f"one of {', '.join(TRUTH_TABLES)}", lambda value: value in TRUTH_TABLES),
+    "pictures": _pictures,
+    "digest": _like(_SHA256, "a SHA-256 in hex"),
+}
 
 
 FEW_CELLS, CELLS_PER_ROW = 10**6, 5000
@@ -202,12 +234,14 @@ def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows) -> in
     return int(rows["frame"].max(initial=-1)) + 1
 
 
-def check_truth_rows(
-    path_of: PathOf, index: int, frames: range, poses: Rows, scene_frames: int, people: IntArray
-) -> None:
-    """Raise FileError unless sequence ``index`` has a true pose in each of its ``frames`` and lies in its scene."""
-    if not np.array_equal(poses["frame"], np.arange(len(frames))):
-        raise _contradiction(path_of("truth/poses"), f"sequence {index} has {len(frames):,} frames")
+def check_poses(path_of: PathOf, index: int, frames: int, poses: Rows) -> None:
+    """Raise FileError unless sequence ``index`` has a true pose in each of its ``frames``."""
+    if not np.array_equal(poses["frame"], np.arange(frames)):
+        raise _contradiction(path_of("truth/poses"), f"sequence {index} has {frames:,} frames")
+
+
+def check_in_scene(path_of: PathOf, index: int, frames: range, scene_frames: int, people: IntArray) -> None:
+    """Raise FileError unless the ``frames`` of sequence ``index`` lie in its scene."""
     if not len(people) or frames.stop > scene_frames:
         raise _contradiction(path_of("truth/scenes"), f"sequence {index} outlasts its scene, or the scene is empty")
 

@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pyarrow.parquet as pq
 
@@ -18,8 +18,30 @@ from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
 from vbbench.paper import the_paper
 from vbbench.parsing.json_text import canonical_digest, read_object
 
+Known = Literal["whole", "poses", "relative", "none"]
+"""What is known of a dataset's truth; see `vbbench.files.dataset_checks.TRUTH_TABLES`."""
+
 FORMAT_VERSION = 1
 INFO_FILE = "dataset.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pictures:
+    """Where the pictures of a sequence are: paths of ``pattern`` with the number ``first + t·step`` for frame t.
+
+    Parameters
+    ----------
+    pattern : a path in the form of `str.format`, such as ``/data/image_02/0019/{:06d}.png``.
+    first, step : number of frame 0's picture, and from a frame to the next.
+    """
+
+    pattern: str
+    first: int
+    step: int
+
+    def path(self, frame: int) -> Path:
+        """The picture of a frame; it may be missing."""
+        return Path(self.pattern.format(self.first + frame * self.step))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +54,9 @@ class DatasetInfo:
 
     ``calibration`` describes the camera that recorded the scenes, with its uncertainty, if metres depend on it; it
     follows from the definition, up to rounding, and is not part of the id.
+
+    Footage may have several ``cameras``, ``camera`` being the first of them, ``pictures`` of each sequence, and less
+    ``truth`` than is known of what was generated.
     """
 
     split: str
@@ -47,6 +72,9 @@ class DatasetInfo:
     definition: dict[str, Any]
     caution: str | None = None
     calibration: dict[str, Any] | None = None
+    cameras: tuple[Camera, ...] = ()
+    truth: Known = "whole"
+    pictures: tuple[Pictures | None, ...] = ()
     counts: dict[str, float] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
     package_version: str = ""
@@ -100,9 +128,10 @@ class DatasetInfo:
     def _json(self) -> dict[str, Any]:
         facts = {**asdict(self), "camera": camera_to_dict(self.camera), "scenes": list(self.scenes)}
         del facts["withheld_id"]
-        if self.calibration is None:
-            del facts["calibration"]
-        return facts
+        facts["cameras"] = [camera_to_dict(camera) for camera in self.cameras]
+        facts["pictures"] = [pictures and asdict(pictures) for pictures in self.pictures]
+        unsaid: dict[str, Any] = {"calibration": None, "cameras": [], "pictures": [], "truth": "whole"}
+        return {name: value for name, value in facts.items() if name not in unsaid or value != unsaid[name]}
 
     @staticmethod
     def read(folder: Path) -> "DatasetInfo":
@@ -123,12 +152,13 @@ class DatasetInfo:
         fresh = canonical_digest(values)
         del values["id"]
         try:
-            camera = camera_from_dict(values["camera"])
+            values["camera"] = camera_from_dict(values["camera"])
+            values["cameras"] = tuple(map(camera_from_dict, values.get("cameras", ())))
         except VbbenchError as error:
             raise FileError(path, f"key 'camera': {error}; generate the dataset again") from error
+        values["pictures"] = tuple(entry and Pictures(**entry) for entry in values.get("pictures", ()))
         withheld = written_id if values["seed"] is None else None
-        scenes = tuple(values["scenes"])
-        info = DatasetInfo(**{**values, "camera": camera, "scenes": scenes, "withheld_id": withheld})
+        info = DatasetInfo(**{**values, "scenes": tuple(values["scenes"]), "withheld_id": withheld})
         if info.id != written_id:
             raise FileError(path, f"its parameters do not belong to its id {written_id}; generate the dataset again")
         if digest not in (None, fresh):
@@ -156,7 +186,7 @@ def truth_sha256(tables: Mapping[str, str]) -> str:
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
-_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution", "calibration")
+_NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution", "calibration", "pictures")
 
 
 def summary(info: DatasetInfo) -> dict[str, Any]:

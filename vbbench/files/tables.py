@@ -18,6 +18,12 @@ Columns = Mapping[str, NDArray[Any]]
 
 _I, _F, _F4 = pa.int32(), pa.float64(), pa.float32()
 
+MOTION = ("forward", "left", "turn")
+"""Columns of ``odometry``: the motion since the frame before, in its axes."""
+
+MOTION_COVARIANCE = ("ff", "fl", "f_turn", "ll", "l_turn", "turn_turn")
+"""Columns of ``odometry``: the upper triangle of the motion's covariance, row by row."""
+
 SCHEMAS: dict[str, pa.Schema] = {
     "sequences": pa.schema(
         [(name, _I) for name in ("sequence", "scene", "observer", "first_frame", "frames", "people")]
@@ -27,6 +33,7 @@ SCHEMAS: dict[str, pa.Schema] = {
         [("sequence", _I), ("frame", _I), ("track", _I), ("u", _F), ("v", _F), ("l", _F), ("visible", pa.float32())]
     ),
     "given": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "odometry": pa.schema([("sequence", _I), ("frame", _I)] + [(name, _F) for name in (*MOTION, *MOTION_COVARIANCE)]),
     "truth/scenes": pa.schema([("scene", _I), ("frame", _I), ("person", _I), ("x", _F), ("y", _F)]),
     "truth/people": pa.schema([("scene", _I), ("person", _I), ("height", _F)]),
     "truth/poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
@@ -36,6 +43,9 @@ SCHEMAS: dict[str, pa.Schema] = {
     "heights": pa.schema([("sequence", _I), ("track", _I), ("height", _F), ("variance", _F)]),
 }
 """Columns of every table, by its path in the folder without ``.parquet``; one row group per sequence (or scene)."""
+
+ODOMETRY_TABLE = "odometry"
+"""The table of what observers measure of their own motion, with the upper triangle of its covariance row by row."""
 
 TRACK_TABLE = "truth/tracks"
 """The table of the person behind each track, in tiers that track people: in others a track is a person."""
@@ -52,7 +62,11 @@ CONVERGED = "converged"
 COVARIANCES = {"poses": ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw"), "positions": ("xx", "xy", "yy")}
 """Optional columns of ``poses`` and ``positions``: the upper triangle, row by row, of a covariance."""
 
+CAMERA = "camera"
+"""Optional column of ``sequences``: the number of the sequence's camera, in datasets of several."""
+
 OPTIONAL: dict[str, pa.Schema] = {
+    "sequences": pa.schema([(CAMERA, _I)]),
     "poses": pa.schema(
         [(FALLBACK, pa.bool_()), (CONVERGED, pa.bool_())] + [(name, _F4) for name in COVARIANCES["poses"]]
     ),

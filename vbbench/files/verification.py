@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_checks import ALWAYS
+from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES
 from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.tables import TRACK_TABLE, file_sha256
 from vbbench.geometry import IntArray
@@ -29,7 +29,9 @@ def verify(folder: Path | str, truth: Path | str | None = None) -> str:
     people = [_check_sequence(dataset, sequence) for sequence in dataset.sequences()]
     _check_counts(dataset, np.concatenate(people))
     found = f"{folder}: {len(checked)} tables and {len(dataset)} sequences are as written"
-    if not dataset.has_truth:
+    if dataset.info.truth == "none":
+        found += "; no truth was ever measured"
+    elif not dataset.has_truth:
         found += "; truth is withheld and was not checked"
     elif truth:
         found += f"; truth is the published one, SHA-256 {dataset.info.truth_sha256}"
@@ -40,7 +42,7 @@ def verify(folder: Path | str, truth: Path | str | None = None) -> str:
 
 def _check_sums(dataset: Dataset) -> Iterator[str]:
     tables = dataset.info.tables
-    missing = [name for name in ALWAYS if name not in tables]
+    missing = [name for name in (*PUBLIC, *TRUTH_TABLES[dataset.info.truth]) if name not in tables]
     if missing:
         raise FileError(
             dataset.folder / INFO_FILE, f"key 'tables' lacks {', '.join(missing)}; generate the dataset again"
@@ -80,11 +82,12 @@ def _check_sequence(dataset: Dataset, sequence: Sequence) -> IntArray:
     boxes, seen = sequence.observations, sequence.observed
     if not np.isfinite(boxes[seen]).all() or (boxes[seen][:, 2] <= 0).any():
         raise FileError(dataset.table_path("observations"), f"{where}: a box is not finite or has no height")
-    if np.isnan(sequence.given.poses[:2]).any():
-        raise FileError(dataset.table_path("given"), f"{where}: the observer's first two poses are not given")
+    first = 2 if dataset.info.truth == "whole" else 1
+    if np.isnan(sequence.given.poses[:first]).any():
+        raise FileError(dataset.table_path("given"), f"{where}: the observer's first poses are not given")
     if (~np.isnan(sequence.given.positions[..., 0]) & ~seen).any():
         raise FileError(dataset.table_path("given"), f"{where}: a position is given of somebody not observed")
-    if dataset.has_truth:
+    if dataset.has_whole_truth:
         _check_truth(dataset, sequence, where)
     people: IntArray = seen.sum(axis=1)
     return people

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from vbbench.files.dataset import OBSERVER
-from vbbench.files.tables import TRACK_TABLE, Columns
+from vbbench.files.tables import CAMERA, MOTION, MOTION_COVARIANCE, ODOMETRY_TABLE, TRACK_TABLE, Columns
 from vbbench.geometry import IntArray
 from vbbench.scene import Scene
-from vbbench.sequence import SequenceData
+from vbbench.sequence import Odometry, SequenceData
 
 
 def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
@@ -31,6 +31,7 @@ def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
         "frames": s.frames,
         "people": len(s.tracks),
         "split": split,
+        CAMERA: s.camera,
     }
 
 
@@ -68,6 +69,15 @@ def given_rows(data: SequenceData) -> Columns:
     }
 
 
+def odometry_rows(sequence: int, odometry: Odometry) -> Columns:
+    """One row per measured motion, by frame."""
+    frame = np.flatnonzero(np.isfinite(odometry.motions).all(axis=1))
+    i, j = np.triu_indices(3)
+    columns = dict(zip(MOTION, odometry.motions[frame].T, strict=True))
+    columns |= dict(zip(MOTION_COVARIANCE, odometry.covariances[frame][:, i, j].T, strict=True))
+    return {"sequence": np.full(len(frame), sequence), "frame": frame, **columns}
+
+
 def pose_rows(data: SequenceData) -> Columns:
     """One row per frame: the true pose."""
     x, y, yaw = data.truth.poses.T
@@ -89,6 +99,8 @@ def track_rows(data: SequenceData, persons: IntArray) -> Columns:
 def sequence_rows(data: SequenceData) -> dict[str, Columns]:
     """Everything that is written of a sequence, by table."""
     tables = {"observations": observation_rows(data), "given": given_rows(data), "truth/poses": pose_rows(data)}
+    if data.sequence.given.odometry is not None:
+        tables[ODOMETRY_TABLE] = odometry_rows(data.sequence.index, data.sequence.given.odometry)
     if data.persons is not None:
         tables[TRACK_TABLE] = track_rows(data, data.persons)
     return tables if data.scene is None else tables | scene_rows(data.scene, data.sequence.scene)

@@ -15,12 +15,12 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges, part_ranges
-from vbbench.files.tables import SCENE_TABLES, SCHEMAS, TRACK_TABLE, TableWriter, to_arrow
+from vbbench.files.tables import CAMERA, SCENE_TABLES, TRACK_TABLE, TableWriter, table_schema, to_arrow
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
-from vbbench.generation.generator import Generator, Options, Plan, SizedPlan
+from vbbench.generation.generator import FootagePlan, Generator, Options, Plan, SizedPlan
 from vbbench.generation.tier import has_tracks
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
@@ -129,6 +129,8 @@ def _plan(generator: Generator, split: str, options: Options) -> Plan:
 
 
 def _tables(plan: Plan) -> list[str]:
+    if isinstance(plan, FootagePlan):
+        return list(plan.tables)
     return [*ALWAYS, TRACK_TABLE] if has_tracks(plan.info.tier) else [*ALWAYS]
 
 
@@ -143,14 +145,16 @@ def _key(plan: Plan, withhold_truth: bool) -> str:
 def _build_part(plan: Plan, first: int, last: int) -> Part:
     """The row groups of some sequences, and the counts for `vbbench info`."""
     groups: dict[str, list[pa.Table]] = defaultdict(list)
-    rows, seen = [], []
+    rows, seen, tables = [], [], _tables(plan)
     for index in range(first, last):
         data = plan.build(index)
         for name, columns in sequence_rows(data).items():
-            groups[name].append(to_arrow(name, columns))
+            if name in tables:
+                groups[name].append(to_arrow(name, columns))
         rows.append(sequence_row(data, plan.info.split))
         seen.append(data.sequence.observed.sum(axis=1))
-    groups["sequences"].append(pa.Table.from_pylist(rows, schema=SCHEMAS["sequences"]))
+    schema = table_schema("sequences", [CAMERA] if plan.info.cameras else [])
+    groups["sequences"].append(pa.Table.from_pylist(rows, schema=schema))
     people = np.concatenate(seen)
     people = people[people > 0]
     facts = {"sequences": len(rows), "frames": len(people), "observations": int(people.sum())}

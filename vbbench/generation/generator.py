@@ -3,11 +3,12 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, Protocol, runtime_checkable
+from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.footage import FootageOptions
 from vbbench.generation.sources import Source
 from vbbench.geometry import IntArray
 from vbbench.parsing.numbers import Within, check_ranges
@@ -62,6 +63,29 @@ def as_simulation(
     return Simulation(scenario=scenario, sequences=sequences, people=counts, engine=engine or "numba")
 
 
+def as_footage(sequences: str | None, **asked: Any) -> FootageOptions | None:
+    """What a command line asks of footage, recordings with commas between; ``None`` where it asks for nothing.
+
+    Raises
+    ------
+    VbbenchError
+        If there are commas but no names.
+    """
+    given = {name: value for name, value in asked.items() if value is not None}
+    if sequences is not None:
+        given["sequences"] = tuple(name.strip() for name in sequences.split(",") if name.strip())
+        if not given["sequences"]:
+            raise VbbenchError(f"no recording is named in '{sequences}'; name some, with commas between")
+    return FootageOptions(**given) if given else None
+
+
+def parse_count(text: str) -> int:
+    """A number of sequences; raises VbbenchError if it is none."""
+    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
+        raise VbbenchError(f"a number of sequences is a whole number from 1 on, not '{text}'")
+    return int(text)
+
+
 def parse_people(text: str) -> tuple[int, ...]:
     """Numbers of people from ``K``, ``A:B`` (both ends included) or ``A:B:STEP``.
 
@@ -99,6 +123,7 @@ class Options:
     dt : seconds per frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
     simulation : what is asked of a simulated crowd; ``None`` for the split's own.
+    footage : what is asked of footage; ``None`` for the split's own.
 
     Raises
     ------
@@ -116,6 +141,7 @@ class Options:
     dt: Annotated[float, FRAME_TIME] | None = None
     homography: Path | None = None
     simulation: Simulation | None = None
+    footage: FootageOptions | None = None
 
     def __post_init__(self) -> None:
         _check_ranges(self)
@@ -131,6 +157,14 @@ class Card:
     citation: str
     sources: tuple[Source, ...]
     caution: str | None = None
+
+
+def refuse_footage(options: Options, split: str) -> None:
+    """Raise VbbenchError if something is asked that only footage has."""
+    if options.footage is not None:
+        raise VbbenchError(
+            f"--every, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; {split} is not"
+        )
 
 
 class Plan(Protocol):
@@ -163,6 +197,15 @@ class SizedPlan(Plan, Protocol):
         """[N] observations of each sequence, or about so many."""
 
 
+@runtime_checkable
+class FootagePlan(Plan, Protocol):
+    """A plan of footage: what is known of it decides which tables there are."""
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables of `vbbench.files.tables.SCHEMAS` that the dataset has."""
+
+
 class Generator(Protocol):
     """The maker of one split."""
 
@@ -172,3 +215,12 @@ class Generator(Protocol):
 
     def plan(self, options: Options) -> Plan:
         """Read the sources and lay out the sequences; nothing is written."""
+
+
+@runtime_checkable
+class FootageGenerator(Generator, Protocol):
+    """The maker of a split of footage: what is asked of it is `Options.footage`."""
+
+    @property
+    def height_mean(self) -> float:
+        """Mean in m of the heights that solvers are told."""

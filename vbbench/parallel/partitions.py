@@ -17,11 +17,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.files.dataset_checks import ALWAYS
+from vbbench.files.dataset_checks import PUBLIC, TABLES
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.files.tables import OPTIONAL, TRACK_TABLE, TableWriter, table_bytes, table_schema
+from vbbench.files.tables import OPTIONAL, TableWriter, table_bytes, table_schema
 from vbbench.files.withholding import check_truth_free, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
 from vbbench.folders.swapping import finish_swaps, real
@@ -36,7 +36,7 @@ SCENES = "scenes"
 _ADVICE = "copy the partitions again"
 _PART = re.compile(rf"part-\d{{8}}|{SCENES}")
 _KNOWN: dict[str, tuple[list[str], list[str]]] = {
-    INFO_FILE: ([*ALWAYS], [TRACK_TABLE]),
+    INFO_FILE: ([*PUBLIC], [name for name in TABLES if name not in PUBLIC]),
     SUBMISSION_FILE: (["poses", "positions"], ["heights"]),
 }
 """Required and optional tables, by marker."""

@@ -92,7 +92,7 @@ def write_in_parts(
     with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
         for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
             every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in parts_made)
-            optional = {column for columns in every for column in columns[name]} if name in OPTIONAL else set()
+            optional = {column for columns in every for column in columns.get(name, ())} if name in OPTIONAL else set()
             with TableWriter(path, name, optional) as writer:
                 for part in parts_made:
                     for group in _groups(part, name):

@@ -149,7 +149,7 @@ def pictures(
     VbbenchError
         If the truth is withheld.
     """
-    poses, camera = dataset.truth(sequence).poses, dataset.info.camera
+    poses, camera = dataset.truth(sequence).poses, dataset.camera(sequence)
     for frame in range(sequence.frames) if wanted is None else wanted:
         yield renderer.render(sequence.first_frame + frame, camera, poses[frame], observer=sequence.observer)
 

@@ -94,7 +94,7 @@ class Replay:
     @property
     def camera(self) -> Camera:
         """The observer's camera."""
-        return self.dataset.info.camera
+        return self.dataset.camera(self.sequence)
 
     @property
     def answer(self) -> Answer | None:
@@ -179,7 +179,7 @@ def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] =
         If there is no such sequence, or a submission cannot be read or answers another dataset.
     """
     sequence = dataset.sequence(index)
-    truth = dataset.truth(sequence) if dataset.has_truth else None
+    truth = dataset.truth(sequence) if dataset.has_whole_truth else None
     opened = [SubmittedEstimates(dataset, folder) for folder in submissions]
     names = _names([one.info for one in opened], [Path(folder).resolve().name for folder in submissions])
     replay = Replay(dataset=dataset, sequence=sequence, truth=truth)

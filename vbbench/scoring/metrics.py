@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from vbbench.files.dataset_info import Known
 from vbbench.geometry import BoolArray, FloatArray, wrap_angle
 
 
@@ -101,6 +102,7 @@ class Metric:
         about a second, the true ones of both, and the time between.
     function : the errors, one per frame, person in a frame, or second.
     cap : errors above this count as this much; ``None`` = no error is capped.
+    without_poses : of people, whether it holds where true positions are known relative to the camera only.
     """
 
     symbol: str
@@ -110,6 +112,14 @@ class Metric:
     over: Literal["frames", "people", "seconds"]
     function: Callable[..., FloatArray]
     cap: float | None = None
+    without_poses: bool = False
+
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """What must be known of a dataset's truth for this metric."""
+        if self.over != "people":
+            return ("whole", "poses")
+        return ("whole", "relative") if self.without_poses else ("whole",)
 
     def errors(self, *rows: FloatArray | float) -> FloatArray:
         """The errors of rows (see ``over``), none above the cap."""
@@ -136,6 +146,7 @@ METRICS: dict[str, Metric] = {
         "the true one, without turning it. Mean over people and frames of each sequence, then over sequences.",
         over="people",
         function=relative_position_error,
+        without_poses=True,
     ),
     "dx": Metric(
         symbol="Δx",

@@ -134,7 +134,8 @@ class Score:
             "metrics": {name: self.summaries[name].to_dict() for name in section("metrics")},
             "drift": {name: self.summaries[name].to_dict() for name in section("drift")},
         }
-        return values if self.dataset.caution is None else {**values, "caution": self.dataset.caution}
+        notes = {"caution": self.dataset.caution, "truth": self.dataset.truth}
+        return values | {name: note for name, note in notes.items() if note not in (None, "whole")}
 
     def to_json(self) -> str:
         """`values` as text."""
@@ -147,8 +148,10 @@ class Score:
             _line(metric, self.summaries[name], own.position_coverage if metric.over == "people" else own.pose_coverage)
             for name, metric in METRICS.items()
         ]
-        caution = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
-        return "\n".join([*self._heading(), _HEADER, *rows, *caution])
+        notes = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
+        if self.dataset.truth != "whole":
+            notes.append(f"Figures without a number are not known: {_UNKNOWN[self.dataset.truth]}")
+        return "\n".join([*self._heading(), _HEADER, *rows, *notes])
 
     def to_csv(self) -> str:
         """Figures of each sequence as CSV, NaN as an empty cell."""
@@ -190,6 +193,12 @@ class Score:
             f"missing rows: {info.failure_policy}",
         ]
 
+
+_UNKNOWN = {
+    "poses": "where people really were was not measured.",
+    "relative": "where the camera really was was not measured; Δx̃ is in the camera's own axes.",
+}
+"""What is missing where not everything is known of a dataset's truth."""
 
 _HEADER = (
     f"{'':<12}{'mean':>9}{'± std':>9}{'95 % interval':>18}{'median':>9}{'p95':>9}{'over frames':>18}{'coverage':>10}"

@@ -62,7 +62,8 @@ class _Part:
 
 
 def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) -> _Part:
-    true_poses, true_positions = truth.poses(rows), truth.positions(rows, truth.persons(rows))
+    true_poses = truth.poses(rows, answers.poses)
+    true_positions = truth.positions(rows, true_poses)
     owner, count, size = rows.pose_of_position, len(rows.pose_sequence), len(rows.grid.frames)
     begin, end, seconds = _a_second_apart(rows, dt)
     poses, sequence = answers.poses, rows.pose_sequence - rows.grid.first
@@ -75,7 +76,7 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) ->
     frames, figures = {}, {}
     for name, metric in METRICS.items():
         arguments, pose = called[metric.over]
-        errors = metric.errors(*arguments)
+        errors = metric.errors(*arguments) if truth.known in metric.known else np.full(len(pose), np.nan)
         frames[name] = mean_of_groups(pose, errors, count)
         figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())

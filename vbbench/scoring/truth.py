@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, VbbenchError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_checks import TRUTH_TABLES
 from vbbench.files.sequence_tables import SequenceTable
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, relative_to_world
 from vbbench.scoring.scored_rows import RowGrid, ScoredRows, rows_by_number
 
 NOBODY = -1
@@ -35,15 +36,21 @@ class TruthRows:
     """
 
     def __init__(self, dataset: Dataset) -> None:
+        self.known = dataset.info.truth
+        if self.known == "none":
+            raise VbbenchError(f"{dataset.folder} cannot be scored: where people and camera were was never measured")
         if not dataset.has_truth:
-            place = dataset.table_path("truth/poses")
+            place = dataset.table_path(TRUTH_TABLES[self.known][-1])
             raise VbbenchError(
                 f"the truth of {dataset.folder} is not available ({place} is missing); "
                 "name the folder that holds it (truth)"
             )
         self._rows = dataset.rows
-        self._poses = SequenceTable(dataset.table_path("truth/poses"), "truth/poses")
-        self._scenes = SequenceTable(dataset.table_path("truth/scenes"), "truth/scenes", "scene")
+        tables = {name: dataset.table_path(name) for name in TRUTH_TABLES[self.known]}
+        if "truth/poses" in tables:
+            self._poses = SequenceTable(tables["truth/poses"], "truth/poses")
+        if "truth/scenes" in tables:
+            self._scenes = SequenceTable(tables["truth/scenes"], "truth/scenes", "scene")
         tracks = dataset.table_path("truth/tracks")
         self._tracks = SequenceTable(tracks, "truth/tracks") if tracks.is_file() else None
         self._last_paths: _Paths | None = None
@@ -58,16 +65,29 @@ class TruthRows:
         persons = np.append(links["person"], NOBODY)
         return persons[link]
 
-    def poses(self, rows: ScoredRows) -> FloatArray:
-        """[P, 3] true poses (x, y, yaw) in m and rad."""
+    def poses(self, rows: ScoredRows, answered: FloatArray) -> FloatArray:
+        """[P, 3] true poses (x, y, yaw) in m and rad; those that were ``answered`` [P, 3] where none are known."""
+        if self.known == "relative":
+            return answered
         grid = rows.grid
         truth = self._poses.read(grid.first, grid.first + len(grid.frames))
         row = rows_by_number(grid.slot(truth["sequence"], truth["frame"]), grid.slots)[rows.pose_slot]
         self._require(row, self._poses, "pose")
         return self._credible(np.stack([truth[name][row] for name in ("x", "y", "yaw")], axis=-1), self._poses)
 
-    def positions(self, rows: ScoredRows, persons: IntArray) -> FloatArray:
-        """[Q, 2] true positions in m of the persons [Q] behind the scored positions."""
+    def positions(self, rows: ScoredRows, poses: FloatArray) -> FloatArray:
+        """[Q, 2] true positions in m of the persons behind the scored positions, with `poses` [P, 3]; NaN if unknown.
+
+        Where only positions relative to the camera are known, they are seen from there.
+        """
+        if self.known == "poses":
+            return np.full((len(rows.sequence), 2), np.nan)
+        positions = self._positions(rows, self.persons(rows))
+        if self.known == "whole":
+            return positions
+        return relative_to_world(positions[:, None], poses[rows.pose_of_position])[:, 0]
+
+    def _positions(self, rows: ScoredRows, persons: IntArray) -> FloatArray:
         scene, frame = self._rows["scene"][rows.sequence], self._rows["first_frame"][rows.sequence] + rows.frame
         first, last = (int(scene.min()), int(scene.max()) + 1) if len(scene) else (0, 0)
         paths = self._paths(first, last)

@@ -70,6 +70,11 @@ def solve(
     if tls and scheduler is None:
         raise VbbenchError("certificates are for a cluster; give its scheduler's address, tls://HOST:PORT")
     out, rules = Path(out), get_protocol(protocol)
+    if rules.given != "origin" and dataset.info.truth != "whole":
+        lacking = "where people really are is" if dataset.info.truth == "poses" else "the camera's true poses are"
+        raise VbbenchError(
+            f"'{protocol}' gives what is not known of {dataset.folder}: {lacking} missing; use cold-start"
+        )
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
             f"'{protocol}' needs truth while solving; use sequential or rollout, "

@@ -11,7 +11,7 @@ import numpy as np
 from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Card, Engine, Look, Options, Simulation
+from vbbench.generation.generator import Card, Engine, Look, Options, Simulation, refuse_footage
 from vbbench.generation.tier import Tier, get_tier
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -117,6 +117,7 @@ def plan_simulation(
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
         raise VbbenchError(f"{card.name} has no source: leave --source, --dt and --homography out")
+    refuse_footage(options, card.name)
     asked = options.simulation or Simulation()
     scenario = get_scenario(asked.scenario or default_scenario)
     numbers: dict[str, Any] = {"sequences": asked.sequences, "people": asked.people}

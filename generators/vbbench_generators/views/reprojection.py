@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Card, Look, Options
+from vbbench.generation.generator import Card, Look, Options, refuse_footage
 from vbbench.generation.tier import Tier, get_tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
@@ -116,6 +116,7 @@ def plan_reprojection(
             "--scenario, --sequences, --people and --engine are for the splits sim and street; "
             f"{card.name} has its own people"
         )
+    refuse_footage(options, card.name)
     tier, camera = get_tier(options.tier), options.camera or PanoramaCamera()
     info = DatasetInfo(
         split=card.name,

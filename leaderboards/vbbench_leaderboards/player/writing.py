@@ -106,7 +106,7 @@ def _write_clips(site: Path, split: str, tier: str, dataset: Dataset, chosen: li
     for number in chosen:
         sequence = dataset.sequence(number)
         truth = dataset.truth(sequence)
-        values = encode_clip(dataset.info.camera, dataset.info.dt, sequence, truth)
+        values = encode_clip(dataset.camera(sequence), dataset.info.dt, sequence, truth)
         write_data(site, f"{split}/{tier}/{number}", values)
         yield sequence, truth, values["coarse"]
 

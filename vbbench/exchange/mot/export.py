@@ -56,7 +56,7 @@ def export_mot(
             folder, tracks = out / name, _rows(one)
             write_mot(folder / "gt" / "gt.txt", tracks)
             write_mot(folder / "det" / "det.txt", replace(tracks, track=np.full(len(tracks.frame), UNLINKED)))
-            info = sequence_info(name, dataset.info.dt, one.frames, dataset.info.camera.picture_size, ".png")
+            info = sequence_info(name, dataset.info.dt, one.frames, dataset.camera(one).picture_size, ".png")
             write_text_atomically(folder / "seqinfo.ini", info)
             if backend is not None:
                 _write_pictures(dataset, one, folder / "img1", backend, announce)

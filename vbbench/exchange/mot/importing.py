@@ -121,7 +121,7 @@ class TrackedPlan:
     def build(self, index: int) -> SequenceData:
         """Match the tracks of one sequence, and leave out those that match nobody."""
         source = self.dataset.sequence(list(self.files)[index])
-        camera, scene = self.dataset.info.camera, scene_of(self.dataset, source.scene)
+        camera, scene = self.dataset.camera(source), scene_of(self.dataset, source.scene)
         tracks, boxes, visible = _dense(self.contents[index], source.frames)
         poses = self.dataset.truth(source).poses
         others = scene.people != source.observer

@@ -22,7 +22,7 @@ def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
     """What is shown, the time, and the errors of the estimate in this frame."""
     canvas, info = paint.blank(width, TITLE_HEIGHT), replay.info
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
-    title = "  ·  ".join([info.split, f"sequence {replay.sequence.index}", info.camera.kind, tier])
+    title = "  ·  ".join([info.split, f"sequence {replay.sequence.index}", replay.camera.kind, tier])
     paint.draw_text(canvas, title, (_EDGE, 19), 18, paint.INK, bold=True)
     time = f"frame {frame} / {replay.sequence.frames - 1}    {frame * info.dt:.2f} s"
     paint.draw_text(canvas, time, (width - _EDGE, 19), 18, paint.INK, align="right")

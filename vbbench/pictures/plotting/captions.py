@@ -22,7 +22,7 @@ def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
     what = [info.split, f"sequence {sequence.index}", f"frame {frame} (0–{sequence.frames - 1})"]
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
     top, left = 1.0 - 0.32 / figure.get_figheight(), 0.6 / figure.get_figwidth()
-    figure.text(left, top, "  ·  ".join([*what, info.camera.kind, tier]), fontsize=12.5, weight="bold")
+    figure.text(left, top, "  ·  ".join([*what, replay.camera.kind, tier]), fontsize=12.5, weight="bold")
     below = top - 0.24 / figure.get_figheight()
     figure.text(left, below, replay.headline(frame), fontsize=10, color=style.INK)
     if info.caution:
@@ -52,7 +52,7 @@ def draw_facts(axes: Axes, replay: Replay, frame: int) -> None:
     info = replay.info
     lines = [
         f"{int(replay.sequence.observed[frame].sum())} people seen, dt = {info.dt:g} s",
-        f"f = {info.camera.focal:.4g} px, h₀ = {info.camera.mount_height:g} m",
+        f"f = {replay.camera.focal:.4g} px, h₀ = {replay.camera.mount_height:g} m",
         f"people's heights {info.height_mean:.2f} ± {info.height_std:.2f} m",
         "dashed: horizon; box widths are made up",
     ]

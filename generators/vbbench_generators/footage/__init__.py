@@ -1,0 +1,1 @@
+"""Footage: recordings of real cameras as datasets."""

@@ -1,0 +1,128 @@
+"""The plan of a dataset of footage: its runs, what is known of them, and what solvers are given."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES
+from vbbench.files.dataset_info import DatasetInfo, Known
+from vbbench.files.tables import ODOMETRY_TABLE, TRACK_TABLE
+from vbbench.generation.footage import NOBODY, Footage
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.protocol import arrivals_given
+from vbbench.scene import Scene
+from vbbench.sequence import Given, Sequence, SequenceData, Truth
+from vbbench_generators.footage.runs import Run
+
+NO_OBSERVER = -1
+"""The observer of footage is none of the people of its scene."""
+
+
+@dataclass(frozen=True)
+class FootageSequences:
+    """See `vbbench.generation.generator.FootagePlan`; `info.cameras` has one camera for each recording.
+
+    Parameters
+    ----------
+    info : the published facts.
+    footage : the recordings.
+    runs : frames of each sequence.
+    """
+
+    info: DatasetInfo
+    footage: tuple[Footage, ...]
+    runs: tuple[Run, ...]
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """The people of each recording; none where they were not measured."""
+        return tuple(one.scene for one in self.footage if one.scene is not None) if self._people_known else ()
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """See `FootagePlan.tables`."""
+        measured = any(one.odometry is not None for one in self.footage)
+        return (
+            *PUBLIC,
+            *TRUTH_TABLES[self.info.truth],
+            *([TRACK_TABLE] if self._people_known else []),
+            *([ODOMETRY_TABLE] if measured else []),
+        )
+
+    @property
+    def expected_rows(self) -> IntArray:
+        """[N] boxes of each sequence."""
+        return np.array([_observed(self.footage[run.recording])[run.first : run.last].sum() for run in self.runs])
+
+    def build(self, index: int) -> SequenceData:
+        """One sequence."""
+        run = self.runs[index]
+        one, frames = self.footage[run.recording], slice(run.first, run.last)
+        positions, persons = self._people[run.recording]
+        seen = _observed(one)[frames].any(axis=0)
+        boxes, persons = one.boxes[frames, seen], persons[frames, seen]
+        truth = Truth(
+            poses=np.full((len(boxes), 3), np.nan) if one.poses is None else one.poses[frames],
+            positions=positions[frames, seen],
+            heights=_heights(one.scene, persons),
+        )
+        given = self._given(truth, ~np.isnan(boxes[..., 2]))
+        if one.odometry is not None:
+            odometry = one.odometry.frames(frames)
+            given = Given(poses=given.poses, positions=given.positions, odometry=odometry)
+        sequence = Sequence(
+            index=index,
+            scene=run.recording,
+            observer=NO_OBSERVER,
+            first_frame=run.first,
+            tracks=one.tracks[seen],
+            observations=boxes,
+            visible=one.visible[frames, seen],
+            given=given,
+            camera=run.recording,
+        )
+        return SequenceData(sequence=sequence, truth=truth, persons=persons if self._people_known else None)
+
+    def _given(self, truth: Truth, observed: BoolArray) -> Given:
+        """What `sequential` gives where everything is known; else the origin of the map, as `cold-start` does."""
+        if self.info.truth == "whole":
+            return arrivals_given(truth, observed & ~np.isnan(truth.positions[..., 0]))
+        poses = np.full(truth.poses.shape, np.nan)
+        poses[0] = truth.poses[0] if self.info.truth == "poses" else 0.0
+        return Given(poses=poses, positions=np.full(truth.positions.shape, np.nan))
+
+    @property
+    def _people_known(self) -> bool:
+        return "truth/scenes" in TRUTH_TABLES[self.info.truth]
+
+    @cached_property
+    def _people(self) -> list[tuple[FloatArray, IntArray]]:
+        return [one.positions() for one in self.footage]
+
+
+def least_known(footage: tuple[Footage, ...]) -> Known:
+    """What is known of every one of the recordings."""
+    known = {one.known for one in footage}
+    if len(known) == 1:
+        return known.pop()
+    if known <= {"whole", "poses"}:
+        return "poses"
+    return "none"
+
+
+def _observed(one: Footage) -> BoolArray:
+    return ~np.isnan(one.boxes[..., 2])
+
+
+def _heights(scene: Scene | None, persons: IntArray) -> FloatArray:
+    """[K] height in m of the first person behind each track [T, K], NaN if there is none or it is unknown."""
+    heights = np.full(persons.shape[1], np.nan)
+    frame, track = np.nonzero(persons != NOBODY)
+    if scene is not None:
+        column = np.searchsorted(scene.people, persons[frame, track])
+        heights[track[::-1]] = scene.heights[column[::-1]]
+    return heights

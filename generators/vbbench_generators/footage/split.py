@@ -1,0 +1,126 @@
+"""A split of footage: a reader of recordings, and how they are cut into sequences."""
+
+from abc import ABC, abstractmethod
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset_info import DatasetInfo, Pictures
+from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.generation.generator import Card, Options
+from vbbench_generators.footage.runs import Run, RunRules, find_runs
+from vbbench_generators.footage.sequences import FootageSequences, least_known
+
+REVISION = 1
+"""Raised whenever the same recordings give other sequences, so that dataset ids differ too."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recordings:
+    """What a reader found.
+
+    Parameters
+    ----------
+    footage : the recordings, every frame of them.
+    definition : what they were made from, as JSON: SHA-256 of the files, and the options that changed what was read.
+    calibration : what `DatasetInfo.calibration` says of them; its ``summary`` is printed.
+    caution : what users must know of these recordings.
+    """
+
+    footage: tuple[Footage, ...]
+    definition: dict[str, Any]
+    calibration: dict[str, Any] | None = None
+    caution: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FootageSplit(ABC):
+    """Base of the splits of footage: a subclass reads the recordings.
+
+    Parameters
+    ----------
+    card : source, licence and citation.
+    every : every how many frames are kept, unless asked otherwise.
+    rules : which frames become sequences.
+    height_mean, height_std : prior N(μ_h, σ_h²) in m of people's heights that solvers are told.
+    pixel_std : noise in px of a box's column, top and bottom that solvers are told.
+    """
+
+    card: Card
+    every: int = 1
+    rules: RunRules = field(default_factory=RunRules)
+    height_mean: float = 1.72
+    height_std: float = 0.09
+    pixel_std: float = 2.0
+
+    @abstractmethod
+    def recordings(self, options: Options) -> Recordings:
+        """Read the recordings that are asked for.
+
+        Raises
+        ------
+        VbbenchError
+            If a file is missing or cannot be, or no recording is called so.
+        """
+
+    def plan(self, options: Options) -> FootageSequences:
+        """Read the recordings and lay out the sequences."""
+        self._check(options)
+        asked = options.footage or FootageOptions()
+        found, every = self.recordings(options), asked.every or self.every
+        footage = tuple(one.thinned(every) for one in found.footage)
+        if len({round(one.dt, 6) for one in footage}) > 1:
+            raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
+        observed = (one.visible == one.visible for one in footage)
+        runs = [run for n, seen in enumerate(observed) for run in find_runs(n, seen, self.rules)][: options.limit]
+        return FootageSequences(self._info(options, found, footage, runs, every), footage, tuple(runs))
+
+    def _check(self, options: Options) -> None:
+        refused = {
+            "--tier": options.tier != "ideal",
+            "--camera": options.camera is not None,
+            "--look": options.look != "motion",
+            "--scenario, --people or --engine": options.simulation is not None,
+        }
+        named = [name for name, asked in refused.items() if asked]
+        if named:
+            raise VbbenchError(
+                f"{named[0]} is for splits made from trajectories; {self.card.name} shows what a camera saw"
+            )
+
+    def _info(
+        self, options: Options, found: Recordings, footage: tuple[Footage, ...], runs: list[Run], every: int
+    ) -> DatasetInfo:
+        pictures = tuple(_pictures(footage[run.recording], run) for run in runs)
+        return DatasetInfo(
+            split=self.card.name,
+            title=self.card.title,
+            camera=footage[0].camera,
+            cameras=tuple(one.camera for one in footage),
+            tier="footage",
+            seed=options.seed,
+            dt=footage[0].dt,
+            height_mean=self.height_mean,
+            height_std=self.height_std,
+            pixel_std=self.pixel_std,
+            scenes=tuple(one.name for one in footage),
+            definition={
+                "generator": f"footage/{REVISION}",
+                "every": every,
+                "limit": options.limit,
+                "count_observer": False,
+                "rules": asdict(self.rules),
+                **found.definition,
+            },
+            caution=found.caution or self.card.caution,
+            calibration=found.calibration,
+            truth=least_known(footage),
+            pictures=pictures if any(pictures) else (),
+        )
+
+
+def _pictures(one: Footage, run: Run) -> Pictures | None:
+    if one.pictures is None:
+        return None
+    first = one.pictures.first + run.first * one.pictures.step
+    return Pictures(pattern=one.pictures.pattern, first=first, step=one.pictures.step)
