@@ -17,14 +17,14 @@ from vbbench.exchange.detection import Detections
 from vbbench.exchange.matching import LEAST_FRAMES, NOBODY, lasting_tracks, match_tracks
 from vbbench.exchange.mot.text import UNLINKED, read_mot
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
-from vbbench_generators.footage.kitti.labels import CYCLISTS, LABELS, MOST_FRAMES, RESULTS, WALKERS, parse_labels
-from vbbench_generators.footage.kitti.text import Layout, first_cells, parse_rows, read_content
+from vbbench_generators.footage.kitti.labels import LABELS, MOST_FRAMES, RESULTS, parse_labels
+from vbbench_generators.footage.kitti.text import Layout, first_cells, names, parse_rows, read_content
 from vbbench_generators.tiers.tracking.tracker import ByteTracker
 
-_DETECTED = tuple("frame type left top right bottom score height width length x y z rotation alpha".split())
+_DETECTED = names("frame type left top right bottom score height width length x y z rotation alpha")
 DETECTIONS = Layout(columns=_DETECTED, wanted=_DETECTED[:7], commas=True)
-PEDESTRIAN, CYCLIST = 1, 3
-"""Types of these detections; 2 is a car."""
+TYPES = {1: "Pedestrian", 2: "Car", 3: "Cyclist"}
+"""Classes of these detections."""
 
 LEAST_SCORE = 0.0
 """Log-odds that a detection must have more of to count; even odds."""
@@ -119,8 +119,8 @@ class FoundTracks:
     dropped: int
 
 
-def read_boxes(path: Path, frames: int, *, cyclists: bool) -> FoundBoxes:
-    """Read boxes of people in the pictures of a recording of ``frames`` frames; sure enough ones alone.
+def read_boxes(path: Path, frames: int, classes: tuple[str, ...]) -> FoundBoxes:
+    """Read boxes of ``classes`` in the pictures of a recording of ``frames`` frames; sure enough ones alone.
 
     Raises
     ------
@@ -130,9 +130,9 @@ def read_boxes(path: Path, frames: int, *, cyclists: bool) -> FoundBoxes:
     content = read_content(path, "boxes on the pictures")
     count = len(first_cells(content, LABELS))
     if count in (len(LABELS.columns), len(RESULTS.columns)):
-        found = _from_labels(path, content, cyclists)
+        found = _from_labels(path, content, classes)
     elif len(first_cells(content, DETECTIONS)) == len(DETECTIONS.columns):
-        found = _from_detections(path, content, cyclists)
+        found = _from_detections(path, content, classes)
     else:
         found = _from_mot(path, frames)
     late = found.frame >= frames
@@ -182,13 +182,13 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
     )
 
 
-def _from_detections(path: Path, content: bytes, cyclists: bool) -> FoundBoxes:
+def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> FoundBoxes:
     rows = parse_rows(path, content, DETECTIONS)
     frame = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
     corners = rows.numbers("left", "top", "right", "bottom")
     sizes = corners[:, 2:] - corners[:, :2]
-    rows.refuse((sizes <= 0.0).any(axis=1), "the box is {0:g} x {1:g} px; leave it out", *sizes.T)
-    wanted = np.isin(rows.columns["type"], [PEDESTRIAN, *([CYCLIST] if cyclists else [])])
+    rows.refuse((sizes[:, 0] <= 0.0) | (sizes[:, 1] <= 0.0), "the box is {0:g} x {1:g} px; leave it out", *sizes.T)
+    wanted = np.isin(rows.columns["type"], [number for number, name in TYPES.items() if name in classes])
     scores, sure = _chances(rows.columns["score"])
     kept = wanted & sure
     return FoundBoxes(
@@ -201,8 +201,8 @@ def _from_detections(path: Path, content: bytes, cyclists: bool) -> FoundBoxes:
     )
 
 
-def _from_labels(path: Path, content: bytes, cyclists: bool) -> FoundBoxes:
-    labels = parse_labels(path, content).of((*WALKERS, *(CYCLISTS if cyclists else ())))
+def _from_labels(path: Path, content: bytes, classes: tuple[str, ...]) -> FoundBoxes:
+    labels = parse_labels(path, content).of(classes)
     scores, sure = _chances(labels.scores)
     labels, scores = labels.take(sure), scores[sure]
     _refuse_mixture(path, labels.track, labels.lines)
@@ -236,7 +236,7 @@ def _chances(scores: FloatArray) -> tuple[FloatArray, BoolArray]:
 
     Scores that leave this range are log-odds, and count above `LEAST_SCORE`; others are left to the tracker.
     """
-    if scores.size and 0.0 <= scores.min() and scores.max() <= 1.0:
+    if scores.size and scores.min() >= 0.0 and scores.max() <= 1.0:
         return scores, scores > 0.0
     return 1.0 / (1.0 + np.exp(-np.clip(scores, -50.0, 50.0))), scores > LEAST_SCORE
 

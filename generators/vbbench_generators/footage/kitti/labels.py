@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench_generators.footage.kitti.calibration import Calibration
-from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, parse_rows, read_content
+from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 
 WALKERS = ("Pedestrian", "Person", "Person_sitting")
 """Classes of people on their feet, and of people who sit; versions of the download call these in two ways."""
@@ -17,9 +17,7 @@ CYCLISTS = ("Cyclist",)
 CARS = ("Car", "Van", "Truck")
 CLASSES = (*WALKERS, *CYCLISTS, *CARS, "Tram", "Misc", "DontCare")
 
-_COLUMNS = tuple(
-    "frame track type truncated occluded alpha left top right bottom height width length x y z rotation".split()
-)
+_COLUMNS = names("frame track type truncated occluded alpha left top right bottom height width length x y z rotation")
 _READ = tuple(name for name in _COLUMNS if name not in ("alpha", "width", "length", "rotation"))
 LABELS = Layout(columns=_COLUMNS, wanted=_READ, words={"type": CLASSES})
 RESULTS = Layout(columns=(*_COLUMNS, "score"), wanted=(*_READ, "score"), words={"type": CLASSES})
@@ -154,7 +152,7 @@ def size_of_pictures(labels: Labels) -> tuple[int, int]:
 
 
 def refuse_boxes_outside(labels: Labels, size: tuple[int, int], known_by: str) -> None:
-    """Raise FileError at the first box that reaches beyond pictures of this size; ``known_by`` says whose word it is."""
+    """Raise FileError at the first box that reaches beyond pictures of this size; ``known_by`` says why."""
     left, top, right, bottom = labels.boxes.T
     outside = (left < -SPARE) | (top < -SPARE) | (right > size[0] + SPARE) | (bottom > size[1] + SPARE)
     if outside.any():

@@ -17,8 +17,6 @@ from vbbench_generators.footage.kitti.boxes import FoundTracks, follow, read_box
 from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
 from vbbench_generators.footage.kitti.folder import KittiFolder, file_for
 from vbbench_generators.footage.kitti.labels import (
-    CYCLISTS,
-    WALKERS,
     Labels,
     read_labels,
     refuse_boxes_outside,
@@ -80,12 +78,9 @@ class _People:
     scene: Scene
 
 
-def classes_of(asked: FootageOptions) -> tuple[str, ...]:
-    """The classes that count as people."""
-    return (*WALKERS, *(CYCLISTS if asked.cyclists else ()))
-
-
-def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, several: bool) -> KittiRecording:
+def read_recording(
+    folder: KittiFolder, name: str, asked: FootageOptions, classes: tuple[str, ...], *, several: bool
+) -> KittiRecording:
     """Read the sequence ``name``.
 
     Parameters
@@ -93,6 +88,7 @@ def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, sev
     folder : with its files.
     name : such as ``0019``.
     asked : what the user asks of footage.
+    classes : of those who count as people.
     several : whether other sequences are read as well, so that each needs files of its own.
 
     Raises
@@ -103,14 +99,15 @@ def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, sev
     paths = _paths(folder, name, asked, several)
     labels, calibration = read_labels(paths["labels"]), read_calibration(paths["calibration"])
     camera = _camera(folder, name, labels, calibration)
-    refuse_places_elsewhere(labels.of(classes_of(asked)), calibration)
+    persons = labels.of(classes)
+    refuse_places_elsewhere(persons, calibration)
     way = _find_way(paths, labels, calibration)
-    people = _find_people(name, labels.of(classes_of(asked)), way.motions)
+    people = _find_people(name, persons, way.motions)
     tracks: dict[str, Any] = {"tracks": people.ids, "boxes": observations_of(people.boxes, camera)}
     tracks["visible"] = people.visible
     found = None
     if "boxes" in paths:
-        boxes = read_boxes(paths["boxes"], len(people.boxes), cyclists=asked.cyclists)
+        boxes = read_boxes(paths["boxes"], len(people.boxes), classes)
         found = follow(boxes, people.boxes, people.ids, camera, DT)
         tracks = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
     footage = Footage(
@@ -140,7 +137,7 @@ def _paths(folder: KittiFolder, name: str, asked: FootageOptions, several: bool)
 
 
 def _camera(folder: KittiFolder, name: str, labels: Labels, calibration: Calibration) -> PerspectiveCamera:
-    """Camera 2; its pictures' size is that of the first of them, or KITTI's for this focal length, or holds all boxes."""
+    """Camera 2; its pictures' size is the first one's, or KITTI's for this focal length, or holds all boxes."""
     shown, known = folder.size_of_pictures(name), calibration.known_size
     size, known_by = size_of_pictures(labels), "the smallest that hold all"
     if shown is not None:

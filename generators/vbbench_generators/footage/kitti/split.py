@@ -1,14 +1,16 @@
 """The split ``kitti``: recordings of KITTI's tracking benchmark as footage."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.kitti.boxes import LEAST_OVERLAP, LEAST_SCORE
 from vbbench_generators.footage.kitti.folder import WANTED, find_folder
-from vbbench_generators.footage.kitti.recording import classes_of, read_recording
+from vbbench_generators.footage.kitti.labels import CYCLISTS, WALKERS
+from vbbench_generators.footage.kitti.recording import read_recording
 from vbbench_generators.footage.kitti.summary import summarise
+from vbbench_generators.footage.runs import RunRules
 from vbbench_generators.footage.split import FootageSplit, Recordings
 
 CARD = Card(
@@ -32,7 +34,9 @@ class KittiSplit(FootageSplit):
 
     card: Card = CARD
     every: int = 4
+    rules: RunRules = field(default_factory=lambda: RunRules(shortest=10))
     height_mean: float = 1.77
+    classes: tuple[str, ...] = WALKERS
 
     def recordings(self, options: Options) -> Recordings:
         """See `FootageSplit.recordings`."""
@@ -41,13 +45,14 @@ class KittiSplit(FootageSplit):
             raise VbbenchError("--bags and --no-interpolated are for jrdb; kitti has neither")
         folder = find_folder(options.source)
         names = folder.chosen(asked.sequences)
-        read = {name: read_recording(folder, name, asked, several=len(names) > 1) for name in names}
+        classes = (*self.classes, *(CYCLISTS if asked.cyclists else ()))
+        read = {name: read_recording(folder, name, asked, classes, several=len(names) > 1) for name in names}
         matching = {"least_score": LEAST_SCORE, "least_overlap": LEAST_OVERLAP} if asked.boxes else {}
         return Recordings(
             footage=tuple(one.footage for one in read.values()),
             definition={
                 "files": [file for one in read.values() for file in one.sums],
-                "classes": classes_of(asked),
+                "classes": list(classes),
                 "poses": {name: one.way.source for name, one in read.items()},
                 **matching,
             },

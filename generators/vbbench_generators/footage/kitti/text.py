@@ -17,6 +17,11 @@ from vbbench.parsing.numbers import finite_number
 LONGEST_ID = 2**31 - 1
 
 
+def names(text: str) -> tuple[str, ...]:
+    """The names in a text, blanks between."""
+    return tuple(text.split())
+
+
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """What a line holds.
@@ -57,9 +62,9 @@ class Rows:
     def __len__(self) -> int:
         return len(self.lines)
 
-    def numbers(self, *names: str) -> FloatArray:
-        """[N, len(names)] numbers of some columns."""
-        return np.stack([self.columns[name] for name in names], axis=-1)
+    def numbers(self, *columns: str) -> FloatArray:
+        """[N, len(columns)] numbers of some columns."""
+        return np.stack([self.columns[name] for name in columns], axis=-1)
 
     def whole(self, name: str, least: int, most: int, wanted: str) -> IntArray:
         """[N] the column as integers.
