@@ -9,10 +9,9 @@ import pytest
 
 from tests.kitti_files import FRAMES, Drive, boxes_of, write_kitti
 from tests.test_kitti import recordings_of_kitti  # noqa: F401
-from vbbench.errors import FileError
-from vbbench.files.dataset import Dataset
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.verification import verify
-from vbbench.generation.datasets import write_dataset
+from vbbench.generation import generate
 from vbbench.generation.footage import NOBODY, FootageOptions
 from vbbench.generation.generator import Options
 from vbbench.scoring import score
@@ -105,11 +104,19 @@ def test_detections_are_linked_at_full_frame_rate(training: Path, text: str) -> 
     assert (scores == pytest.approx(1.0 / (1.0 + np.exp(-5.0)))) or (scores == pytest.approx(0.9))
 
 
+def strayed(boxes: list[Box], track: int, frames: int) -> list[Box]:
+    """The boxes, those of a track in the first frames 300 px to the right of the person."""
+    return [
+        (f, t, left + 300.0, top, right + 300.0, bottom)
+        if t == track and f < frames
+        else (f, t, left, top, right, bottom)
+        for f, t, left, top, right, bottom in boxes
+    ]
+
+
 def test_false_alarms_stay_in_tracks_of_people_and_tracks_of_nobody_are_left_out_and_counted(training: Path) -> None:
     stranger = [(f, 99, 30.0 + f, 300.0, 60.0 + f, 360.0) for f in range(30)]
-    moved = [(f, t, left + 300.0 * (f < 5 and t == 10), *rest) for f, t, left, *rest in LABELLED]
-    moved = [(f, t, left, top, right + 300.0 * (f < 5 and t == 10), bottom) for f, t, left, top, right, bottom in moved]
-    recordings = read(training, mot([*moved, *stranger], linked=True))
+    recordings = read(training, mot([*strayed(LABELLED, 10, 5), *stranger], linked=True))
     (one,) = recordings.footage
     assert 99 not in one.tracks.tolist()
     assert one.persons is not None
@@ -132,18 +139,17 @@ def test_types_of_detections_are_those_of_the_people_who_count(training: Path) -
     assert figures(read(training, cyclists, cyclists=True))["detected"]["recall"] == 1.0
 
 
-def test_a_dataset_of_detections_is_solved_and_scored(training: Path, tmp_path: Path) -> None:
-    alarm = [(f, 9, 30.0, 300.0, 60.0, 360.0) for f in range(60)]
-    swapped = [(f, 10 if t == 9 and f >= 30 else t, *rest) for f, t, *rest in [*LABELLED, *alarm] if (f, t) != (0, 0)]
-    late = [box for box in swapped if not (box[1] == 10 and 30 <= box[0] < 60 and box[2] != 30.0)]
-    (training.parent / "boxes").mkdir()
-    (training.parent / "boxes" / "0003.txt").write_text(mot(late, linked=True))
-    asked = FootageOptions(boxes=training.parent / "boxes", every=1)
-    dataset = write_dataset(kitti.plan(Options(source=training, footage=asked)), tmp_path / "d")
+def test_a_dataset_with_false_alarms_is_solved_and_scored(training: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "boxes"
+    folder.mkdir()
+    (folder / "0003.txt").write_text(mot(strayed(LABELLED, 10, 20), linked=True))
+    dataset = generate("kitti", tmp_path / "d", Options(source=training, footage=FootageOptions(boxes=folder, every=1)))
     assert "as written" in verify(tmp_path / "d")
-    strangers = np.isnan(dataset.truth(dataset.sequence(0)).positions[..., 0]) & dataset.sequence(0).observed
-    assert strangers.any()
-    assert Dataset(tmp_path / "d").info.definition["least_overlap"] == 0.3
+    assert dataset.info.pixel_std == 5.0
+    assert dataset.info.definition["least_overlap"] == 0.3
+    sequence = dataset.sequence(0)
+    strangers = np.isnan(dataset.truth(sequence).positions[..., 0]) & sequence.observed
+    assert strangers.sum() == 20
     values = score(solve(dataset, "cv", "sequential", tmp_path / "a"), tmp_path / "d").values()["metrics"]
     assert np.isfinite(values["dx"]["mean"])
 
@@ -194,3 +200,18 @@ def test_a_real_detectors_recall_precision_and_overlap(recordings_of_kitti: Path
     detected = [boxes["detected"][name] for name in ("recall", "precision", "overlap")]
     assert detected == pytest.approx([0.80, 0.74, 0.66], abs=0.01)
     assert boxes["tracked"]["recall"] > 0.75
+
+
+def test_few_matched_boxes_are_warned_of(training: Path) -> None:
+    with pytest.warns(VbbenchWarning, match=r"0003.txt: only 180 of 600 labelled boxes .* \(recall 0.3"):
+        read(training, mot([box for box in LABELLED if box[0] < 36], linked=True))
+
+
+def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: Path) -> None:
+    nobody = [line for line in Drive().labels() if "Pedestrian" not in line]
+    write_kitti(training, label_02=nobody)
+    recordings = read(training, detections(LABELLED))
+    assert len(recordings.footage[0].tracks) == 0
+    assert figures(recordings)["tracked"]["labelled"] == 0
+    with pytest.raises(VbbenchError, match="no person of the source is seen with enough others"):
+        generate("kitti", training.parent / "d", Options(source=training))

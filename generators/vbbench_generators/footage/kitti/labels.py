@@ -189,9 +189,9 @@ def _level(rows: Rows, name: str, anybody: BoolArray, levels: int) -> IntArray:
 
 def _refuse_repetition(labels: Labels) -> None:
     linked = np.flatnonzero(labels.track >= 0)
-    frame, track = labels.frame[linked], labels.track[linked]
-    order = np.lexsort((track, frame))
-    same = (np.diff(track[order]) == 0) & (np.diff(frame[order]) == 0)
+    boxes = labels.frame[linked] * (LONGEST_ID + 1) + labels.track[linked]
+    order = np.argsort(boxes, kind="stable")  # of two alike, the earlier line comes first
+    same = np.diff(boxes[order]) == 0
     if same.any():
         first = int(same.argmax())
         before, again = linked[order[first]], linked[order[first + 1]]

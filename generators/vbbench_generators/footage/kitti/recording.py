@@ -13,7 +13,7 @@ from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.kitti import folder as files
-from vbbench_generators.footage.kitti.boxes import FoundTracks, follow, read_boxes
+from vbbench_generators.footage.kitti.boxes import read_boxes
 from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
 from vbbench_generators.footage.kitti.folder import KittiFolder, file_for
 from vbbench_generators.footage.kitti.labels import (
@@ -25,6 +25,7 @@ from vbbench_generators.footage.kitti.labels import (
 )
 from vbbench_generators.footage.kitti.parked import ParkedCars, watch_parked_cars
 from vbbench_generators.footage.kitti.poses import in_the_world, on_the_ground, read_oxts, read_poses, refuse_too_few
+from vbbench_generators.footage.kitti.tracks import FoundTracks, follow
 
 DT = 0.1
 """Seconds per frame as told; by the speedometer frames are about .1035 s apart."""

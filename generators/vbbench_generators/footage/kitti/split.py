@@ -1,16 +1,18 @@
 """The split ``kitti``: recordings of KITTI's tracking benchmark as footage."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.kitti.boxes import LEAST_OVERLAP, LEAST_SCORE
+from vbbench_generators.footage.kitti.boxes import LEAST_SCORE
 from vbbench_generators.footage.kitti.folder import WANTED, find_folder
 from vbbench_generators.footage.kitti.labels import CYCLISTS, WALKERS
 from vbbench_generators.footage.kitti.recording import read_recording
 from vbbench_generators.footage.kitti.summary import summarise
+from vbbench_generators.footage.kitti.tracks import LEAST_OVERLAP
 from vbbench_generators.footage.runs import RunRules
+from vbbench_generators.footage.sequences import FootageSequences
 from vbbench_generators.footage.split import FootageSplit, Recordings
 
 CARD = Card(
@@ -37,6 +39,13 @@ class KittiSplit(FootageSplit):
     rules: RunRules = field(default_factory=lambda: RunRules(shortest=10))
     height_mean: float = 1.77
     classes: tuple[str, ...] = WALKERS
+    found_pixel_std: float = 5.0
+
+    def plan(self, options: Options) -> FootageSequences:
+        """See `FootageSplit.plan`; solvers are told that boxes found are rougher than labelled ones."""
+        found = options.footage is not None and options.footage.boxes is not None
+        split = replace(self, pixel_std=self.found_pixel_std) if found else self
+        return FootageSplit.plan(split, options)
 
     def recordings(self, options: Options) -> Recordings:
         """See `FootageSplit.recordings`."""

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vbbench_generators.footage.kitti.boxes import FoundTracks
 from vbbench_generators.footage.kitti.recording import KittiRecording, Way
+from vbbench_generators.footage.kitti.tracks import FoundTracks
 
 LONGEST = 900
 """Characters of the text; with more sequences, it says less of each."""

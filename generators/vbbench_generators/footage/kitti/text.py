@@ -15,6 +15,8 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.numbers import finite_number
 
 LONGEST_ID = 2**31 - 1
+LONGEST_LINE = 10_000
+"""Characters of a line; a row of numbers has some hundred."""
 
 
 def names(text: str) -> tuple[str, ...]:
@@ -99,7 +101,7 @@ def read_content(path: Path, wanted: str) -> bytes:
         raise FileError(path, f"is missing; it holds {wanted}") from error
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
-    if not content.strip():
+    if not content or content.isspace():
         raise FileError(path, f"is empty; it should hold {wanted}")
     return content
 
@@ -126,7 +128,7 @@ def parse_rows(path: Path, content: bytes, layout: Layout) -> Rows:
 
 def first_cells(content: bytes, layout: Layout) -> list[str]:
     """The columns of the first line that is not blank."""
-    line = content.lstrip().partition(b"\n")[0].decode("utf-8-sig", errors="replace")
+    line = content[:LONGEST_LINE].lstrip().partition(b"\n")[0].decode("utf-8-sig", errors="replace")
     return layout.cells(line)
 
 
