@@ -172,7 +172,7 @@ HALVED = [(f, t, *(0.3 * edge for edge in edges)) for f, t, *edges in LABELLED]
         (detections(SHIFTED), r"outside pictures of 1242 x 375 px, as are \d+% of the boxes; were pictures of another"),
         (
             mot(HALVED, linked=True),
-            r"0003.txt: \d+ of \d+ boxes are of tracks that match nobody in 3 frames \(recall 0",
+            r"0003.txt: only 0 of 600 boxes are on people, of whom there are 600 \(recall 0",
         ),
         ("", r"0003.txt: is empty; it should hold boxes on the pictures"),
     ],
@@ -186,7 +186,7 @@ def test_boxes_that_cannot_be_are_refused_with_file_and_row(training: Path, text
 def test_boxes_of_another_sequence_are_refused_by_what_they_match(training: Path) -> None:
     later = [((f + 60) % FRAMES, t, *rest) for f, t, *rest in LABELLED]
     shifted = [(f, t, left, top - 120.0, right, bottom - 120.0) for f, t, left, top, right, bottom in later]
-    with pytest.raises(FileError, match=r"match nobody in 3 frames .* are they of this sequence"):
+    with pytest.raises(FileError, match=r"only \d+ of 600 boxes are on people.* are they of this sequence"):
         read(training, mot(shifted, linked=True))
 
 
@@ -215,3 +215,10 @@ def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: P
     assert figures(recordings)["tracked"]["labelled"] == 0
     with pytest.raises(VbbenchError, match="no person of the source is seen with enough others"):
         generate("kitti", training.parent / "d", Options(source=training))
+
+
+def test_real_boxes_of_another_sequence_are_refused(recordings_of_kitti: Path, tmp_path: Path) -> None:  # noqa: F811
+    boxes = tmp_path / "0015.txt"
+    boxes.write_bytes((recordings_of_kitti / "detections" / "0017.txt").read_bytes())
+    with pytest.raises(FileError, match=r"only \d+ of \d+ boxes are on people"):
+        kitti.recordings(Options(source=recordings_of_kitti, footage=FootageOptions(boxes=boxes, sequences=("0015",))))

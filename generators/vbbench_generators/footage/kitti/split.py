@@ -21,8 +21,11 @@ CARD = Card(
     licence="CC BY-NC-SA 3.0: for research, not for commerce; nothing of it comes with vbbench",
     citation="Geiger, Lenz, Urtasun: Are we ready for autonomous driving? The KITTI vision benchmark suite, CVPR 2012",
     sources=(),
-    caution=f"made from your own download: --source the folder with {WANTED}. Poses have errors of their own, "
-    "about as large as parked cars seem to move (see calibration): scores finer than that mean nothing",
+    caution=f"made from your own download: --source the folder with {WANTED}",
+)
+CAUTION = (
+    "poses have errors of their own, about as large as parked cars seem to move (see calibration): scores finer than "
+    "that mean nothing; heights told are of people who stand, and those who sit are about 1.2 m high"
 )
 
 
@@ -66,6 +69,7 @@ class KittiSplit(FootageSplit):
                 **matching,
             },
             calibration=summarise(read),
+            caution=CAUTION,
         )
 
 

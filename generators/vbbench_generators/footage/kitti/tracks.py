@@ -11,7 +11,7 @@ from vbbench.boxes import observations_of, overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.detection import Detections
-from vbbench.exchange.matching import LEAST_FRAMES, NOBODY, lasting_tracks, match_tracks
+from vbbench.exchange.matching import NOBODY, lasting_tracks, match_tracks
 from vbbench.exchange.mot.text import UNLINKED
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.footage.kitti.boxes import FoundBoxes
@@ -21,9 +21,10 @@ LEAST_OVERLAP = 0.3
 """Least intersection over union of a box with the person in it. Widths of boxes differ from detector to detector, and
 half of a lidar detector's overlap labels by less than two thirds: a limit of one half would leave out its worst boxes,
 and call the people in them nobody."""
-LEAST_SHARE = 0.5
-"""Where less than this share of the boxes is of people, and less of the people have boxes, these are of other pictures.
-"""
+LEAST_SHARE = 1 / 3
+"""Where fewer of the boxes are on people, and fewer of the people have boxes, these are of other pictures."""
+FEW = 0.5
+"""Share of the people's boxes below which somebody should look at what was found."""
 MOST_STRAY = 0.01
 """Largest share of boxes whose middle may lie outside the picture."""
 
@@ -65,7 +66,7 @@ class FoundTracks:
     scores : [T, K] in (0, 1].
     persons : [T, K] ids of people, `NOBODY` for false alarms.
     detected, tracked : how the boxes agree with the labels as they came, and after tracking.
-    dropped : boxes of tracks that match people in fewer than `LEAST_FRAMES` frames, which are left out.
+    dropped : boxes of tracks that match people in fewer than three frames, which are left out.
     """
 
     tracks: IntArray
@@ -97,12 +98,12 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
     frames = len(labels)
     loose, _ = _dense(found, _places_in_frames(found.frame), frames)
     detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people)
+    _check_matches(found.path, detected)
     tracks, boxes, scores = _linked(found, frames, dt)
     persons = _persons(boxes, labels, people, camera)
     kept = lasting_tracks(persons)
     seen = ~np.isnan(boxes[..., 2])
     dropped = int(seen[:, ~kept].sum())
-    _check_matches(found.path, int(seen.sum()), dropped, detected)
     return FoundTracks(
         tracks=tracks[kept],
         boxes=observations_of(boxes[:, kept], camera),
@@ -125,16 +126,16 @@ def _refuse_stray(found: FoundBoxes, camera: Camera) -> None:
         raise FileError(found.path, f"{problem}, {share}; were pictures of another size used?", int(found.lines[row]))
 
 
-def _check_matches(path: Path, boxes: int, dropped: int, detected: Agreement) -> None:
+def _check_matches(path: Path, detected: Agreement) -> None:
     """Refuse boxes that have next to nothing to do with the labelled people, and warn of few."""
-    if detected.matched >= LEAST_SHARE * detected.labelled:
-        return
-    if boxes - dropped < LEAST_SHARE * boxes:
-        problem = f"{dropped} of {boxes} boxes are of tracks that match nobody in {LEAST_FRAMES} frames"
-        hint = "are they of this sequence, with frames counted as in its format, in px of its pictures?"
-        raise FileError(path, f"{problem} ({detected}); {hint}")
-    problem = f"only {detected.matched} of {detected.labelled} labelled boxes of people are matched ({detected})"
-    warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
+    matched, found, labelled = detected.matched, detected.found, detected.labelled
+    if matched < LEAST_SHARE * labelled and matched < LEAST_SHARE * found:
+        problem = f"only {matched} of {found} boxes are on people, of whom there are {labelled} ({detected})"
+        hint = "are they of this sequence, with frames counted as in their format, in px of its pictures?"
+        raise FileError(path, f"{problem}; {hint}")
+    if matched < FEW * labelled:
+        problem = f"only {matched} of {labelled} labelled boxes of people are matched ({detected})"
+        warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
 
 
 def _linked(found: FoundBoxes, frames: int, dt: float) -> tuple[IntArray, FloatArray, FloatArray]:
