@@ -3,11 +3,14 @@
 import json
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 from tests.kitti_files import FRAMES, Drive, write_kitti
@@ -254,6 +257,36 @@ def test_faults_are_told_on_one_line_with_file_and_row(
     with pytest.raises(FileError, match=message) as caught:
         read(training, poses=tmp_path / "poses" if folder == "poses" else None)
     assert "\n" not in str(caught.value)
+
+
+def test_poses_of_another_length_than_oxts_are_refused(tmp_path: Path) -> None:
+    short = [line for line in Drive().labels() if int(line.split()[0]) < 100]
+    training = write_kitti(tmp_path / "training", label_02=short, poses=Drive().pose_lines()[:110])
+    with pytest.raises(FileError, match=r"poses/0003.txt: has 110 lines, and 0003.txt of oxts 120: every frame needs"):
+        read(training, poses=tmp_path / "poses")
+
+
+SHORT = {"label_02": Drive().labels()[:30], "oxts": Drive().oxts()[:6], "poses": Drive().pose_lines()[:6]}
+PARTS = ("", "nan", "inf", "1e400", "-1", "9" * 30, "0x1", "\0", "é", " ", "\n", ",", "Car", "-1000", "0.5")
+
+
+@given(
+    folder=st.sampled_from([*SHORT, "calib"]),
+    cuts=st.lists(st.tuples(st.integers(0, 3000), st.integers(0, 12), st.sampled_from(PARTS)), min_size=1, max_size=4),
+)
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_a_file_holds_is_read_or_refused(
+    tmp_path: Path, folder: str, cuts: list[tuple[int, int, str]]
+) -> None:
+    training = write_kitti(tmp_path / "training", **SHORT)
+    path = (tmp_path if folder == "poses" else training) / folder / "0003.txt"
+    text = path.read_text()
+    for start, length, part in cuts:
+        place = start % max(len(text), 1)
+        text = text[:place] + part + text[place + length :]
+    path.write_text(text)
+    with suppress(VbbenchError):
+        read(training, poses=tmp_path / "poses" if folder == "poses" else None)
 
 
 def test_names_of_sequences_are_known_and_the_nearest_is_suggested(tmp_path: Path) -> None:

@@ -128,6 +128,9 @@ def parse_labels(path: Path, content: bytes) -> Labels:
     boxes = rows.numbers("left", "top", "right", "bottom")
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     rows.refuse(anybody & ~((wide > 0.0) & (high > 0.0)), "the box is {0:g} x {1:g} px; leave it out", wide, high)
+    height, places = rows.columns["height"].copy(), rows.numbers("x", "y", "z")
+    unknown = places[:, 2] == UNKNOWN
+    height[unknown], places[unknown] = np.nan, np.nan
     labels = Labels(
         path=path,
         frame=rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on"),
@@ -136,8 +139,8 @@ def parse_labels(path: Path, content: bytes) -> Labels:
         truncated=_level(rows, "truncated", anybody, len(INSIDE)),
         occluded=_level(rows, "occluded", anybody, len(SHOWS)),
         boxes=boxes,
-        height=np.where(rows.columns["z"] == UNKNOWN, np.nan, rows.columns["height"]),
-        places=np.where(rows.columns["z"][:, None] == UNKNOWN, np.nan, rows.numbers("x", "y", "z")),
+        height=height,
+        places=places,
         scores=rows.columns["score"] if scored else np.ones(len(rows)),
         lines=rows.lines,
     )

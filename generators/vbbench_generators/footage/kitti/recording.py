@@ -8,6 +8,7 @@ import numpy as np
 
 from vbbench.boxes import observations_of
 from vbbench.camera import PerspectiveCamera
+from vbbench.errors import FileError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.geometry import FloatArray, IntArray
@@ -158,8 +159,9 @@ def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) 
         sources["oxts"] = read_oxts(paths["oxts"], calibration)
     for source, motions in sources.items():
         refuse_too_few(paths[source], len(motions), labels.last_frame + 1)
-    frames = min(map(len, sources.values()))
-    sources = {source: motions[:frames] for source, motions in sources.items()}
+    if len({len(motions) for motions in sources.values()}) > 1:
+        lines = f"has {len(sources['poses'])} lines, and {paths['oxts'].name} of oxts {len(sources['oxts'])}"
+        raise FileError(paths["poses"], f"{lines}: every frame needs a line in both; is a frame missing in the middle?")
     parked = dict(zip(sources, watch_parked_cars(labels, list(sources.values()), DT), strict=True))
     best = min(sources, key=lambda source: np.nan_to_num(parked[source].typical))  # the user's, where no car is parked
     return Way(motions=sources[best], source=best, parked=parked)

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -77,8 +76,11 @@ class Rows:
             At the first row with something else than a whole number from ``least`` to ``most``.
         """
         values = self.columns[name]
-        self.refuse((values != np.round(values)) | (values < least) | (values > most), "{0:.10g} is " + wanted, values)
-        return values.astype(np.int64)
+        with np.errstate(invalid="ignore"):  # of numbers beyond all integers, which are refused
+            integers = values.astype(np.int64)
+        bad = (integers != values) | (values < least) | (values > most)
+        self.refuse(bad, "{0:.10g} is " + wanted, values)
+        return integers
 
     def refuse(self, bad: BoolArray, problem: str, *facts: FloatArray) -> None:
         """Raise FileError for the first row marked in ``bad`` [N]; ``problem`` is filled with that row's ``facts``."""
@@ -142,7 +144,9 @@ def _read_even(content: bytes, layout: Layout) -> dict[str, FloatArray] | None:
     )
     parse = csv.ParseOptions(delimiter="," if layout.commas else " ", quote_char=False, ignore_empty_lines=False)
     try:
-        table = csv.read_csv(BytesIO(content), csv.ReadOptions(column_names=list(layout.columns)), parse, convert)
+        table = csv.read_csv(
+            pa.BufferReader(content), csv.ReadOptions(column_names=list(layout.columns)), parse, convert
+        )
     except pa.ArrowException:
         return None
     columns = {}
