@@ -110,7 +110,7 @@ def test_the_folder_may_be_training_its_parent_or_in_the_data_folder(tmp_path: P
     training = write_kitti(no_data / "kitti" / "training")
     read_ones = [read(place).definition["files"] for place in (training, training.parent, None)]
     assert read_ones[0] == read_ones[1] == read_ones[2]
-    assert [name for name, _ in read_ones[0]] == ["label_02/0003.txt", "calib/0003.txt", "oxts/0003.txt"]
+    assert [name for name, _ in read_ones[0]] == ["labels/0003", "calibration/0003", "oxts/0003"]
     with pytest.raises(FileError, match="holds no label_02"):
         read(tmp_path / "nothing")
 

@@ -61,7 +61,7 @@ class KittiRecording:
     footage : what the camera saw.
     way : where it was.
     found : the boxes that somebody found, if they were asked for.
-    sums : name and SHA-256 of every file that was read.
+    sums : what every file that was read holds, of which sequence, and its SHA-256; whatever the file is called.
     """
 
     footage: Footage
@@ -121,7 +121,7 @@ def read_recording(
         pictures=folder.pictures(name),
         **tracks,
     )
-    sums = [[f"{path.parent.name}/{path.name}", file_sha256(path)] for path in paths.values()]
+    sums = [[f"{kind}/{name}", file_sha256(path)] for kind, path in paths.items()]
     return KittiRecording(footage=footage, way=way, found=found, sums=sums)
 
 
