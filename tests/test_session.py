@@ -329,7 +329,7 @@ def test_a_solver_that_cannot_go_on_from_its_own_answers_goes_on_from_its_last_p
     running, _ = session(OnlyOrigins(), people=1)
     for frame in range(4):
         running.step({1: BOX}, ((1.0, 0.0, 0.0), SURE) if frame else None)
-    with pytest.raises(VbbenchError, match="OnlyOrigins failed, .*: ValueError: positions are given"):
+    with pytest.raises(VbbenchError, match=r"OnlyOrigins failed, .*: ValueError: positions are given"):
         running.step({1: BOX, 2: BOX})
     answer = running.step({1: BOX, 2: BOX})
     np.testing.assert_allclose(answer.pose, (3.0, 0.0, 0.0))

@@ -1,0 +1,72 @@
+"""A session that is fed with a dataset's sequence answers as `solve` does under cold-start, whatever the solver."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench import Dataset, Session, SessionAnswer
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.sequence import Sequence
+from vbbench.solving import solve
+
+SOLVERS = ["cv", "sf", "vb-cv", "vb-sf", "map-causal"]
+
+
+@pytest.fixture(scope="module", params=["panorama", "perspective"])
+def dataset(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    camera = {"panorama": PanoramaCamera(), "perspective": PerspectiveCamera()}[request.param]
+    folder = tmp_path_factory.mktemp("session") / request.param
+    return generate("demo", folder, Options(camera=camera, tier="noisy", limit=2))
+
+
+def session_for(dataset: Dataset, sequence: Sequence, solver: str) -> Session:
+    """A session that knows what the dataset tells a solver."""
+    problem = dataset.problem(sequence)
+    return Session(
+        solver,
+        problem.camera,
+        problem.dt,
+        height_mean=problem.height_mean,
+        height_std=problem.height_std,
+        pixel_std=problem.pixel_std,
+        covariances=False,
+        origin=sequence.given.poses[0],
+        forget_after=1000.0,
+        people=len(problem.tracks),
+    )
+
+
+def answers_of(session: Session, sequence: Sequence) -> list[SessionAnswer]:
+    answers = []
+    for boxes, seen in zip(sequence.observations, sequence.observed, strict=True):
+        answers.append(session.step_observations(zip(sequence.tracks[seen].tolist(), boxes[seen], strict=True)))
+    return answers
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_session_answers_as_solve_does(dataset: Dataset, solver: str, tmp_path: Path) -> None:
+    submitted = SubmittedEstimates(dataset, solve(dataset, solver, "cold-start", tmp_path / solver))
+    for sequence in dataset.sequences(0, 2):
+        expected, answers = submitted.of(sequence), answers_of(session_for(dataset, sequence, solver), sequence)
+        answered = [frame for frame in np.flatnonzero(sequence.observed.any(axis=1)) if frame >= 2]
+        assert answered
+        for frame in answered:
+            np.testing.assert_allclose(answers[frame].pose, expected.poses[frame], atol=1e-9)
+            for column in np.flatnonzero(sequence.observed[frame]):
+                position = answers[frame].positions[int(sequence.tracks[column])]
+                np.testing.assert_allclose(position, expected.positions[frame, column], atol=1e-9)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_restarts_and_reused_columns_leave_a_session_on_its_map(dataset: Dataset, solver: str) -> None:
+    """With as few columns as can be, and everybody forgotten after a second, answers stay near those with many."""
+    sequence = dataset.sequence(0)
+    many, problem = answers_of(session_for(dataset, sequence, solver), sequence), dataset.problem(sequence)
+    few = Session(solver, problem.camera, problem.dt, pixel_std=1.0, forget_after=1.0, people=1)
+    few_answers = answers_of(few, sequence)
+    assert [answer.positions.keys() for answer in few_answers] == [answer.positions.keys() for answer in many]
+    assert all(np.isfinite(answer.pose).all() for answer in few_answers)
