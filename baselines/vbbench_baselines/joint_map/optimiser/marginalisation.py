@@ -14,7 +14,7 @@ This is exact at the same weights; but a Student-t law flattens out, a quadratic
 fall without bound. A descent that went there is repeated without those directions.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import evidence
+from vbbench_baselines.joint_map.motion.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.optimiser.poses import linearise
@@ -44,6 +45,8 @@ class Marginal(NamedTuple):
     information: FloatArray
     odds: float
 
+
+Constraint = TypeVar("Constraint", Anchor, Marginal)
 
 NOTHING_KEPT = Marginal(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), 0.0)
 
@@ -70,8 +73,8 @@ def settle_anchored(
     return settle(poses, places, problem, *ends), problem
 
 
-def convex_part(anchor: Anchor) -> Anchor:
-    """The anchor without its directions of negative curvature."""
+def convex_part(anchor: Constraint) -> Constraint:
+    """The constraint without its directions of negative curvature."""
     values, vectors = np.linalg.eigh(anchor.information)
     kept = np.ascontiguousarray(vectors[:, values >= 0.0])
     information = (kept * values[values >= 0.0]) @ kept.T
@@ -96,8 +99,9 @@ def schur_complement(state: State, problem: JointProblem, count: int) -> tuple[F
     weights = _begin_anew(state, walk, count)
     later = State(poses, places, state.heights, weights, yaw_weights, state.variances, shorter, np.nan)
     nothing = Anchor(problem.anchor.fixed[count:], poses, np.zeros(size), np.zeros((size, size)), 0.0)
+    motions = Motions(problem.motions.moved[count:], problem.motions.information[count:])
     slope, whole = linearise(state, problem)
-    rest_slope, rest = linearise(later, JointProblem(shorter, nothing, walk))
+    rest_slope, rest = linearise(later, JointProblem(shorter, nothing, walk, motions))
     across = np.ascontiguousarray(whole[gone:, :gone])
     before = np.ascontiguousarray(whole[:gone, :gone])
     share = np.ascontiguousarray(np.linalg.solve(before, np.ascontiguousarray(across.T)).T)
