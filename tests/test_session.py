@@ -389,4 +389,4 @@ def test_everything_is_loaded_before_the_first_frame() -> None:
     Session(solver, CAMERA, DT)
     shown = [frame.given.odometry is not None for frame in solver.frames]
     assert {True, False} == set(shown)
-    assert len(solver.problem.tracks) == 64
+    assert len(solver.problem.tracks) == 256

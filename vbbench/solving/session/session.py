@@ -26,7 +26,7 @@ from vbbench.solving.session.measured import (
     shared_out,
 )
 
-PEOPLE = 64
+PEOPLE = 256
 """Columns of the solver's arrays to begin with."""
 
 
