@@ -105,7 +105,7 @@ class MapBatch:
             data = gather(relative[rows], information[rows], given.positions[rows], task.statures)
             joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk, told)
             nowhere, ends = np.full_like(causal.positions[rows], np.nan), (self.rounds, self.tolerance, self.certain)
-            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends)
+            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends, cold)
             answer.take(settled, joint, first)
             if rows.stop == len(poses):
                 return answer

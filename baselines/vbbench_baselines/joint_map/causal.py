@@ -152,7 +152,7 @@ class MapCausal:
         motions = Motions(rows.motions.moved[used], rows.motions.information[used])
         problem = JointProblem(rows.measurements(self.statures, picked), anchor, self._walk, motions)
         ends = self.rounds, self.tolerance, self.certain
-        settled, problem = settle_anchored(poses, places, problem, ends)
+        settled, problem = settle_anchored(poses, places, problem, ends, self._picks)
         rows.poses[used], rows.places[used, columns] = settled.state.poses, settled.state.places
         variances = settled.state.variances
         self._lessons.variances[:-1][columns], self._lessons.variances[-1] = variances[:-1], variances[-1]

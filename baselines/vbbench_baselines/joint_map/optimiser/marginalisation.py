@@ -62,15 +62,25 @@ def anchor_of(fixed: BoolArray, poses: FloatArray, marginal: Marginal) -> Anchor
 
 
 def settle_anchored(
-    poses: FloatArray, places: FloatArray, problem: JointProblem, ends: tuple[int, float, float]
+    poses: FloatArray, places: FloatArray, problem: JointProblem, ends: tuple[int, float, float], careful: bool
 ) -> tuple[Settled, JointProblem]:
-    """`settle`, again with the anchor's `convex_part` if poses ran away; and the problem that was solved."""
+    """`settle`, again with the anchor's `convex_part` if poses ran away; and the problem that was solved.
+
+    Where little is known of the poses, a descent that is on its way into the abyss may not have gone far yet. If
+    ``careful``, it counts as a runaway as soon as its end is no minimum.
+    """
     settled = settle(poses, places, problem, *ends)
     moved = np.abs(settled.state.poses - unwrapped(poses))[:, :2].max()
-    if moved < RUNAWAY:
+    if moved < RUNAWAY and not (careful and _falls(settled.state, problem)):
         return settled, problem
     problem = problem._replace(anchor=convex_part(problem.anchor))
     return settle(poses, places, problem, *ends), problem
+
+
+def _falls(state: State, problem: JointProblem) -> bool:
+    """Whether the energy falls in some direction to both sides of a point."""
+    _, hessian = linearise(state, problem)
+    return bool(np.linalg.eigvalsh(hessian)[0] < 0.0)
 
 
 def convex_part(anchor: Constraint) -> Constraint:
