@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from resource import getpagesize
 from time import perf_counter, thread_time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,9 +47,18 @@ class Silent:
         """Nothing to forget."""
 
 
-def crowd(people: int, frames: int) -> Iterator[tuple[FloatArray, FloatArray, dict[int, FloatArray]]]:
-    """Pose [3], measured motion [3] and boxes by id of each frame; the observer walks in a circle of 20 m."""
-    rng, camera = np.random.default_rng(0), PanoramaCamera()
+class Seen(NamedTuple):
+    """A frame: the pose [3], its measured motion [3], and boxes [3] and places [2] of people by id."""
+
+    pose: FloatArray
+    motion: FloatArray
+    boxes: dict[int, FloatArray]
+    places: dict[int, FloatArray]
+
+
+def crowd(people: int, frames: int, seed: int = 0) -> Iterator[Seen]:
+    """People who walk straight on, seen from an observer who walks in a circle of 20 m."""
+    rng, camera = np.random.default_rng(seed), PanoramaCamera()
     ids, places = np.arange(people), rng.uniform(-8.0, 8.0, (people, 2))
     velocities, heights = rng.normal(0.0, 0.8, (people, 2)), rng.normal(1.72, 0.07, people)
     turn = 1.0 / 20.0 * DT
@@ -63,8 +73,9 @@ def crowd(people: int, frames: int) -> Iterator[tuple[FloatArray, FloatArray, di
         velocities[gone], heights[gone] = rng.normal(0.0, 0.8, (len(gone), 2)), rng.normal(1.72, 0.07, len(gone))
         boxes = camera.project(world_to_relative(places, pose), heights)
         boxes += rng.normal(0.0, PIXELS, boxes.shape) * (1.0, np.sqrt(0.5), np.sqrt(2.0))
-        motion = np.array([20.0 * np.sin(turn), 20.0 * (1.0 - np.cos(turn)), turn])
-        yield pose, rng.multivariate_normal(motion, ODOMETRY), dict(zip(ids.tolist(), boxes, strict=True))
+        motion = rng.multivariate_normal([20.0 * np.sin(turn), 20.0 * (1.0 - np.cos(turn)), turn], ODOMETRY)
+        by_id = (dict(zip(ids.tolist(), values, strict=True)) for values in (boxes, places.copy()))
+        yield Seen(pose, motion, *by_id)
 
 
 def memory() -> float:
@@ -76,12 +87,12 @@ def run(session: Session, people: int, frames: int, odometry: bool) -> None:
     """Step through the crowd; tells about each block of frames."""
     times, errors, blocks = np.zeros((frames, 2)), np.zeros(frames), []
     print("    frames        p50       p99       max ms a step     p50       p99 ms of processor   memory MB   Δt m")
-    for frame, (pose, motion, boxes) in enumerate(crowd(people, frames)):
-        measured = (motion, ODOMETRY) if odometry and frame else None
+    for frame, seen in enumerate(crowd(people, frames)):
+        measured = (seen.motion, ODOMETRY) if odometry and frame else None
         started = np.array([perf_counter(), thread_time()])
-        answer = session.step_observations(boxes, measured)
+        answer = session.step_observations(seen.boxes, measured)
         times[frame] = 1e3 * (np.array([perf_counter(), thread_time()]) - started)
-        errors[frame] = np.linalg.norm(answer.pose[:2] - pose[:2])
+        errors[frame] = np.linalg.norm(answer.pose[:2] - seen.pose[:2])
         if (frame + 1) % BLOCK == 0 or frame + 1 == frames:
             block = slice(frame // BLOCK * BLOCK, frame + 1)
             wall, processor = np.percentile(times[block], (50, 99, 100), axis=0).T
