@@ -45,12 +45,10 @@ class Run:
             return None
         places, true_places = estimate.positions, truth.positions
         off = position_error(places[rows], true_places[rows])
-        poses, true_poses = (np.repeat(all_[:, None], rows.shape[1], axis=1)[rows] for all_ in (estimate.poses, truth.poses))
-        relative = relative_position_error(places[rows], poses, true_places[rows], true_poses)
+        frame = np.nonzero(rows)[0]
+        relative = relative_position_error(places[rows], estimate.poses[frame], true_places[rows], truth.poses[frame])
         away = translation_error(estimate.poses[frames], truth.poses[frames])
-        return Run(
-            dx=off.mean(), dt=away.mean(), dx_rel=relative.mean(), worst_dt=away.max(), worst_dx=np.nanmax(off)
-        )
+        return Run(dx=off.mean(), dt=away.mean(), dx_rel=relative.mean(), worst_dt=away.max(), worst_dx=np.nanmax(off))
 
 
 def runs(dataset: Dataset, solver: str, protocol: str, sequences: int, jobs: int) -> list[Run]:

@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
+from vbbench_baselines.common.cold_start import add_drift
 from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.motion import History, Spreads
-from vbbench_baselines.common.sightings import measure, sight
+from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
 
@@ -114,13 +115,14 @@ class Birdifier(ABC):
         history.advance(frame.given)
         if self.calibrate:
             heights.learn(history, self._seen, *self._confident)
-        self._seen = sight(self._camera, frame.observations, self._pixel_std)
-        chosen = select(frame.observations, self.most_people, self.smallest_box)
+        observations = usable(frame.observations)
+        self._seen = sight(self._camera, observations, self._pixel_std)
+        chosen = select(observations, self.most_people, self.smallest_box)
         relative, covariance = measure(self._seen, heights.mean, heights.variance)
         factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
-        usable = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
-        history.moving = history.moving or bool(usable > 0)
-        fallback = bool(usable < FEWEST) and not history.pose_given[2]
+        helpful = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
+        history.moving = history.moving or bool(helpful > 0)
+        fallback = bool(helpful < FEWEST) and not history.pose_given[2]
         if not self.ego_prior and not fallback:
             factors = factors._replace(walk_std=np.inf)
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
@@ -129,6 +131,13 @@ class Birdifier(ABC):
         positions[chosen] = answer.positions
         self._tangent = answer.tangent
         return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
+
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
+        self._history.forget(columns)
+        self._heights.forget(columns)
+        for rows in (*self._seen, *self._confident):
+            rows[columns] = np.nan
 
     def location_energy(self, places: FloatArray) -> FloatArray:
         """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
@@ -145,6 +154,8 @@ class Birdifier(ABC):
         if not self._history.pose_given[2]:
             pose = pose_covariance(answer.pose, answer.curved)
         people = position_covariances(answer.pose, pose, factors._replace(std=std))
+        if self._history.cold:
+            add_drift(pose, people, np.array(self._history.age * self._dt))
         return {**known, "pose_covariance": pose, "position_covariances": people}
 
 

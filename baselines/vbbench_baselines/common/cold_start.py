@@ -9,6 +9,9 @@ quickly. The observer may drive.
 
 import math
 
+import numpy as np
+
+from vbbench.geometry import FloatArray
 from vbbench.sequence import Given
 
 PEOPLE_SPEED = 1.0
@@ -19,6 +22,10 @@ OBSERVER_SPEED = 4.0
 
 FADE, OBSERVER_FADE = 4.0, 16.0
 """In s: how long a velocity that nothing confirms is believed of people, and of the observer."""
+
+
+FLOW_SPEED = 0.6
+"""In m/s, standard deviation of each component of the velocity that a crowd has in common."""
 
 
 def begins_cold(given: Given, frame: int) -> bool:
@@ -32,3 +39,15 @@ def begins_cold(given: Given, frame: int) -> bool:
 def kept_velocities(dt: float) -> tuple[float, float]:
     """The shares of the velocities of people and of the observer that are still expected ``dt`` seconds later."""
     return math.exp(-dt / FADE), math.exp(-dt / OBSERVER_FADE)
+
+
+def add_drift(poses: FloatArray, places: FloatArray, seconds: FloatArray) -> None:
+    """Add what nobody can know of a crowd's common velocity to covariances of poses [..., 3, 3] and places [..., K, 2, 2].
+
+    A solver takes velocities of different people for independent, and its covariances leave out that all may walk one
+    way. A velocity that is forgotten within `FADE` (an Ornstein–Uhlenbeck process) leads astray, after ``seconds``
+    [...] without odometry, with the variance 2 s² F (t − F(1 − exp(−t/F))) in each direction.
+    """
+    variance = 2.0 * FLOW_SPEED**2 * FADE * (seconds - FADE * (1.0 - np.exp(-seconds / FADE)))
+    poses[..., :2, :2] += variance[..., None, None] * np.eye(2)
+    places += variance[..., None, None, None] * np.eye(2)

@@ -1,15 +1,15 @@
 """What a frame-by-frame solver remembers, and where it expects people and the observer next.
 
-Constant velocity: x = x' + κ(x' − x''), κ = 1 (arXiv 2111.05060, eq. 10); less after a cold start. Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
-being the motion's, σ_e that of the solver's own estimates, and e', e'' one where the past position is such an estimate
-and zero where it was given.
+Constant velocity: x = x' + κ(x' − x''), κ = 1 (arXiv 2111.05060, eq. 10), or less after a cold start. Its error has the
+variance σ_m² + σ_e²(4e' + e''), σ_m being the motion's, σ_e that of the solver's own estimates, and e', e'' one where
+the past position is such an estimate and zero where it was given.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate
@@ -31,11 +31,12 @@ class History:
     pose_given : [3] whether the pose was given.
     position_given : [3, K] whether the position was given.
     cold : whether nothing but the pose of frame 0 is given (`common.cold_start`).
+    age : frames since frame 0.
     moving : whether anybody seen twice has shown how the observer moves; the solver tells.
     """
 
     def __init__(self, people: int) -> None:
-        self.cold, self.moving, self._frames = False, False, 0
+        self.cold, self.moving, self.age = False, False, -1
         self.poses: FloatArray = np.full((3, 3), np.nan)
         self.positions: FloatArray = np.full((3, people, 2), np.nan)
         self.pose_given: BoolArray = np.zeros(3, np.bool_)
@@ -43,8 +44,8 @@ class History:
 
     def advance(self, given: Given) -> None:
         """Move on by one frame; row t then holds only what is given at t."""
-        self.cold = self.cold or begins_cold(given, self._frames)
-        self._frames += 1
+        self.age += 1
+        self.cold = self.cold or begins_cold(given, self.age)
         for rows in (self.poses, self.positions, self.pose_given, self.position_given):
             rows[:2] = rows[1:]
         self.poses[2] = self.positions[2] = np.nan
@@ -56,6 +57,11 @@ class History:
             known = ~np.isnan(shown)
             np.copyto(rows, shown, where=known)
             given_rows |= known[..., -1]
+
+    def forget(self, columns: IntArray) -> None:
+        """The columns [M] stand for new people, of whom nothing is known."""
+        self.positions[:, columns] = np.nan
+        self.position_given[:, columns] = False
 
     def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
         """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
@@ -118,9 +124,7 @@ def continue_people(
 
 
 @kernel
-def continue_observer(
-    poses: FloatArray, given: BoolArray, spreads: Spreads, kept: float
-) -> tuple[FloatArray, float]:
+def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads, kept: float) -> tuple[FloatArray, float]:
     """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
 
     Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.

@@ -10,8 +10,8 @@ from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import WINDOW, window_of_odometry
-from vbbench_baselines.common.cold_start import begins_cold
-from vbbench_baselines.common.sightings import Sightings
+from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.measurement.boxes import (
     BoxHeights,
@@ -67,7 +67,7 @@ class MapBatch:
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
-        cold = len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
+        observations, cold = usable(observations), len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
@@ -91,9 +91,9 @@ class MapBatch:
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
         """The end of the descent from the answer of ``start``, block after block."""
         causal = _walk_through(start, task, covariances=False)
-        cold = begins_cold(task.given.frames(slice(2)), 1)
+        cold = len(task.given.poses) > 1 and begins_cold(task.given.frames(slice(2)), 1)
         walk = walk_of(self.prior, task.problem.dt, self.ego_prior, cold)
-        motions = motions_of(task.given.odometry, len(task.given.poses))
+        motions = _motions(task.given)
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
         relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
@@ -108,9 +108,19 @@ class MapBatch:
             settled, joint = settle_anchored(poses[rows], nowhere, joint, ends, cold)
             answer.take(settled, joint, first)
             if rows.stop == len(poses):
-                return answer
+                break
             kept = marginalise(settled.state, joint, self.stride)
             first += self.stride
+        if cold:
+            answer.add_drift(task.problem.dt * np.cumsum(~motions.information.any(axis=(1, 2)))[1:])
+        return answer
+
+
+def _motions(given: Given) -> Motions:
+    """What the observer measures of its own motion in all frames."""
+    if given.odometry is None:
+        return motions_of(np.full((len(given.poses), 3), np.nan), np.full((len(given.poses), 3, 3), np.nan))
+    return motions_of(given.odometry.motions, given.odometry.covariances)
 
 
 class _Task(NamedTuple):
@@ -145,6 +155,11 @@ class _Answer:
             frames = np.arange(len(settled.state.poses))
             self._pose_spread[rows] = sigma.reshape(len(frames), 3, len(frames), 3)[frames, :, frames]
             self._place_spread[rows] = place_covariances(settled.state, joint.walk, sigma, 0)
+
+    def add_drift(self, seconds: FloatArray) -> None:
+        """Add what cold starts leave open to the covariances from frame 1 on, ``seconds`` [T − 1] without odometry."""
+        if self._pose_spread is not None and self._place_spread is not None:
+            add_drift(self._pose_spread[1:], self._place_spread[1:], seconds)
 
     def estimate(self, heights: Report) -> Estimate:
         """The whole estimate, with a report of ``heights``."""

@@ -12,13 +12,13 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.common.cold_start import begins_cold
-from vbbench_baselines.common.sightings import Sightings
+from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
-from vbbench_baselines.joint_map.motion.odometry import Motions
+from vbbench_baselines.joint_map.motion.odometry import motions_of
 from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
@@ -81,14 +81,16 @@ class MapCausal:
         self._kept = NOTHING_KEPT
         self._covariances = problem.covariances
         self._cold = self._picks = False
+        self._astray = 0.0
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
-        self._look_at_ground(frame)
-        answer = self.advance(self._eye.sight(frame.observations), frame.given)
+        observations = usable(frame.observations)
+        self._look_at_ground(observations, frame.given)
+        answer = self.advance(self._eye.sight(observations), frame.given)
         if not self.feet:
             return answer
-        self._heights.learn(frame.observations)
+        self._heights.learn(observations)
         return replace(answer, **self._heights.report())
 
     def forget(self, columns: IntArray) -> None:
@@ -109,8 +111,11 @@ class MapCausal:
         """The answer for the next frame, from the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
         if begins_cold(given, rows.frames):
-            self._walk, self._cold, self._picks = walk_of(self.prior, self._problem.dt, self.ego_prior, True), True, True
+            self._walk = walk_of(self.prior, self._problem.dt, self.ego_prior, cold=True)
+            self._cold = self._picks = True
         rows.push(seen, self.statures, given)
+        if rows.frames > 1 and np.isnan(rows.motions[-1, 0]):
+            self._astray += self._problem.dt
         learns = self.learns and not math.isnan(rows.given_poses[-2, 0])
         picked = rows.present() if self._picks and not learns else None
         located = self._locate(seen, picked, learns)
@@ -120,13 +125,13 @@ class MapCausal:
         report = self._report_located(located, picked) if self._covariances else {}
         return FrameEstimate(pose=located.pose, positions=rows.places[-1].copy(), converged=True, **report)
 
-    def _look_at_ground(self, frame: Frame) -> None:
+    def _look_at_ground(self, observations: FloatArray, given: Given) -> None:
         """After a cold start, go over from feet to box heights for good as soon as the ground is not what feet need."""
         if self._ground is None:
             return
-        self._boxes.append(frame.observations)
-        cold = self._cold or begins_cold(frame.given, self._rows.frames)
-        level = self._ground.look(frame.observations)
+        self._boxes.append(observations)
+        cold = self._cold or begins_cold(given, self._rows.frames)
+        level = self._ground.look(observations)
         if self._rows.frames > 0 and (not cold or not level):
             self._ground = None
         if cold and not level:
@@ -140,16 +145,16 @@ class MapCausal:
         seen = Sightings(*(chosen(values, picked, 0) for values in seen))
         statures = Statures(*(chosen(values, picked, 0) for values in self.statures))
         lessons = self._lessons if picked is None else only(picked, self._lessons)
-        motions = Motions(rows.motions.moved[-1:], rows.motions.information[-1:])
+        motions = motions_of(rows.motions[-1:], rows.covariances[-1:])
         return locate(seen, statures, *known, rows.given_poses[-1], self._walk, lessons, learns, motions)
 
     def _settle(self, picked: IntArray | None) -> FrameEstimate:
-        """Solve the window with the people ``picked`` [M], and keep the information of the frame that leaves it next."""
+        """Solve the window with the people ``picked`` [M], and keep the information of the frame that leaves next."""
         rows = self._rows
         used, columns = rows.filled, _columns(picked)
         poses, places = rows.poses[used], chosen(rows.places[used], picked, 1)
         anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), poses, self._kept)
-        motions = Motions(rows.motions.moved[used], rows.motions.information[used])
+        motions = motions_of(rows.motions[used], rows.covariances[used])
         problem = JointProblem(rows.measurements(self.statures, picked), anchor, self._walk, motions)
         ends = self.rounds, self.tolerance, self.certain
         settled, problem = settle_anchored(poses, places, problem, ends, self._picks)
@@ -178,6 +183,8 @@ class MapCausal:
         """Covariances [3, 3] of the pose and of the places [M, 2, 2] of the people ``picked``."""
         everyone = np.full((len(self._problem.tracks), 2, 2), np.nan)
         everyone[_columns(picked)] = places
+        if self._cold:
+            add_drift(pose, everyone, np.array(self._astray))
         return {"pose_covariance": pose, "position_covariances": everyone}
 
 

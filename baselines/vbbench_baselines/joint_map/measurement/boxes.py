@@ -94,9 +94,9 @@ class GroundCheck:
 
     def look(self, boxes: FloatArray) -> bool:
         """Whether feet can still be trusted after the boxes [..., K, 3] in px; NaN = none."""
-        feet, heights = self._camera.statures(boxes)
+        (feet, heights), mount = self._camera.statures(boxes), self._camera.mount_height
         with np.errstate(divide="ignore", invalid="ignore"):
-            noise = (self._pixel_std / feet) ** 2 * (self._camera.mount_height**2 + (self._camera.mount_height - heights) ** 2)
+            noise = (self._pixel_std / feet) ** 2 * (mount**2 + (mount - heights) ** 2)
             squared = np.minimum((heights - self._mean) ** 2 / (self._variance + noise), MOST_SURPRISING)
         squared[feet < LOWEST_FOOT] = MOST_SURPRISING
         shown = ~np.isnan(squared)

@@ -4,11 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world
 from vbbench.sequence import Given
 from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.measurement.boxes import Statures, inform
-from vbbench_baselines.joint_map.motion.odometry import motions_of
 
 
 class Measurements(NamedTuple):
@@ -49,7 +48,7 @@ class Window:
     poses, places : [n, 3] and [n, K, 2] as believed.
     given_poses, given : [n, 3] and [n, K, 2].
     relative, information : [n, K, 2] and [n, K, 3], see `Measurements`.
-    motions : [n] what odometry says of the motion into each frame.
+    motions, covariances : [n, 3] and [n, 3, 3] of the observer's odometry, see `vbbench.sequence.Odometry`.
     frames : how many were pushed.
     """
 
@@ -58,12 +57,13 @@ class Window:
         self.poses, self.given_poses = np.full((2, size, 3), np.nan)
         self.places, self.given, self.relative = np.full((3, size, people, 2), np.nan)
         self.information = np.full((size, people, 3), np.nan)
-        self.motions = motions_of(None, size)
+        self.motions, self.covariances = np.full((size, 3), np.nan), np.full((size, 3, 3), np.nan)
 
     def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
         """Add a frame, and what is given of the two before it."""
         self.frames += 1
-        for rows in (self.poses, self.given_poses, self.places, self.given, self.relative, self.information):
+        poses, people = (self.poses, self.given_poses), (self.places, self.given, self.relative, self.information)
+        for rows in (*poses, *people, self.motions, self.covariances):
             rows[:-1] = rows[1:]
             rows[-1] = np.nan
         self.relative[-1], self.information[-1] = inform(seen, statures.mean)
@@ -74,9 +74,8 @@ class Window:
             (self.given, given.positions),
         ):
             np.copyto(rows[-3:], window, where=~np.isnan(window))
-        for rows, newest in zip(self.motions, motions_of(given.odometry, len(given.poses)), strict=True):
-            rows[:-1] = rows[1:]
-            rows[-1] = newest[-1]
+        if given.odometry is not None:
+            self.motions[-1], self.covariances[-1] = given.odometry.motions[-1], given.odometry.covariances[-1]
 
     @property
     def filled(self) -> slice:
@@ -84,11 +83,12 @@ class Window:
         return slice(max(self.size - self.frames, 0), self.size)
 
     def measure_again(self, seen: list[Sightings], statures: Statures) -> None:
-        """Take what was ``seen`` in the last frames in place of what was measured in them."""
+        """Take what was ``seen`` in the last frames in place of what was measured, and people to be there."""
         for row, sightings in zip(range(-len(seen), 0), seen, strict=True):
             gone = np.isnan(self.relative[row, :, 0])
             self.relative[row], self.information[row] = inform(sightings, statures.mean)
             self.relative[row, gone] = self.information[row, gone] = np.nan
+            self.places[row] = relative_to_world(self.relative[row], self.poses[row])
 
     def present(self) -> IntArray:
         """The columns [M] of people of whom anything is known, ascending."""

@@ -1,7 +1,7 @@
 """What the observer measures of its own motion: one more term on every two poses in a row.
 
-Odometry says that the observer moved by m = (forward, left, turn) in the axes of the frame before, with covariance C. Two
-poses p (x', y', θ') and q (x, y, θ) differ from that by
+Odometry says that the observer moved by m = (forward, left, turn) in the axes of the frame before, with covariance C.
+Two poses p (x', y', θ') and q (x, y, θ) differ from that by
 
     e = (Rᵀ(θ')(q − p), θ − θ') − m,
 
@@ -15,7 +15,6 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
-from vbbench.sequence import Odometry
 from vbbench_baselines.common.ego_motion import wrapped
 
 SMALLEST = 1e-6
@@ -35,14 +34,14 @@ class Motions(NamedTuple):
     information: FloatArray
 
 
-def motions_of(odometry: Odometry | None, frames: int) -> Motions:
-    """What ``odometry`` of this number of frames says."""
-    moved, information = np.zeros((frames, 3)), np.zeros((frames, 3, 3))
-    if odometry is not None:
-        known = np.isfinite(odometry.motions).all(axis=1) & np.isfinite(odometry.covariances).all(axis=(1, 2))
-        moved[known] = odometry.motions[known]
-        information[known] = np.linalg.inv(odometry.covariances[known] + SMALLEST**2 * np.eye(3))
-    return Motions(moved, information)
+def motions_of(motions: FloatArray, covariances: FloatArray) -> Motions:
+    """What the odometry of T frames says (`vbbench.sequence.Odometry`); nothing where a value is not finite."""
+    known = np.isfinite(motions).all(axis=1) & np.isfinite(covariances).all(axis=(1, 2))
+    told = Motions(np.zeros(motions.shape), np.zeros(covariances.shape))
+    if known.any():
+        told.moved[known] = motions[known]
+        told.information[known] = np.linalg.inv(covariances[known] + SMALLEST**2 * np.eye(3))
+    return told
 
 
 @kernel
@@ -53,7 +52,7 @@ def measured(information: FloatArray) -> bool:
 
 @kernel
 def stray(before: FloatArray, now: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """e [3] of two poses [3], and its derivatives [3, 6] by both, ``before`` first."""
+    """The error e [3] of two poses [3], and its derivatives [3, 6] by both, ``before`` first."""
     cos, sin = np.cos(before[2]), np.sin(before[2])
     dx, dy = now[0] - before[0], now[1] - before[1]
     forward, left = cos * dx + sin * dy, cos * dy - sin * dx
