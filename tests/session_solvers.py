@@ -15,7 +15,7 @@ class Watched:
     def __init__(self) -> None:
         self.frames: list[Frame] = []
         self.starts: list[int] = []
-        self.fail_next = False
+        self.fail_next = self.fail_at_start = False
 
     def start(self, problem: Problem) -> None:
         self.problem, self.pose = problem, np.full(3, np.nan)
@@ -23,8 +23,8 @@ class Watched:
 
     def step(self, frame: Frame) -> FrameEstimate:
         self.frames.append(frame)
-        if self.fail_next:
-            self.fail_next = False
+        if self.fail_next or (self.fail_at_start and frame.index == 0):
+            self.fail_next = self.fail_at_start = False
             raise np.linalg.LinAlgError("Singular matrix")
         given, odometry = frame.given.poses[-1], frame.given.odometry
         if not np.isnan(given[0]):
@@ -37,9 +37,8 @@ class Watched:
         return answer if not self.problem.covariances else replace(answer, **self.covariances(frame))
 
     def covariances(self, frame: Frame) -> dict[str, Any]:
-        """As unsure as the number of frames since the last given one, in yaw only."""
-        given = ~np.isnan(frame.given.poses[-1, 0])
-        sigma = np.diag([0.0, 0.0, 0.0 if given else 0.01])
+        """Unsure of the yaw only: a standard deviation of .1 rad in every frame but the first."""
+        sigma = np.diag([0.0, 0.0, 0.01 if frame.index else 0.0])
         return {
             "pose_covariance": sigma,
             "position_covariances": np.tile(0.04 * np.eye(2), (len(frame.observations), 1, 1)),
@@ -56,15 +55,6 @@ class Forgetful(Watched):
 
     def forget(self, columns: IntArray) -> None:
         self.forgotten.append((len(self.frames), columns.tolist()))
-
-
-class OnlyOrigins(Watched):
-    """A solver that cannot be given any position."""
-
-    def step(self, frame: Frame) -> FrameEstimate:
-        if np.isfinite(frame.given.positions).any():
-            raise ValueError("positions are given")
-        return super().step(frame)
 
 
 class SilentAfterTheOrigin(Watched):

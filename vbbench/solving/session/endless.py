@@ -1,13 +1,14 @@
 """A frame-by-frame solver over frames that never end, in columns that are used again for new people.
 
-A `vbbench.solver.ForgettingSolver` is told which people are gone. Every other solver starts anew then: with the last
-two frames given as it answered them, so that the map goes on from where it was. So does each that is to get more
-columns, and one that failed. It takes what is given as certain; what it was unsure of before is added to its
-covariances:
+A `vbbench.solver.ForgettingSolver` is told which people are gone. Every other solver starts anew then, and so does each
+that is to get more columns, and one that failed. It is shown the last `SHOWN_AGAIN` frames once more, with the pose
+that it answered in the first of them as the origin. No more is given: two whole frames of its own answers, taken as
+certain, would make velocities of their errors, and it would run away. What it was unsure of at that pose is added to
+its covariances:
 
     Σ = Σ_s + J Σ_0 Jᵀ,    J = ∂(place, yaw)/∂(pose 0) = [[1, 0, −(y − y_0)], [0, 1, x − x_0], [0, 0, 1]],
 
-where pose 0 is the last one given and Σ_0 its covariance then: an error of it shifts and turns all that follows.
+where pose 0 is that pose and Σ_0 its covariance: an error of it shifts and turns all that follows.
 """
 
 import warnings
@@ -21,31 +22,40 @@ from vbbench.estimate import FrameEstimate, is_credible
 from vbbench.geometry import FloatArray, IntArray, relative_to_world
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import ForgettingSolver, Frame, FrameSolver, Problem
-from vbbench.solving.runner import WINDOW
 from vbbench.solving.warming import FRAMES, synthetic_sequence
+
+SHOWN_AGAIN = 12
+"""Frames from which a solver starts anew: about as many as solvers look back."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Answered:
-    """A frame as it was answered: boxes [K, 3], pose [3] with its covariance, positions [K, 2] of whoever had a box."""
+    """A frame as it was answered: boxes [K, 3] and odometry, and the pose [3] with its covariance."""
 
     observations: FloatArray
     odometry: Odometry
     pose: FloatArray
     covariance: FloatArray | None
-    positions: FloatArray
+
+    @property
+    def base(self) -> tuple[FloatArray, FloatArray] | None:
+        """Pose 0 and Σ_0 for a start from here; ``None`` if the solver did not tell how unsure it was."""
+        known = self.covariance is not None and np.isfinite(self.covariance).all()
+        return (self.pose, np.asarray(self.covariance)) if known else None
 
     def without(self, columns: IntArray) -> "_Answered":
         """Without the people in these columns [M]."""
-        observations, positions = self.observations.copy(), self.positions.copy()
-        observations[columns] = positions[columns] = np.nan
-        return replace(self, observations=observations, positions=positions)
+        observations = self.observations.copy()
+        observations[columns] = np.nan
+        return replace(self, observations=observations)
 
     def widened(self, columns: int) -> "_Answered":
         """With nobody in the columns that are added."""
-        more = ((0, columns - len(self.positions)), (0, 0))
-        observations = np.pad(self.observations, more, constant_values=np.nan)
-        return replace(self, observations=observations, positions=np.pad(self.positions, more, constant_values=np.nan))
+        more = ((0, columns - len(self.observations)), (0, 0))
+        return replace(self, observations=np.pad(self.observations, more, constant_values=np.nan))
+
+
+_UNKNOWN = np.full(3, np.nan)
 
 
 class EndlessRun:
@@ -100,7 +110,7 @@ class EndlessRun:
             return self._answer(observations, odometry.frames(slice(-1, None)))
         except Exception as error:
             if starts and past:  # it cannot go on from its own answers: of them only the last pose is kept
-                self._origin, past = past[-1].pose, ()
+                self._origin, self._base, past = past[-1].pose, past[-1].base, ()
             self._past, self._must_start = past, True
             why = str(error) if isinstance(error, VbbenchError) else f"{type(error).__name__}: {error}"
             raise VbbenchError(
@@ -120,22 +130,19 @@ class EndlessRun:
             self._must_start = False
 
     def _start(self) -> None:
+        pose = self._origin
         if self._past:
-            pose, covariance = self._past[-1].pose, self._past[-1].covariance
-            unsure = covariance is not None and np.isfinite(covariance).all()
-            self._base = (pose, np.asarray(covariance)) if unsure else None
+            pose, self._base = self._past[0].pose, self._past[0].base
         columns = len(self._problem.tracks)
         self._index, self._given = 0, Given(poses=np.full((3, 3), np.nan), positions=np.full((3, columns, 2), np.nan))
         self._odometry = Odometry(motions=np.full((3, 3), np.nan), covariances=np.full((3, 3, 3), np.nan))
         self._solver.start(self._problem)
-        for frame in self._past:  # where there is but one, it is the first of all: only its pose is certain
-            positions = frame.positions if len(self._past) == WINDOW else np.full_like(frame.positions, np.nan)
-            self._feed(frame.observations, frame.pose, positions, frame.odometry)
+        for frame in self._past:
+            self._feed(frame.observations, pose, frame.odometry)
+            pose = _UNKNOWN
 
     def _answer(self, observations: FloatArray, odometry: Odometry) -> FrameEstimate:
-        nowhere = np.full((len(observations), 2), np.nan)
-        pose = np.full(3, np.nan) if self._past else self._origin
-        answer = self._with_base(self._feed(observations, pose, nowhere, odometry))
+        answer = self._with_base(self._feed(observations, _UNKNOWN if self._past else self._origin, odometry))
         seen = ~np.isnan(observations[:, 2])
         if not is_credible(answer.pose).all():
             if seen.any() or not self._past:
@@ -143,21 +150,15 @@ class EndlessRun:
                     f"its pose is {np.array2string(answer.pose, precision=3)} in frame {self._index - 1}"
                 )
             answer = replace(answer, pose=_moved(self._past[-1].pose, odometry.motions[0]), converged=False)
-        known = seen[:, None] & is_credible(answer.positions).all(axis=1, keepdims=True)
         answered = _Answered(
-            observations=observations,
-            odometry=odometry,
-            pose=answer.pose,
-            covariance=answer.pose_covariance,
-            positions=np.where(known, answer.positions, np.nan),
+            observations=observations, odometry=odometry, pose=answer.pose, covariance=answer.pose_covariance
         )
-        self._past = (*self._past, answered)[-WINDOW:]
-        return replace(answer, positions=answered.positions)
+        self._past = (*self._past, answered)[-SHOWN_AGAIN:]
+        known = seen[:, None] & is_credible(answer.positions).all(axis=1, keepdims=True)
+        return replace(answer, positions=np.where(known, answer.positions, np.nan))
 
-    def _feed(
-        self, observations: FloatArray, pose: FloatArray, positions: FloatArray, odometry: Odometry
-    ) -> FrameEstimate:
-        """Show the solver a frame in which so much is given."""
+    def _feed(self, observations: FloatArray, pose: FloatArray, odometry: Odometry) -> FrameEstimate:
+        """Show the solver a frame, of which perhaps the pose is given."""
         before, moved = self._given, self._odometry
         self._odometry = Odometry(
             motions=np.concatenate([moved.motions[1:], odometry.motions]),
@@ -165,15 +166,15 @@ class EndlessRun:
         )
         self._given = Given(
             poses=np.concatenate([before.poses[1:], pose[None]]),
-            positions=np.concatenate([before.positions[1:], positions[None]]),
+            positions=before.positions,
             odometry=None if np.isnan(self._odometry.motions).all() else self._odometry,
         )
         answer = self._solver.step(Frame(index=self._index, observations=observations.copy(), given=self._given))
         self._index += 1
         if not isinstance(answer, FrameEstimate):
             raise VbbenchError(f"it returned a {type(answer).__name__}, not a FrameEstimate")
-        if answer.positions.shape != positions.shape:
-            raise VbbenchError(f"its positions have shape {list(answer.positions.shape)}, not {list(positions.shape)}")
+        if answer.positions.shape != (len(observations), 2):
+            raise VbbenchError(f"its positions have shape {list(answer.positions.shape)}, not {[len(observations), 2]}")
         return answer
 
     def _with_base(self, answer: FrameEstimate) -> FrameEstimate:
