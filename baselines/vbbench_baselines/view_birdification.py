@@ -16,8 +16,9 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import add_drift
-from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise, location_energies
+from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.motion import History, Spreads
+from vbbench_baselines.common.odometry import Told, told_by
 from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
@@ -35,11 +36,13 @@ class Task(NamedTuple):
     Attributes
     ----------
     pose : [3] the observer's pose where it is known, else NaN.
+    facing : information in 1/rad² on the yaw that the factors expect of the observer.
     """
 
     pose: FloatArray
     factors: Factors
     rays: FloatArray
+    facing: float = VAGUE
 
 
 class Answer(NamedTuple):
@@ -125,8 +128,9 @@ class Birdifier(ABC):
         fallback = bool(helpful < FEWEST) and not history.pose_given[2]
         if not self.ego_prior and not fallback:
             factors = factors._replace(walk_std=np.inf)
+        factors, facing = _with_odometry(factors, told_by(frame.given.odometry, history.poses[1]))
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
-        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen]))
+        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing))
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
         self._tangent = answer.tangent
@@ -155,8 +159,18 @@ class Birdifier(ABC):
             pose = pose_covariance(answer.pose, answer.curved)
         people = position_covariances(answer.pose, pose, factors._replace(std=std))
         if self._history.cold:
-            add_drift(pose, people, np.array(self._history.age * self._dt))
+            add_drift(pose, people, np.array(self._history.unmeasured * self._dt))
         return {**known, "pose_covariance": pose, "position_covariances": people}
+
+
+def _with_odometry(factors: Factors, told: Told | None) -> tuple[Factors, float]:
+    """The terms with what odometry tells beside what the walk does, and the information in 1/rad² on the yaw."""
+    if told is None:
+        return factors, VAGUE
+    walked, measured = 1.0 / factors.walk_std**2, 1.0 / told.std**2
+    pose = told.pose.copy()
+    pose[:2] = (walked * factors.walk[:2] + measured * told.pose[:2]) / (walked + measured)
+    return factors._replace(walk=pose, walk_std=float((walked + measured) ** -0.5)), told.facing
 
 
 @dataclass(kw_only=True)
@@ -165,5 +179,5 @@ class ConstantVelocityBirdifier(Birdifier):
 
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
-        pose = fit_pose(factors) if np.isnan(task.pose[2]) else task.pose
+        pose = fit_pose(factors, task.facing) if np.isnan(task.pose[2]) else task.pose
         return Answer(pose, localise(pose, factors), factors, factors)

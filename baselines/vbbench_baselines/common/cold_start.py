@@ -42,11 +42,12 @@ def kept_velocities(dt: float) -> tuple[float, float]:
 
 
 def add_drift(poses: FloatArray, places: FloatArray, seconds: FloatArray) -> None:
-    """Add what nobody can know of a crowd's common velocity to covariances of poses [..., 3, 3] and places [..., K, 2, 2].
+    """Add what nobody can know of a crowd's common velocity to covariances.
 
-    A solver takes velocities of different people for independent, and its covariances leave out that all may walk one
-    way. A velocity that is forgotten within `FADE` (an Ornstein–Uhlenbeck process) leads astray, after ``seconds``
-    [...] without odometry, with the variance 2 s² F (t − F(1 − exp(−t/F))) in each direction.
+    Those of poses are [..., 3, 3], those of places [..., K, 2, 2]. A solver takes velocities of different people for
+    independent, and its covariances leave out that all may walk one way. A velocity that is forgotten within `FADE` (an
+    Ornstein–Uhlenbeck process) leads astray, after ``seconds`` [...] without odometry, with the variance
+    2 s² F (t − F(1 − exp(−t/F))) in each direction.
     """
     variance = 2.0 * FLOW_SPEED**2 * FADE * (seconds - FADE * (1.0 - np.exp(-seconds / FADE)))
     poses[..., :2, :2] += variance[..., None, None] * np.eye(2)

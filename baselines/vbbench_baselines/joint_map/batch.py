@@ -11,6 +11,7 @@ from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import WINDOW, window_of_odometry
 from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.measurement.boxes import (
@@ -23,7 +24,6 @@ from vbbench_baselines.joint_map.measurement.boxes import (
     statures_of,
 )
 from vbbench_baselines.joint_map.measurement.window import gather
-from vbbench_baselines.joint_map.motion.odometry import Motions, motions_of
 from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
@@ -112,7 +112,8 @@ class MapBatch:
             kept = marginalise(settled.state, joint, self.stride)
             first += self.stride
         if cold:
-            answer.add_drift(task.problem.dt * np.cumsum(~motions.information.any(axis=(1, 2)))[1:])
+            unmeasured = ~motions.information[1:].any(axis=(1, 2))
+            answer.add_drift(np.cumsum(np.where(unmeasured, task.problem.dt, 0.0)))
         return answer
 
 

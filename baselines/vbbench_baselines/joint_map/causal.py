@@ -13,12 +13,12 @@ from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.odometry import motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
-from vbbench_baselines.joint_map.motion.odometry import motions_of
 from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of

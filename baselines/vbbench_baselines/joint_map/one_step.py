@@ -15,12 +15,12 @@ from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, wrapped
 from vbbench_baselines.common.motion import ANCHOR_STD
+from vbbench_baselines.common.odometry import Motions, carried, measured, stray
 from vbbench_baselines.common.sightings import Sightings, measure
 from vbbench_baselines.common.uncertainty import linearise_people
 from vbbench_baselines.joint_map.measurement.boxes import FLOOR, Statures, farther
 from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope, surprise, turn, weigh
 from vbbench_baselines.joint_map.motion.learning import Lessons, known_before, learn, taught
-from vbbench_baselines.joint_map.motion.odometry import Motions, carried, measured, stray
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, observer_of
 
 PAST = REACH + 1

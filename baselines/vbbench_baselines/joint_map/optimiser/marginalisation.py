@@ -20,9 +20,9 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import evidence
-from vbbench_baselines.joint_map.motion.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.optimiser.poses import linearise

@@ -10,8 +10,8 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.odometry import add_motion_curvature, add_motions
 from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope
-from vbbench_baselines.joint_map.motion.odometry import add_motion_curvature, add_motions
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk, observer_of
 from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
 from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, to_poses, weighed

@@ -11,10 +11,10 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.odometry import Motions, disagreement
 from vbbench_baselines.joint_map.measurement.boxes import farther
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import judge
-from vbbench_baselines.joint_map.motion.odometry import Motions, disagreement
 from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh
 from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
+from vbbench.sequence import Odometry
 from vbbench_baselines.common.ego_motion import wrapped
 
 SMALLEST = 1e-6
@@ -42,6 +43,33 @@ def motions_of(motions: FloatArray, covariances: FloatArray) -> Motions:
         told.moved[known] = motions[known]
         told.information[known] = np.linalg.inv(covariances[known] + SMALLEST**2 * np.eye(3))
     return told
+
+
+class Told(NamedTuple):
+    """What odometry tells of the newest pose, where the pose before is known.
+
+    Attributes
+    ----------
+    pose : [3] where it leads to.
+    std : in m, of its place, alike in all directions.
+    facing : information in 1/rad² on its yaw.
+    """
+
+    pose: FloatArray
+    std: float
+    facing: float
+
+
+def told_by(odometry: Odometry | None, before: FloatArray) -> Told | None:
+    """What the newest row of ``odometry`` tells after the pose ``before`` [3]; ``None`` if nothing."""
+    if odometry is None:
+        return None
+    newest = motions_of(odometry.motions[-1:], odometry.covariances[-1:])
+    if not measured(newest.information[0]) or np.isnan(before).any():
+        return None
+    spread = odometry.covariances[-1]
+    std = np.sqrt(0.5 * (spread[0, 0] + spread[1, 1]) + SMALLEST**2)
+    return Told(carried(before, newest.moved[0]), float(std), float(1.0 / (spread[2, 2] + SMALLEST**2)))
 
 
 @kernel
