@@ -1,5 +1,8 @@
 """A session that is fed with a dataset's sequence answers as `solve` does under cold-start, whatever the solver."""
 
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -64,11 +67,21 @@ def test_a_session_answers_as_solve_does(dataset: Dataset, solver: str, tmp_path
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_restarts_and_reused_columns_leave_a_session_on_its_map(dataset: Dataset, solver: str) -> None:
-    """With as few columns as can be, and everybody forgotten after a second, answers stay near those with many."""
-    sequence = max(dataset.sequences(0, len(dataset)), key=lambda sequence: int(sequence.observed.sum()))
-    many, problem = answers_of(session_for(dataset, sequence, solver), sequence), dataset.problem(sequence)
-    few = Session(solver, problem.camera, problem.dt, pixel_std=1.0, forget_after=1.0, people=1)
-    few_answers = answers_of(few, sequence)
-    assert [answer.positions.keys() for answer in few_answers] == [answer.positions.keys() for answer in many]
-    assert all(np.isfinite(answer.pose).all() for answer in few_answers)
+def test_new_starts_leave_nobody_out(dataset: Dataset, solver: str) -> None:
+    """With as few columns as can be, and everybody soon forgotten, all who are seen have a place."""
+    sequence, problem = max(
+        ((sequence, dataset.problem(sequence)) for sequence in dataset.sequences(0, len(dataset))),
+        key=lambda pair: int(pair[0].observed.sum()),
+    )
+    session = Session(solver, problem.camera, problem.dt, pixel_std=1.0, forget_after=1.0, people=1)
+    for answer, observed in zip(answers_of(session, sequence), sequence.observed, strict=True):
+        assert np.isfinite(answer.pose).all()
+        assert list(answer.positions) == sequence.tracks[observed].tolist()
+
+
+def test_a_step_loads_nothing() -> None:
+    """Kernels are loaded or compiled when a session is made, and never while the robot moves; in a new process."""
+    done = subprocess.run([sys.executable, "-m", "tests.late_session"], capture_output=True, text=True, check=True)
+    loaded, late = json.loads(done.stdout)
+    assert loaded > 5
+    assert late == []
