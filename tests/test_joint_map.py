@@ -12,6 +12,7 @@ from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.solver import Estimate, FrameSolver, SequenceSolver
 from vbbench.solving.runner import frames_of
+from vbbench_baselines.common.odometry import Motions, motions_of, stray
 from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -95,7 +96,7 @@ def test_the_observers_own_scale_is_known_where_nobody_is_in_sight() -> None:
     poses, numbers = np.array(walk(3, frames=8, wobble=0.1).poses), walk_of(Prior(), DT)
     nobody = np.full((8, 2, 2), np.nan)
     data = gather(nobody, np.full((8, 2, 3), np.nan), nobody, Statures(np.full(2, 1.7), np.zeros(2)))
-    problem = JointProblem(data, anchor_of(np.zeros(8, bool), poses, NOTHING_KEPT), numbers)
+    problem = JointProblem(data, anchor_of(np.zeros(8, bool), poses, NOTHING_KEPT), numbers, unmeasured(8))
     state = believe(poses, nobody, np.full(2, 1.7), problem, np.full(3, numbers.sigma**2))
     own, improbable = reweigh(poses[:, :2].copy(), numbers, numbers.own, np.zeros(8), numbers.sigma**2)
     assert state.variances[-1] == pytest.approx(own)
@@ -126,14 +127,29 @@ def made_data(feet: bool, frames: int = 7, pixel_std: float = 1.0) -> tuple[Meas
     return gather(relative, information, sequence.given.positions, statures), np.array(truth.poses)
 
 
+def unmeasured(frames: int) -> Motions:
+    return motions_of(np.full((frames, 3), np.nan), np.full((frames, 3, 3), np.nan))
+
+
+def measured_motions(poses: FloatArray) -> Motions:
+    """Odometry of every other frame, off by some centimetres and hundredths of a radian."""
+    rng, moved = np.random.default_rng(9), np.full(poses.shape, np.nan)
+    for t in range(1, len(poses), 2):
+        moved[t] = stray(poses[t - 1], poses[t], np.zeros(3))[0] + rng.normal(0.0, 0.03, 3)
+    spread = rng.normal(0.0, 0.05, (len(poses), 3, 3))
+    return motions_of(moved, spread @ spread.transpose(0, 2, 1) + 1e-3 * np.eye(3))
+
+
+@pytest.mark.parametrize("cold", [False, True])
 @pytest.mark.parametrize("feet", [True, False])
-def test_the_gradient_is_that_of_the_deviance(feet: bool) -> None:
+def test_the_gradient_is_that_of_the_deviance(feet: bool, cold: bool) -> None:
     """With everybody and the weights where they belong, and the boxes linearised there."""
     data, poses = made_data(feet)
     poses += np.random.default_rng(5).normal(0.0, 0.02, poses.shape)
     frames, people = len(poses), len(data.first)
-    numbers = walk_of(Prior(following=0.5), DT)
-    problem = JointProblem(data, anchor_of(np.zeros(frames, bool), poses, NOTHING_KEPT), numbers)
+    numbers = walk_of(Prior(following=0.5), DT, cold=cold)
+    motions = measured_motions(poses) if cold else unmeasured(frames)
+    problem = JointProblem(data, anchor_of(np.zeros(frames, bool), poses, NOTHING_KEPT), numbers, motions)
     places, variances = np.full((frames, people, 2), np.nan), np.full(people + 1, numbers.sigma**2)
     state = believe(poses, places, data.stature.copy(), problem, variances)
     for _ in range(60):
@@ -155,11 +171,13 @@ def test_the_gradient_is_that_of_the_deviance(feet: bool) -> None:
         assert (deviance(step) - deviance(-step)) / 2e-6 == pytest.approx(gradient[i], rel=5e-3, abs=5e-2)
 
 
-def test_what_leaves_is_kept_exactly_for_normal_walks() -> None:
+@pytest.mark.parametrize("odometry", [False, True])
+def test_what_leaves_is_kept_exactly_for_normal_walks(odometry: bool) -> None:
     data, poses = made_data(feet=True, frames=10, pixel_std=0.0)
-    numbers, fixed = walk_of(NORMAL, DT), np.arange(10) < 2
+    numbers, fixed = walk_of(NORMAL, DT, cold=odometry), np.arange(10) < 2
     places = np.full((10, len(data.first), 2), np.nan)
-    problem = JointProblem(data, anchor_of(fixed, poses, NOTHING_KEPT), numbers)
+    motions = measured_motions(poses) if odometry else unmeasured(10)
+    problem = JointProblem(data, anchor_of(fixed, poses, NOTHING_KEPT), numbers, motions)
     whole = settle(poses, places, problem, 50, 1e-9, 0.0)
     assert whole.converged
     for count in (1, 4):
@@ -168,7 +186,8 @@ def test_what_leaves_is_kept_exactly_for_normal_walks() -> None:
         poses = whole.state.poses[count:]
         anchor = anchor_of(fixed[count:], poses, Marginal(poses, slope, information, 0.0))
         start = poses + 0.01 * ~fixed[count:, None]
-        kept = settle(start, places[count:], JointProblem(rest, anchor, numbers), 50, 1e-9, 0.0)
+        later = Motions(motions.moved[count:], motions.information[count:])
+        kept = settle(start, places[count:], JointProblem(rest, anchor, numbers, later), 50, 1e-9, 0.0)
         np.testing.assert_allclose(kept.state.poses, whole.state.poses[count:], atol=1e-4)
 
 

@@ -18,6 +18,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "Dataset": "files.dataset",
     "Estimate": "estimate",
+    "ForgettingSolver": "solver",
     "Frame": "solver",
     "FrameEstimate": "estimate",
     "FrameSolver": "solver",
@@ -29,6 +30,8 @@ _HOMES = {
     "Scene": "scene",
     "Sequence": "sequence",
     "SequenceSolver": "solver",
+    "Session": "solving.session",
+    "SessionAnswer": "solving.session",
     "Truth": "sequence",
     "VbbenchError": "errors",
     "compare": "scoring.comparison",
@@ -53,6 +56,7 @@ _OLDER_PATHS = {
 __all__ = [
     "Dataset",
     "Estimate",
+    "ForgettingSolver",
     "Frame",
     "FrameEstimate",
     "FrameSolver",
@@ -64,6 +68,8 @@ __all__ = [
     "Scene",
     "Sequence",
     "SequenceSolver",
+    "Session",
+    "SessionAnswer",
     "Truth",
     "VbbenchError",
     "__version__",
@@ -83,8 +89,9 @@ if TYPE_CHECKING:
     from vbbench.scoring import score
     from vbbench.scoring.comparison import compare
     from vbbench.sequence import Given, Sequence, Truth
-    from vbbench.solver import Frame, FrameSolver, LocationPosterior, Problem, SequenceSolver
+    from vbbench.solver import ForgettingSolver, Frame, FrameSolver, LocationPosterior, Problem, SequenceSolver
     from vbbench.solving import solve
+    from vbbench.solving.session import Session, SessionAnswer
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:

@@ -13,7 +13,16 @@ from vbbench.estimate import Estimate, FrameEstimate
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench.sequence import Given
 
-__all__ = ["Estimate", "Frame", "FrameEstimate", "FrameSolver", "LocationPosterior", "Problem", "SequenceSolver"]
+__all__ = [
+    "Estimate",
+    "ForgettingSolver",
+    "Frame",
+    "FrameEstimate",
+    "FrameSolver",
+    "LocationPosterior",
+    "Problem",
+    "SequenceSolver",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +81,17 @@ class FrameSolver(Protocol):
 
     def step(self, frame: Frame) -> FrameEstimate:
         """Answer for this frame; called for t = 0, 1, 2, … in order."""
+
+
+@runtime_checkable
+class ForgettingSolver(FrameSolver, Protocol):
+    """A solver whose columns can be given to new people while it runs, for sessions without an end."""
+
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on, these columns [M] stand for new people: what is known of the earlier ones is dropped.
+
+        The observer's pose, and what else was learned from them, is kept.
+        """
 
 
 @runtime_checkable

@@ -65,9 +65,9 @@ class SocialForceBirdifier(Birdifier):
 
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
-        pose, alone, weights = settle(factors, task.pose, self.softness, self.iterations, self.tolerance)
+        pose, alone, weights = settle(factors, task.pose, self.softness, self.iterations, self.tolerance, task.facing)
         near, positions = nearest(task.rays, self.most_interacting), alone.copy()
-        crowd = Task(pose, factors.of(near), task.rays[near])
+        crowd = task._replace(pose=pose, factors=factors.of(near), rays=task.rays[near])
         positions[near] = self._interact(crowd, alone[near], weights[near])
         # The weighted squares that touch the energy at its minimum (see `vbbench_baselines.cascade.reweighting`).
         stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
@@ -77,7 +77,7 @@ class SocialForceBirdifier(Birdifier):
 
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
         """The second stage: people's places [K, 2] given the pose, starting from each person's own optimum."""
-        pose, factors, rays = task
+        pose, factors, rays, _ = task
         samples = sample_rays(pose[2], alone, weights, rays, factors, self.softness, self.samples, self.spacing)
         if self.samples == 1 or np.isinf(samples.energies[:, 1]).all():
             return alone

@@ -11,13 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise, location_energies
+from vbbench_baselines.common.cold_start import add_drift
+from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.motion import History, Spreads
-from vbbench_baselines.common.sightings import measure, sight
+from vbbench_baselines.common.odometry import Told, told_by
+from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
 
@@ -34,11 +36,13 @@ class Task(NamedTuple):
     Attributes
     ----------
     pose : [3] the observer's pose where it is known, else NaN.
+    facing : information in 1/rad² on the yaw that the factors expect of the observer.
     """
 
     pose: FloatArray
     factors: Factors
     rays: FloatArray
+    facing: float = VAGUE
 
 
 class Answer(NamedTuple):
@@ -114,20 +118,30 @@ class Birdifier(ABC):
         history.advance(frame.given)
         if self.calibrate:
             heights.learn(history, self._seen, *self._confident)
-        self._seen = sight(self._camera, frame.observations, self._pixel_std)
-        chosen = select(frame.observations, self.most_people, self.smallest_box)
+        observations = usable(frame.observations)
+        self._seen = sight(self._camera, observations, self._pixel_std)
+        chosen = select(observations, self.most_people, self.smallest_box)
         relative, covariance = measure(self._seen, heights.mean, heights.variance)
         factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
-        usable = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
-        fallback = bool(usable < FEWEST) and not history.pose_given[2]
+        helpful = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
+        history.moving = history.moving or bool(helpful > 0)
+        fallback = bool(helpful < FEWEST) and not history.pose_given[2]
         if not self.ego_prior and not fallback:
             factors = factors._replace(walk_std=np.inf)
+        factors, facing = _with_odometry(factors, told_by(frame.given.odometry, history.poses[1]))
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
-        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen]))
+        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing))
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
         self._tangent = answer.tangent
         return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
+
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
+        self._history.forget(columns)
+        self._heights.forget(columns)
+        for rows in (*self._seen, *self._confident):
+            rows[columns] = np.nan
 
     def location_energy(self, places: FloatArray) -> FloatArray:
         """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
@@ -144,7 +158,19 @@ class Birdifier(ABC):
         if not self._history.pose_given[2]:
             pose = pose_covariance(answer.pose, answer.curved)
         people = position_covariances(answer.pose, pose, factors._replace(std=std))
+        if self._history.cold:
+            add_drift(pose, people, np.array(self._history.unmeasured * self._dt))
         return {**known, "pose_covariance": pose, "position_covariances": people}
+
+
+def _with_odometry(factors: Factors, told: Told | None) -> tuple[Factors, float]:
+    """The terms with what odometry tells beside what the walk does, and the information in 1/rad² on the yaw."""
+    if told is None:
+        return factors, VAGUE
+    walked, measured = 1.0 / factors.walk_std**2, 1.0 / told.std**2
+    pose = told.pose.copy()
+    pose[:2] = (walked * factors.walk[:2] + measured * told.pose[:2]) / (walked + measured)
+    return factors._replace(walk=pose, walk_std=float((walked + measured) ** -0.5)), told.facing
 
 
 @dataclass(kw_only=True)
@@ -153,5 +179,5 @@ class ConstantVelocityBirdifier(Birdifier):
 
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
-        pose = fit_pose(factors) if np.isnan(task.pose[2]) else task.pose
+        pose = fit_pose(factors, task.facing) if np.isnan(task.pose[2]) else task.pose
         return Answer(pose, localise(pose, factors), factors, factors)

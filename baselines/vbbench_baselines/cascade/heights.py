@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import History
 from vbbench_baselines.common.sightings import Sightings
@@ -28,8 +28,12 @@ class Heights:
     def __init__(self, people: int, mean: float, std: float, limits: tuple[float, float], pose_std: float) -> None:
         self.mean: FloatArray = np.full(people, mean)
         self.variance: FloatArray = np.full(people, std * std)
-        self._limits = limits
+        self._prior, self._limits = (mean, std * std), limits
         self._pose_std = pose_std
+
+    def forget(self, columns: IntArray) -> None:
+        """The columns [M] stand for new people."""
+        self.mean[columns], self.variance[columns] = self._prior
 
     def learn(self, history: History, previous: Sightings, expected: FloatArray, std: FloatArray) -> None:
         """Update from what is known of frame t−1 and its boxes; called once per frame.

@@ -19,7 +19,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
+from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise
 
 
 @kernel
@@ -38,7 +38,7 @@ def moved(before: FloatArray, after: FloatArray, distance: float) -> bool:
 
 @kernel
 def settle(
-    factors: Factors, pose: FloatArray, softness: float, rounds: int, tolerance: float
+    factors: Factors, pose: FloatArray, softness: float, rounds: int, tolerance: float, facing: float = VAGUE
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Minimise E_c over the pose, unless it is known, and the people.
 
@@ -46,6 +46,7 @@ def settle(
     ----------
     pose : [3] the known pose, or NaN.
     softness : ε, in standard deviations.
+    facing : information in 1/rad² on the yaw of ``factors.walk``.
     rounds, tolerance : stop after this number of rounds, or when no place (m) and no pose (m, rad) moved further.
 
     Returns
@@ -60,7 +61,7 @@ def settle(
         before, last = here, positions
         weighted = Factors(relative, covariance, expected, spread, walk, walk_std / np.sqrt(walk_weight))
         if free:
-            here = fit_pose(weighted)
+            here = fit_pose(weighted, facing)
         positions = localise(here, weighted)
         if np.all(np.abs(here - before) < tolerance) and not moved(last, positions, tolerance):
             break

@@ -20,6 +20,10 @@ SMALLEST_BOX = 1.0
 """Boxes lower than this (px) are taken to be this high: noise must not turn a person's distance negative."""
 
 
+FARTHEST_PIXEL = 1e6
+"""In px; no picture is that large."""
+
+
 class Sightings(NamedTuple):
     """The boxes of one frame as rays; NaN = not observed.
 
@@ -33,6 +37,12 @@ class Sightings(NamedTuple):
     rays: FloatArray
     sideways: FloatArray
     stretch: FloatArray
+
+
+def usable(observations: FloatArray) -> FloatArray:
+    """The boxes [..., K, 3] in px, those that are not finite or beyond any picture as if they were not there."""
+    sound = np.all(np.abs(observations) <= FARTHEST_PIXEL, axis=-1, keepdims=True)
+    return np.where(sound, observations, np.nan)
 
 
 def sight(camera: Camera, observations: FloatArray, pixel_std: float) -> Sightings:

@@ -9,10 +9,20 @@ import numpy as np
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
-from vbbench.solving.runner import WINDOW
-from vbbench_baselines.common.sightings import Sightings
+from vbbench.solving.runner import WINDOW, window_of_odometry
+from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.odometry import Motions, motions_of
+from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, Report, Statures, inform, statures_of
+from vbbench_baselines.joint_map.measurement.boxes import (
+    BoxHeights,
+    Eye,
+    GroundCheck,
+    Report,
+    Statures,
+    inform,
+    statures_of,
+)
 from vbbench_baselines.joint_map.measurement.window import gather
 from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
@@ -57,6 +67,9 @@ class MapBatch:
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
+        observations, cold = usable(observations), len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
+        if self.feet and cold and not GroundCheck(problem).look(observations):
+            return replace(self, feet=False).solve(problem, observations, given)
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
         start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet)
         if not np.isnan(given.poses[:-1, 2]).any():
@@ -78,7 +91,9 @@ class MapBatch:
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
         """The end of the descent from the answer of ``start``, block after block."""
         causal = _walk_through(start, task, covariances=False)
-        walk = walk_of(self.prior, task.problem.dt, self.ego_prior)
+        cold = len(task.given.poses) > 1 and begins_cold(task.given.frames(slice(2)), 1)
+        walk = walk_of(self.prior, task.problem.dt, self.ego_prior, cold)
+        motions = _motions(task.given)
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
         relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
@@ -86,15 +101,27 @@ class MapBatch:
         first, kept = 0, NOTHING_KEPT
         while True:
             rows = slice(first, min(first + self.block, len(poses)))
+            told = Motions(motions.moved[rows], motions.information[rows])
             data = gather(relative[rows], information[rows], given.positions[rows], task.statures)
-            joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk)
+            joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk, told)
             nowhere, ends = np.full_like(causal.positions[rows], np.nan), (self.rounds, self.tolerance, self.certain)
-            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends)
+            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends, cold)
             answer.take(settled, joint, first)
             if rows.stop == len(poses):
-                return answer
+                break
             kept = marginalise(settled.state, joint, self.stride)
             first += self.stride
+        if cold:
+            unmeasured = ~motions.information[1:].any(axis=(1, 2))
+            answer.add_drift(np.cumsum(np.where(unmeasured, task.problem.dt, 0.0)))
+        return answer
+
+
+def _motions(given: Given) -> Motions:
+    """What the observer measures of its own motion in all frames."""
+    if given.odometry is None:
+        return motions_of(np.full((len(given.poses), 3), np.nan), np.full((len(given.poses), 3, 3), np.nan))
+    return motions_of(given.odometry.motions, given.odometry.covariances)
 
 
 class _Task(NamedTuple):
@@ -130,6 +157,11 @@ class _Answer:
             self._pose_spread[rows] = sigma.reshape(len(frames), 3, len(frames), 3)[frames, :, frames]
             self._place_spread[rows] = place_covariances(settled.state, joint.walk, sigma, 0)
 
+    def add_drift(self, seconds: FloatArray) -> None:
+        """Add what cold starts leave open to the covariances from frame 1 on, ``seconds`` [T − 1] without odometry."""
+        if self._pose_spread is not None and self._place_spread is not None:
+            add_drift(self._pose_spread[1:], self._place_spread[1:], seconds)
+
     def estimate(self, heights: Report) -> Estimate:
         """The whole estimate, with a report of ``heights``."""
         poses = self._poses.copy()
@@ -152,5 +184,6 @@ def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:
     answers = []
     for t, boxes in enumerate(map(Sightings, *task.seen)):
         shown = slice(t, t + WINDOW + 1)
-        answers.append(start.advance(boxes, Given(poses=poses[shown], positions=positions[shown])))
+        odometry = None if task.given.odometry is None else window_of_odometry(task.given.odometry, t)
+        answers.append(start.advance(boxes, Given(poses=poses[shown], positions=positions[shown], odometry=odometry)))
     return Estimate.of_frames(answers)

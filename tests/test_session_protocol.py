@@ -1,0 +1,87 @@
+"""A session that is fed with a dataset's sequence answers as `solve` does under cold-start, whatever the solver."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench import Dataset, Session, SessionAnswer
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.protocol import scored_frames
+from vbbench.sequence import Sequence
+from vbbench.solving import solve
+
+SOLVERS = ["cv", "sf", "vb-cv", "vb-sf", "map-causal"]
+
+
+@pytest.fixture(scope="module", params=["panorama", "perspective"])
+def dataset(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    camera = {"panorama": PanoramaCamera(), "perspective": PerspectiveCamera()}[request.param]
+    folder = tmp_path_factory.mktemp("session") / request.param
+    return generate("demo", folder, Options(camera=camera, tier="noisy", limit=6))
+
+
+def session_for(dataset: Dataset, sequence: Sequence, solver: str) -> Session:
+    """A session that knows what the dataset tells a solver."""
+    problem = dataset.problem(sequence)
+    return Session(
+        solver,
+        problem.camera,
+        problem.dt,
+        height_mean=problem.height_mean,
+        height_std=problem.height_std,
+        pixel_std=problem.pixel_std,
+        covariances=False,
+        origin=sequence.given.poses[0],
+        forget_after=1000.0,
+        people=max(len(problem.tracks), 1),
+    )
+
+
+def answers_of(session: Session, sequence: Sequence) -> list[SessionAnswer]:
+    answers = []
+    for boxes, seen in zip(sequence.observations, sequence.observed, strict=True):
+        answers.append(session.step_observations(zip(sequence.tracks[seen].tolist(), boxes[seen], strict=True)))
+    return answers
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_session_answers_as_solve_does(dataset: Dataset, solver: str, tmp_path: Path) -> None:
+    submitted = SubmittedEstimates(dataset, solve(dataset, solver, "cold-start", tmp_path / solver))
+    compared = 0
+    for sequence in dataset.sequences(0, len(dataset)):
+        expected, answers = submitted.of(sequence), answers_of(session_for(dataset, sequence, solver), sequence)
+        for frame in np.flatnonzero(scored_frames(sequence.observed)):
+            compared += 1
+            np.testing.assert_allclose(answers[frame].pose, expected.poses[frame], atol=1e-5)
+            for column in np.flatnonzero(sequence.observed[frame]):
+                position = answers[frame].positions[int(sequence.tracks[column])]
+                np.testing.assert_allclose(position, expected.positions[frame, column], atol=1e-5)
+    assert compared > 30
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_new_starts_leave_nobody_out(dataset: Dataset, solver: str) -> None:
+    """With as few columns as can be, and everybody soon forgotten, all who are seen have a place."""
+    sequence, problem = max(
+        ((sequence, dataset.problem(sequence)) for sequence in dataset.sequences(0, len(dataset))),
+        key=lambda pair: int(pair[0].observed.sum()),
+    )
+    session = Session(solver, problem.camera, problem.dt, pixel_std=1.0, forget_after=1.0, people=1)
+    for answer, observed in zip(answers_of(session, sequence), sequence.observed, strict=True):
+        assert np.isfinite(answer.pose).all()
+        assert list(answer.positions) == sequence.tracks[observed].tolist()
+
+
+def test_a_step_loads_nothing() -> None:
+    """Kernels are loaded or compiled when a session is made, and never while the robot moves; in a new process."""
+    done = subprocess.run([sys.executable, "-m", "tests.late_session"], capture_output=True, text=True, check=True)
+    loaded, late = json.loads(done.stdout)
+    assert loaded > 5
+    assert late == []

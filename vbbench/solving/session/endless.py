@@ -1,0 +1,226 @@
+"""A frame-by-frame solver over frames that never end, in columns that are used again for new people.
+
+A `vbbench.solver.ForgettingSolver` is told which people are gone. Every other solver starts anew then, and so does each
+that is to get more columns, and one that failed. It is shown the last `SHOWN_AGAIN` frames once more, with the pose
+that it answered in the first of them as the origin. No more is given: two whole frames of its own answers, taken as
+certain, would make velocities of their errors, and it would run away. What it was unsure of at that pose is added to
+its covariances:
+
+    Σ = Σ_s + J Σ_0 Jᵀ,    J = ∂(place, yaw)/∂(pose 0) = [[1, 0, −(y − y_0)], [0, 1, x − x_0], [0, 0, 1]],
+
+where pose 0 is that pose and Σ_0 its covariance: an error of it shifts and turns all that follows.
+"""
+
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vbbench.errors import VbbenchError
+from vbbench.estimate import FrameEstimate, is_credible
+from vbbench.geometry import FloatArray, IntArray, relative_to_world
+from vbbench.sequence import Given, Odometry
+from vbbench.solver import ForgettingSolver, Frame, FrameSolver, Problem
+from vbbench.solving.warming import FRAMES, synthetic_sequence
+
+SHOWN_AGAIN = 12
+"""Frames from which a solver starts anew: about as many as solvers look back."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Answered:
+    """A frame as it was answered: boxes [K, 3] and odometry, and the pose [3] with its covariance."""
+
+    observations: FloatArray
+    odometry: Odometry
+    pose: FloatArray
+    covariance: FloatArray | None
+
+    @property
+    def base(self) -> tuple[FloatArray, FloatArray] | None:
+        """Pose 0 and Σ_0 for a start from here; ``None`` if the solver did not tell how unsure it was."""
+        known = self.covariance is not None and np.isfinite(self.covariance).all()
+        return (self.pose, np.asarray(self.covariance)) if known else None
+
+    def without(self, columns: IntArray) -> "_Answered":
+        """Without the people in these columns [M]."""
+        observations = self.observations.copy()
+        observations[columns] = np.nan
+        return replace(self, observations=observations)
+
+    def widened(self, columns: int) -> "_Answered":
+        """With nobody in the columns that are added."""
+        more = ((0, columns - len(self.observations)), (0, 0))
+        return replace(self, observations=np.pad(self.observations, more, constant_values=np.nan))
+
+
+_UNKNOWN = np.full(3, np.nan)
+
+
+class EndlessRun:
+    """A solver between frames.
+
+    Parameters
+    ----------
+    solver : what answers.
+    problem : what it is told; its tracks are the numbers of the columns.
+    origin : [3] the pose of the first frame: the only one that is given.
+    """
+
+    def __init__(self, solver: FrameSolver, problem: Problem, origin: FloatArray) -> None:
+        self._solver, self._problem, self._origin = solver, problem, origin
+        self._past: tuple[_Answered, ...] = ()
+        self._forgotten: list[int] = []
+        self._base: tuple[FloatArray, FloatArray] | None = None
+        self._must_start = True
+
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on, these columns [M] stand for new people."""
+        if len(columns):
+            self._past = tuple(frame.without(columns) for frame in self._past)
+            self._forgotten += columns.tolist()
+
+    def widen(self, columns: int) -> None:
+        """From the next frame on, there are so many columns."""
+        self._past = tuple(frame.widened(columns) for frame in self._past)
+        self._problem = replace(self._problem, tracks=np.arange(columns))
+        self._must_start = True
+
+    def step(self, observations: FloatArray, odometry: Odometry) -> FrameEstimate:
+        """The answer for the next frame.
+
+        Parameters
+        ----------
+        observations : [K, 3] boxes (u, v, l) in px, NaN = none.
+        odometry : of the frames since the last answer. All but the last one were missed: they show nobody.
+
+        Raises
+        ------
+        VbbenchError
+            If the solver fails. It then goes on from the frames before, as if these had never come; from the last pose
+            alone if it fails once more.
+        """
+        past, starts = self._past, self._must_start
+        try:
+            self._prepare()
+            nobody = np.full_like(observations, np.nan)
+            for frame in range(len(odometry.motions) - 1):
+                self._answer(nobody, odometry.frames(slice(frame, frame + 1)))
+            return self._answer(observations, odometry.frames(slice(-1, None)))
+        except Exception as error:
+            if starts and past:  # it cannot go on from its own answers: of them only the last pose is kept
+                self._origin, self._base, past = past[-1].pose, past[-1].base, ()
+            self._past, self._must_start = past, True
+            why = str(error) if isinstance(error, VbbenchError) else f"{type(error).__name__}: {error}"
+            raise VbbenchError(
+                f"{type(self._solver).__name__} failed, and the frame is left out: {why}; the session goes on"
+            ) from error
+
+    def _prepare(self) -> None:
+        """Make the solver forget those who are gone, or start anew."""
+        if self._forgotten and not self._must_start:
+            if isinstance(self._solver, ForgettingSolver):
+                self._solver.forget(np.array(self._forgotten, np.int64))
+            else:
+                self._must_start = True
+        self._forgotten = []
+        if self._must_start:
+            self._start()
+            self._must_start = False
+
+    def _start(self) -> None:
+        pose = self._origin
+        if self._past:
+            pose, self._base = self._past[0].pose, self._past[0].base
+        columns = len(self._problem.tracks)
+        self._index, self._given = 0, Given(poses=np.full((3, 3), np.nan), positions=np.full((3, columns, 2), np.nan))
+        self._odometry = Odometry(motions=np.full((3, 3), np.nan), covariances=np.full((3, 3, 3), np.nan))
+        self._solver.start(self._problem)
+        for frame in self._past:
+            self._feed(frame.observations, pose, frame.odometry)
+            pose = _UNKNOWN
+
+    def _answer(self, observations: FloatArray, odometry: Odometry) -> FrameEstimate:
+        answer = self._with_base(self._feed(observations, _UNKNOWN if self._past else self._origin, odometry))
+        seen = ~np.isnan(observations[:, 2])
+        if not is_credible(answer.pose).all():
+            if seen.any() or not self._past:
+                raise VbbenchError(
+                    f"its pose is {np.array2string(answer.pose, precision=3)} in frame {self._index - 1}"
+                )
+            answer = replace(answer, pose=_moved(self._past[-1].pose, odometry.motions[0]), converged=False)
+        answered = _Answered(
+            observations=observations, odometry=odometry, pose=answer.pose, covariance=answer.pose_covariance
+        )
+        self._past = (*self._past, answered)[-SHOWN_AGAIN:]
+        known = seen[:, None] & is_credible(answer.positions).all(axis=1, keepdims=True)
+        return replace(answer, positions=np.where(known, answer.positions, np.nan))
+
+    def _feed(self, observations: FloatArray, pose: FloatArray, odometry: Odometry) -> FrameEstimate:
+        """Show the solver a frame, of which perhaps the pose is given."""
+        before, moved = self._given, self._odometry
+        self._odometry = Odometry(
+            motions=np.concatenate([moved.motions[1:], odometry.motions]),
+            covariances=np.concatenate([moved.covariances[1:], odometry.covariances]),
+        )
+        self._given = Given(
+            poses=np.concatenate([before.poses[1:], pose[None]]),
+            positions=before.positions,
+            odometry=None if np.isnan(self._odometry.motions).all() else self._odometry,
+        )
+        answer = self._solver.step(Frame(index=self._index, observations=observations.copy(), given=self._given))
+        self._index += 1
+        if not isinstance(answer, FrameEstimate):
+            raise VbbenchError(f"it returned a {type(answer).__name__}, not a FrameEstimate")
+        if answer.positions.shape != (len(observations), 2):
+            raise VbbenchError(f"its positions have shape {list(answer.positions.shape)}, not {[len(observations), 2]}")
+        return answer
+
+    def _with_base(self, answer: FrameEstimate) -> FrameEstimate:
+        """The answer, as unsure as the pose from which the solver started anew."""
+        if self._base is None or answer.pose_covariance is None:
+            return answer
+        start, sigma = self._base
+        turning = _levers(answer.pose[None, :2], start)[0]
+        pose_levers = np.vstack([turning, [0.0, 0.0, 1.0]])
+        positions = answer.position_covariances
+        if positions is not None:
+            levers = _levers(answer.positions, start)
+            positions = positions + levers @ sigma @ levers.transpose(0, 2, 1)
+        return replace(
+            answer,
+            pose_covariance=answer.pose_covariance + pose_levers @ sigma @ pose_levers.T,
+            position_covariances=positions,
+        )
+
+
+def rehearse(solver: FrameSolver, problem: Problem) -> None:
+    """Let a solver answer made-up frames, with odometry and without: later nothing needs loading or compiling."""
+    observations = synthetic_sequence(problem, FRAMES)[0].observations
+    columns, people = len(problem.tracks), observations.shape[1]
+    observations = np.pad(observations, ((0, 0), (0, max(columns - people, 0)), (0, 0)), constant_values=np.nan)
+    unmeasured = Odometry(motions=np.full((1, 3), np.nan), covariances=np.full((1, 3, 3), np.nan))
+    measured = Odometry(motions=np.zeros((1, 3)), covariances=np.eye(3)[None])
+    with warnings.catch_warnings(), suppress(VbbenchError):
+        warnings.simplefilter("ignore")
+        for odometry in (unmeasured, measured):
+            run = EndlessRun(solver, problem, np.zeros(3))
+            for boxes in observations:
+                run.step(boxes[:columns], odometry)
+            run.forget(np.arange(1))
+            run.step(observations[-1, :columns], odometry)
+
+
+def _levers(places: FloatArray, start: FloatArray) -> FloatArray:
+    """∂place/∂pose [N, 2, 3] of places [N, 2] that are carried along by the pose ``start`` [3]."""
+    levers = np.zeros((len(places), 2, 3))
+    levers[:, 0, 0] = levers[:, 1, 1] = 1.0
+    levers[:, 0, 2], levers[:, 1, 2] = start[1] - places[:, 1], places[:, 0] - start[0]
+    return levers
+
+
+def _moved(pose: FloatArray, motion: FloatArray) -> FloatArray:
+    """A pose [3] after a motion (forward, left, turn) in its axes; the same where that was not measured."""
+    forward, left, turn = np.nan_to_num(motion)
+    return np.array([*relative_to_world(np.array([[-left, forward]]), pose)[0], pose[2] + turn])

@@ -1,0 +1,197 @@
+"""What a robot measures, checked and put into arrays: boxes of tracks, its own motion, and the time."""
+
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError, quoted
+from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.sequence import Odometry
+
+OfTracks = Mapping[Any, ArrayLike] | Iterable[tuple[Any, ArrayLike]]
+"""Numbers of each track, by its id: a mapping, or pairs such as a list of detections makes them."""
+
+LATE = 0.75
+"""A frame that is late by up to so many dt is late; beyond it, one was missed."""
+
+EARLIEST = 0.5
+"""Frames that come earlier than after so many dt are too many."""
+
+LONGEST_BREAK = 3600.0
+"""Seconds after which a session cannot go on."""
+
+
+def read_boxes(boxes: OfTracks, names: tuple[str, ...]) -> tuple[list[Hashable], FloatArray]:
+    """Tracks and their numbers [N, len(names)].
+
+    Parameters
+    ----------
+    boxes : by track.
+    names : what the numbers are called; those after the second are sizes.
+
+    Raises
+    ------
+    VbbenchError
+        If a track comes twice, or its numbers are not finite, or a size is not above 0.
+    """
+    try:
+        pairs = list(boxes.items() if isinstance(boxes, Mapping) else boxes)
+        tracks, values = [track for track, _ in pairs], [value for _, value in pairs]
+    except (TypeError, ValueError) as error:
+        raise VbbenchError(
+            f"boxes must be a mapping of ids to ({', '.join(names)}), or pairs of these: {error}"
+        ) from error
+    numbers, sound = _rows(values, len(names))
+    sound &= np.isfinite(numbers).all(axis=1) & (numbers[:, 2:] > 0.0).all(axis=1)
+    if not sound.all():
+        row = int(np.argmin(sound))
+        raise VbbenchError(
+            f"box of track {quoted(tracks[row])}: ({', '.join(names)}) must be {len(names)} finite numbers, "
+            f"{' and '.join(names[2:])} above 0, not {quoted(values[row])}"
+        )
+    _check_tracks(tracks)
+    return tracks, numbers
+
+
+def _rows(values: list[ArrayLike], length: int) -> tuple[FloatArray, BoolArray]:
+    """The values as an array [N, length], and which of them are rows of so many numbers."""
+    try:
+        numbers = np.array(values, dtype=np.float64).reshape(len(values), -1 if values else length)
+        if numbers.shape[1] == length:
+            return numbers, np.ones(len(values), np.bool_)
+    except (TypeError, ValueError):
+        pass
+    return np.ones((len(values), length)), np.array([_is_row(value, length) for value in values], np.bool_)
+
+
+def _is_row(value: ArrayLike, length: int) -> bool:
+    try:
+        return np.asarray(value, dtype=np.float64).shape == (length,)
+    except (TypeError, ValueError):
+        return False
+
+
+def _check_tracks(tracks: list[Hashable]) -> None:
+    try:
+        distinct = len(set(tracks)) == len(tracks)
+    except TypeError as error:
+        raise VbbenchError(f"ids of tracks must be hashable, such as numbers or text: {error}") from error
+    if not distinct:
+        twice = next(track for row, track in enumerate(tracks) if track in tracks[:row])
+        raise VbbenchError(f"track {quoted(twice)} has two boxes in one frame; keep one")
+
+
+def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: Camera) -> None:
+    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture: the camera is another one."""
+    if camera.period is not None or not tracks:
+        return
+    size = np.array(camera.picture_size)
+    off = np.abs(observations[:, :2] - 0.5 * size) - 0.5 * size
+    outside = (off > observations[:, 2:]).any(axis=1)
+    if outside.any():
+        row = int(np.argmax(outside))
+        column, line, height = observations[row]
+        raise VbbenchError(
+            f"box of track {quoted(tracks[row])}: its centre ({column:g}, {line:g}) is farther than its height of "
+            f"{height:g} px outside the camera's picture of {size[0]} x {size[1]} px; is it the camera that took it?"
+        )
+
+
+def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
+    """One measured motion (forward, left, turn) in m and rad, and its covariance [3, 3].
+
+    Raises
+    ------
+    VbbenchError
+        If a number is not finite, or the covariance cannot be one.
+    """
+    try:
+        moved, sigma = (np.array(part, dtype=np.float64) for part in measured)
+    except (TypeError, ValueError) as error:
+        raise VbbenchError(f"odometry must be a motion of 3 numbers and a covariance of 3 x 3: {error}") from error
+    if moved.shape != (3,) or sigma.shape != (3, 3):
+        raise VbbenchError(
+            f"odometry must be a motion [3] and a covariance [3, 3], not {list(moved.shape)} and {list(sigma.shape)}"
+        )
+    if not (np.isfinite(moved).all() and np.isfinite(sigma).all()):
+        raise VbbenchError("odometry must be finite; leave it out (None) where nothing was measured")
+    variances = sigma.diagonal()
+    if not (variances > 0.0).all():
+        raise VbbenchError(
+            f"the odometry's variances must be above 0, not {quoted(variances.tolist())}: zeros often stand for "
+            "unknown; give what is known of the wheels, or leave odometry out (None)"
+        )
+    scale = np.sqrt(variances)
+    correlations = sigma / np.outer(scale, scale)
+    if np.abs(correlations - correlations.T).max() > 1e-6 or np.linalg.eigvalsh(correlations)[0] < -1e-6:
+        raise VbbenchError(
+            f"the odometry's covariance {quoted(sigma.tolist())} is not symmetric positive semi-definite"
+        )
+    return Odometry(motions=moved[None], covariances=0.5 * (sigma + sigma.T)[None])
+
+
+def no_odometry(frames: int) -> Odometry:
+    """Nothing measured in so many frames."""
+    return Odometry(motions=np.full((frames, 3), np.nan), covariances=np.full((frames, 3, 3), np.nan))
+
+
+def shared_out(odometry: Odometry, frames: int) -> Odometry:
+    """One motion as ``frames`` equal ones in a row along the same arc, with equal shares of its covariance."""
+    if frames == 1:
+        return odometry
+    forward, left, turn = odometry.motions[0]
+    turn = float(wrap_angle(turn)) / frames
+    first = complex(forward, left) / np.exp(1j * turn * np.arange(frames)).sum()
+    motions = np.tile([first.real, first.imag, turn], (frames, 1))
+    return Odometry(motions=motions, covariances=np.tile(odometry.covariances / frames, (frames, 1, 1)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameClock:
+    """Counts frames by their time stamps, which come a little early or late.
+
+    Parameters
+    ----------
+    dt : seconds a frame.
+    last : the last stamp in s; ``None`` before the first.
+    behind : by how many s the last frame was late. It soon counts no more: half of it is left after each frame.
+    """
+
+    dt: float
+    last: float | None = None
+    behind: float = 0.0
+
+    def advanced(self, time: float | None) -> tuple[int, "FrameClock"]:
+        """How many frames later a stamp is, at least one, and the clock that shows it; ``None`` is one frame later.
+
+        Raises
+        ------
+        VbbenchError
+            If the stamp is not finite, not later than the last one, far too early, or an hour later.
+        """
+        if time is None:
+            return 1, replace(self, last=None if self.last is None else self.last + self.dt)
+        if not np.isfinite(time):
+            raise VbbenchError(f"the time of a frame must be finite, not {quoted(time)}")
+        if self.last is None:
+            return 1, replace(self, last=float(time))
+        elapsed = time - self.last
+        if elapsed <= 0.0:
+            raise VbbenchError(f"the frame at {time:.3f} s is not later than the one before at {self.last:.3f} s")
+        if elapsed > LONGEST_BREAK:
+            raise VbbenchError(
+                f"the frame at {time:.3f} s is {elapsed:.0f} s later than the one before; times are in seconds, "
+                "and after so long a break a new session has to begin"
+            )
+        due = elapsed + self.behind
+        if due < EARLIEST * self.dt:
+            raise VbbenchError(
+                f"the frame at {time:.3f} s is {elapsed:.3f} s later than the one before, and frames are {self.dt:g} s "
+                "apart; leave frames out, or give the session the camera's dt"
+            )
+        frames = max(1, int(np.ceil(due / self.dt - LATE)))
+        return frames, replace(self, last=float(time), behind=0.5 * (due - frames * self.dt))

@@ -1,0 +1,217 @@
+"""`Session`: a solver that gets what a robot measures, frame by frame, and tells where everybody is (docs/robot.md)."""
+
+import math
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vbbench.boxes import observations_of
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError, quoted
+from vbbench.estimate import FrameEstimate
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.registry import make_solver
+from vbbench.solver import FrameSolver, Problem, SequenceSolver
+from vbbench.solving.session.columns import Columns
+from vbbench.solving.session.endless import EndlessRun, rehearse
+from vbbench.solving.session.measured import (
+    FrameClock,
+    OfTracks,
+    check_in_picture,
+    no_odometry,
+    read_boxes,
+    read_odometry,
+    shared_out,
+)
+
+PEOPLE = 256
+"""Columns of the solver's arrays to begin with."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionAnswer:
+    """Where the observer and the people of a frame are, in the map's frame; arrays are read-only.
+
+    Parameters
+    ----------
+    pose : [3] (x, y, yaw) of the camera in m and rad.
+    pose_covariance : [3, 3] of these in m², m·rad and rad²; ``None`` if the solver reports none.
+    positions : [2] (x, y) in m of every track seen in this frame that the solver has a place for.
+    position_covariances : [2, 2] of these in m², as far as the solver reports any.
+    heights : of the same people in m, as far as the solver reports any.
+    converged : False warns that the pose may be far off; ``None`` if the solver does not say.
+    """
+
+    pose: FloatArray
+    pose_covariance: FloatArray | None
+    positions: dict[Hashable, FloatArray]
+    position_covariances: dict[Hashable, FloatArray]
+    heights: dict[Hashable, float]
+    converged: bool | None
+
+
+class Session:
+    """A solver on a robot.
+
+    The first frame fixes the map: its pose is ``origin``, and nothing else is ever given (protocol `cold-start`).
+    Tracks come and go; one that was not seen for ``forget_after`` seconds is forgotten, and its id then stands for
+    somebody new. Memory is bounded by the most people ever seen at once.
+
+    A frame that cannot be used raises VbbenchError and changes nothing: it is as if it had never come, and the odometry
+    of the next one must reach back to the last frame that was answered.
+
+    Parameters
+    ----------
+    solver : a registered name, ``module:attribute``, or an object with ``start`` and ``step``, which then belongs to
+        the session. It answers a few made-up frames first, so that nothing is compiled while the robot moves.
+    camera : intrinsics, mount height and tilt.
+    dt : seconds a frame.
+    height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
+    pixel_std : standard deviation in px of a box's column, top and bottom.
+    covariances : whether they are wanted; leaving them out saves time.
+    origin : (x, y, yaw) of the camera in the first frame, in m and rad.
+    forget_after : seconds out of sight after which a track is forgotten.
+    people : columns of the solver's arrays to begin with; more are made when they are needed.
+
+    Raises
+    ------
+    VbbenchError
+        If a number cannot be, or the solver is unknown or solves whole sequences only.
+    """
+
+    def __init__(
+        self,
+        solver: str | FrameSolver,
+        camera: Camera,
+        dt: float,
+        *,
+        height_mean: float = 1.72,
+        height_std: float = 0.09,
+        pixel_std: float = 2.0,
+        covariances: bool = True,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        forget_after: float = 10.0,
+        people: int = PEOPLE,
+    ) -> None:
+        _check_above_zero(dt=dt, height_mean=height_mean, forget_after=forget_after, people=people)
+        _check_above_zero(or_zero=True, height_std=height_std, pixel_std=pixel_std)
+        start = np.array(origin, np.float64)
+        if start.shape != (3,) or not np.isfinite(start).all():
+            raise VbbenchError(f"origin must be (x, y, yaw) in m and rad, not {quoted(origin)}")
+        problem = Problem(
+            sequence=0,
+            camera=camera,
+            dt=float(dt),
+            tracks=np.arange(people),
+            height_mean=height_mean,
+            height_std=height_std,
+            pixel_std=pixel_std,
+            covariances=covariances,
+        )
+        ready = _frame_solver(solver)
+        rehearse(ready, problem)
+        self.camera = camera
+        self._patience = max(1, math.ceil(forget_after / dt))
+        self._columns, self._run = Columns(people, self._patience), EndlessRun(ready, problem, start)
+        self._clock, self._frame = FrameClock(dt=float(dt)), -1
+
+    def step(
+        self,
+        boxes: OfTracks,
+        odometry: tuple[ArrayLike, ArrayLike] | None = None,
+        *,
+        time: float | None = None,
+    ) -> SessionAnswer:
+        """The answer for the next frame.
+
+        Parameters
+        ----------
+        boxes : {id: (left, top, width, height)} in px of everybody seen, or pairs of these; nobody is fine. Ids are
+            anything hashable.
+        odometry : the motion [3] (forward, left, turn) since the last frame that was answered, in m and rad in that
+            frame's axes, and its covariance [3, 3]; ``None`` where none was measured.
+        time : when the frame was taken, in s of any clock. Frames missed since the last one are then made up for, with
+            nobody in them. Without it, a frame comes ``dt`` after the one before.
+
+        Raises
+        ------
+        VbbenchError
+            If something given cannot be, or the solver fails.
+        """
+        tracks, rectangles = read_boxes(boxes, ("left", "top", "width", "height"))
+        return self._step(tracks, observations_of(rectangles, self.camera), odometry, time)
+
+    def step_observations(
+        self,
+        observations: OfTracks,
+        odometry: tuple[ArrayLike, ArrayLike] | None = None,
+        *,
+        time: float | None = None,
+    ) -> SessionAnswer:
+        """As `step`, from {id: (u, v, l)}: the centres and heights of boxes in px, as they stand in a dataset."""
+        tracks, numbers = read_boxes(observations, ("u", "v", "l"))
+        return self._step(tracks, numbers, odometry, time)
+
+    def _step(
+        self,
+        tracks: list[Hashable],
+        observations: FloatArray,
+        odometry: tuple[ArrayLike, ArrayLike] | None,
+        time: float | None,
+    ) -> SessionAnswer:
+        check_in_picture(tracks, observations, self.camera)
+        passed, clock = self._clock.advanced(time)
+        passed = min(passed, self._patience)  # by then everybody is forgotten, and more frames would tell no more
+        moved = no_odometry(passed) if odometry is None else shared_out(read_odometry(odometry), passed)
+        columns = self._columns_of(tracks, self._frame + passed)
+        shown = np.full((self._columns.count, 3), np.nan)
+        shown[columns] = observations
+        answer = self._run.step(shown, moved)
+        self._clock, self._frame = clock, self._frame + passed
+        return _answer_of(answer, tracks, columns.tolist())
+
+    def _columns_of(self, tracks: Sequence[Hashable], frame: int) -> IntArray:
+        """The columns [N] of the tracks of a frame; the solver learns who is gone, and gets more columns if need be."""
+        columns = self._columns
+        columns.expire(frame)
+        self._run.forget(columns.clear_for(tracks))
+        if columns.lack(tracks):
+            columns.widen(tracks)
+            self._run.widen(columns.count)
+        return columns.place(tracks, frame)
+
+
+def _frame_solver(solver: str | FrameSolver) -> FrameSolver:
+    """The solver, made if it is a name."""
+    made = make_solver(solver) if isinstance(solver, str) else solver
+    if isinstance(made, type):
+        raise VbbenchError(f"{made.__name__} is a class; give the session an object of it, {made.__name__}()")
+    if isinstance(made, FrameSolver):
+        return made
+    kind = "solves whole sequences" if isinstance(made, SequenceSolver) else "has no start and step"
+    raise VbbenchError(f"{type(made).__name__} {kind}; a session needs a solver that works frame by frame: map-causal")
+
+
+def _check_above_zero(*, or_zero: bool = False, **values: float) -> None:
+    for name, value in values.items():
+        if not (math.isfinite(value) and (value > 0 or (or_zero and value == 0))):
+            raise VbbenchError(f"{name} must be a number above 0{' or 0' if or_zero else ''}, not {quoted(value)}")
+
+
+def _answer_of(answer: FrameEstimate, tracks: list[Hashable], columns: list[int]) -> SessionAnswer:
+    known = [
+        (track, column)
+        for track, column, x in zip(tracks, columns, answer.positions[columns, 0].tolist(), strict=True)
+        if not math.isnan(x)
+    ]
+    covariances, heights = answer.position_covariances, answer.heights
+    return SessionAnswer(
+        pose=answer.pose,
+        pose_covariance=answer.pose_covariance,
+        positions={track: answer.positions[column] for track, column in known},
+        position_covariances={} if covariances is None else {track: covariances[column] for track, column in known},
+        heights={} if heights is None else {track: float(heights[column]) for track, column in known},
+        converged=answer.converged,
+    )
