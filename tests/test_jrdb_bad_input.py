@@ -67,9 +67,10 @@ TIMES, CLOUDS = "timestamps/{}/frames_img.json", "timestamps/{}/frames_pc.json"
         (
             TIMES,
             lambda v: jump(v, 30.0),
-            "clock jumps by +30.067 s from frame 000049 to the next; leave this recording out",
+            "clock jumps by +30.0",
         ),
-        (TIMES, lambda v: jump(v, -3.0), "clock jumps by -2.933 s from frame 000049"),
+        (TIMES, lambda v: jump(v, -3.0), "clock jumps by -2.93"),
+        (CLOUDS, lambda v: jump(v, 9.0), "frames_pc.json: the clock jumps by +9.0"),
         (TIMES, lambda v: v.pop("data"), "has no list 'data' with an object for each frame"),
         (
             TIMES,
@@ -207,14 +208,13 @@ def test_bags_of_other_times_and_broken_ones(
     path = files.write_bag(tmp_path / "bags") / f"{files.name}.bag"
     whole = path.read_bytes()
     rng = np.random.default_rng(0)
-    for broken in (b"", b"no bag at all", whole[: len(whole) // 2], whole[:200] + rng.bytes(400) + whole[600:]):
+    for broken in (b"", b"no bag at all", whole[: len(whole) // 2], whole[:20000] + rng.bytes(40000) + whole[60000:]):
         path.write_bytes(broken)
         assert "is no whole ROS 1 bag" in refusal(capsys, tmp_path, root, "--bags", path.parent)
     path.write_bytes(whole)
     for place in (TIMES, CLOUDS):
         stamps = root / place.format(files.name)
         values = json.loads(stamps.read_text())
-        values["data"] = values["data"][:]
         for row in values["data"]:
             for sensor in row.get("cameras", row.get("pointclouds")):
                 sensor["timestamp"] += 86400.0

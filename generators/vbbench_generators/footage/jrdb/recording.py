@@ -51,6 +51,12 @@ class Recording:
     places: FloatArray
     heights: FloatArray
 
+    @property
+    def step(self) -> int:
+        """Slots from a frame with boxes to the next, commonly."""
+        filled = np.flatnonzero((~np.isnan(self.visible)).any(axis=1))
+        return int(np.median(np.diff(filled))) if len(filled) > 1 else 1
+
     def footage(self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None) -> Footage:
         """The footage, with poses and odometry where the robot's motion was measured; a robot that stands has a pose.
 

@@ -92,11 +92,9 @@ class JrdbSplit(FootageSplit):
         self, one: Found, bag: Path | None, asked: FootageOptions, *, poses: bool
     ) -> tuple[Footage, dict[str, Any]]:
         recording = read_recording(one, interpolated=asked.interpolated)
-        every, step = asked.every or self.every, recording.grid.step
+        every, step = asked.every or self.every, recording.step
         if every % step:
-            raise VbbenchError(
-                f"{one.name}: every {step}th frame of 15 Hz is labelled; use --every {step} or a multiple"
-            )
+            raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use --every {step} or a multiple")
         motion = None if bag is None else measure_motion(read_bag(bag), recording.grid.times, recording.places)
         if not poses:
             motion = None

@@ -49,13 +49,11 @@ class Grid:
     frames : [N] numbers of the recording's frames, ascending.
     slots : [N] where each lies.
     times : [T] of all slots in s.
-    step : slots from a frame to the next, commonly.
     """
 
     frames: IntArray
     slots: IntArray
     times: FloatArray
-    step: int
 
     @property
     def seconds(self) -> float:
@@ -81,23 +79,35 @@ def lay_out(stamps: Stamps) -> Grid:
     Raises
     ------
     FileError
-        If there are no two frames, the clock goes back or leaps, or frames come at no multiple of 1/15 s.
+        If there are no two frames, or they come at no multiple of 1/15 s.
     """
     if len(stamps.frames) < 2:
         raise FileError(stamps.path, f"stamps {len(stamps.frames)} of the labelled frames; two at least are wanted")
     passed = np.diff(stamps.times)
-    bad = (passed <= 0.0) | (passed > _LONGEST_GAP)
-    if bad.any():
-        row = int(bad.argmax())
-        problem = f"the clock jumps by {passed[row]:+.3f} s from frame {stamps.frames[row]:06d} to the next"
-        raise FileError(stamps.path, f"{problem}; leave this recording out with --sequences")
     common = float(np.median(passed))
     step = max(1, round(common * RATE))
     if abs(common * RATE / step - 1.0) > _DRIFT:
         raise FileError(stamps.path, f"frames are {common:.4f} s apart, which is no multiple of 1/{RATE:.0f} s")
     slots = np.concatenate([[0], np.cumsum(np.maximum(1, np.rint(passed / (common / step)).astype(np.int64)))])
     times = np.interp(np.arange(slots[-1] + 1), slots, stamps.times)
-    return Grid(frames=stamps.frames, slots=slots, times=times, step=step)
+    return Grid(frames=stamps.frames, slots=slots, times=times)
+
+
+def check_clock(stamps: Stamps) -> Stamps:
+    """The same stamps.
+
+    Raises
+    ------
+    FileError
+        If the clock goes back, or leaps.
+    """
+    passed = np.diff(stamps.times)
+    bad = (passed <= 0.0) | (passed > _LONGEST_GAP)
+    if bad.any():
+        row = int(bad.argmax())
+        problem = f"the clock jumps by {passed[row]:+.3f} s from frame {stamps.frames[row]:06d} to the next"
+        raise FileError(stamps.path, f"{problem}; leave this recording out with --sequences")
+    return stamps
 
 
 def read_stamps(folder: Path, name: str) -> Stamps:
@@ -106,7 +116,7 @@ def read_stamps(folder: Path, name: str) -> Stamps:
     Raises
     ------
     FileError
-        If the file is missing or another one, or has a frame twice.
+        If the file is missing or another one, has a frame twice, or its clock jumps.
     """
     path = folder / name
     if not path.is_file():
@@ -122,7 +132,7 @@ def read_stamps(folder: Path, name: str) -> Stamps:
     if len(found) < len(rows):
         raise FileError(path, f"has {len(rows)} entries of {len(found)} frames: a frame stands there twice")
     frames = np.array(sorted(found), np.int64)
-    return Stamps(path=path, frames=frames, times=np.array([found[frame] for frame in frames.tolist()]))
+    return check_clock(Stamps(path=path, frames=frames, times=np.array([found[frame] for frame in frames.tolist()])))
 
 
 def _stamp(path: Path, number: int, row: Any, name: str) -> tuple[int, float]:
