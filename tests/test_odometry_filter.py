@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from tests.jrdb_recording import RATE, Drive, Robot, drive
-from vbbench.geometry import FloatArray
+from vbbench.generation.footage import joined_odometry
+from vbbench.geometry import FloatArray, world_to_relative
+from vbbench_generators.footage.jrdb.motion import shared_out
 from vbbench_generators.footage.odometry_filter import Readings, RobotMotion, clock_offset, filter_motion
 
 SEEDS = range(60)
@@ -66,6 +68,19 @@ def test_motions_from_frame_to_frame_add_up_to_the_poses_and_their_ellipses_hold
         added = np.stack([cos * ahead - sin * left, sin * ahead + cos * left, turn], axis=-1)
         drift = np.linalg.norm((added.sum(axis=0) - motion.poses[-1])[:2])  # later readings correct poses, too
         assert drift < 0.04 * driven.distance
+    assert 0.9 < np.mean(held) < 0.995
+
+
+@pytest.mark.parametrize("every", [1, 6, 15])
+def test_motions_between_kept_frames_are_as_uncertain_as_they_are(every: int) -> None:
+    """Slip lasts for many frames: errors that are alike do not average out."""
+    held = []
+    for seed in SEEDS:
+        driven, truth, motion = followed(Robot(), seed, gyro=False)
+        kept = filter_motion(frames_of(driven)[::every], driven.speed, driven.turn, None)
+        moved = joined_odometry(shared_out(motion.odometry, kept.odometry, every), every)
+        expected = world_to_relative(truth[::every][1:, None, :2], truth[::every][:-1])[:, 0, ::-1] * [1.0, -1.0]
+        held.append(in_ellipse(moved.motions[1:, :2] - expected, moved.covariances[1:, :2, :2]))
     assert 0.9 < np.mean(held) < 0.995
 
 

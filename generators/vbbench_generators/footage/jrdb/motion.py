@@ -49,7 +49,7 @@ class MeasuredMotion:
         return float(np.sqrt(np.linalg.eigvalsh(self.covariances[-1, :2, :2])[-1]))
 
 
-def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray) -> MeasuredMotion:
+def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, every: int = 1) -> MeasuredMotion:
     """The robot's motion at the times of frames.
 
     Parameters
@@ -58,6 +58,8 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray) -> M
     times : [T] of the frames in s.
     places : [T, P, 2] metres forward and to the left of the robot of people, NaN = not there: whether the clocks of bag
         and pictures differ, the people tell by how they turn around the robot.
+    every : of how many frames one will be kept. Slip lasts, so that the errors of motions in a row are alike: the
+        covariances are such that those of so many motions add up to that of the motion over all of them.
 
     Raises
     ------
@@ -74,12 +76,20 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray) -> M
     times = times - (offsets["pictures"] or 0.0)
     truth = filter_motion(times, bag.speed, bag.turn, gyro)
     wheels = truth if gyro is None else filter_motion(times, bag.speed, bag.turn, None)
+    kept = filter_motion(times[::every], bag.speed, bag.turn, None)
     return MeasuredMotion(
         poses=truth.poses,
         covariances=truth.covariances + _late(truth, times),
-        odometry=wheels.odometry,
+        odometry=shared_out(wheels.odometry, kept.odometry, every),
         offsets=offsets,
     )
+
+
+def shared_out(odometry: Odometry, kept: Odometry, every: int) -> Odometry:
+    """Motions from frame to frame, with shares of the covariances of the motions from kept frame to ``kept`` frame."""
+    block = (np.arange(len(odometry.motions)) + every - 1) // every
+    shares = kept.covariances[block.clip(max=len(kept.motions) - 1)] / every
+    return Odometry(motions=odometry.motions, covariances=shares)
 
 
 def turning_by_people(times: FloatArray, places: FloatArray) -> Readings | None:

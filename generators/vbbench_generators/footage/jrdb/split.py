@@ -95,9 +95,9 @@ class JrdbSplit(FootageSplit):
         every, step = asked.every or self.every, recording.step
         if every % step:
             raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use --every {step} or a multiple")
-        motion = None if bag is None else measure_motion(read_bag(bag), recording.grid.times, recording.places)
-        if not poses:
-            motion = None
+        motion = None
+        if bag is not None and poses:
+            motion = measure_motion(read_bag(bag), recording.grid.times, recording.places, every)
         footage = recording.footage(motion, stands=poses and motion is None, pictures=one.pictures)
         return footage, _facts(recording, motion)
 
