@@ -245,3 +245,11 @@ def test_a_damaged_list_of_cameras_is_refused(tmp_path):
     path.write_text(json.dumps({**values, "cameras": []}))
     with pytest.raises(VbbenchError, match=r"key .cameras. is .*, not a list of cameras"):
         Dataset(tmp_path / "d")
+
+
+def test_footage_without_enough_people_in_a_row_is_refused(tmp_path):
+    empty = replace(
+        recording(), boxes=np.full((FRAMES, PEOPLE + 1, 3), np.nan), visible=np.full((FRAMES, PEOPLE + 1), np.nan)
+    )
+    with pytest.raises(VbbenchError, match="walk: nowhere are there 5 frames in a row, 1 apart, with 3 people"):
+        made(tmp_path / "d", empty)

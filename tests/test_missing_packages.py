@@ -8,7 +8,18 @@ import pytest
 
 from vbbench.cli import main
 
-OPTIONAL = ("cv2", "moderngl", "trimesh", "pyrender", "pysocialforce", "pandas", "distributed", "torch", "rerun")
+OPTIONAL = (
+    "cv2",
+    "moderngl",
+    "trimesh",
+    "pyrender",
+    "pysocialforce",
+    "pandas",
+    "distributed",
+    "torch",
+    "rerun",
+    "rosbags",
+)
 WITHOUT = """import sys
 class Missing:
     def find_spec(self, name, *_):

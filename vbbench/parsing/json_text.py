@@ -15,12 +15,13 @@ DEEPEST = 64
 """Objects and lists within one another; a parser or writer that recurses is safe there."""
 
 
-def read_json(path: Path, *, finite: bool = True) -> Any:
+def read_json(path: Path, *, finite: bool = True, largest: int = LARGEST_FILE) -> Any:
     """The value in a JSON file.
 
     Parameters
     ----------
     finite : refuse numbers that JSON does not have: NaN, Infinity, and what is too large to be a float.
+    largest : bytes of the largest file that is read.
 
     Raises
     ------
@@ -31,8 +32,8 @@ def read_json(path: Path, *, finite: bool = True) -> Any:
         If it cannot be read.
     """
     size = path.stat().st_size
-    if size > LARGEST_FILE:
-        raise ValueError(f"{size} bytes; a file of this kind has {LARGEST_FILE} at most")
+    if size > largest:
+        raise ValueError(f"{size} bytes; a file of this kind has {largest} at most")
     hooks: dict[str, Any] = {"parse_constant": _refuse, "parse_float": _finite} if finite else {}
     try:
         value = json.loads(path.read_text("utf-8-sig"), object_pairs_hook=_unique, **hooks)

@@ -73,6 +73,9 @@ class FootageSplit(ABC):
             raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
         observed = (one.visible == one.visible for one in footage)
         runs = [run for n, seen in enumerate(observed) for run in find_runs(n, seen, self.rules)][: options.limit]
+        if not runs:
+            wanted = f"{self.rules.shortest} frames in a row, {every} apart, with {self.rules.fewest} people"
+            raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another --every")
         return FootageSequences(self._info(options, found, footage, runs, every), footage, tuple(runs))
 
     def _check(self, options: Options) -> None:

@@ -1,0 +1,269 @@
+"""JRDB's labels: boxes in the stitched panorama, and boxes in metres around the robot.
+
+``labels_2d_stitched/NAME.json``: ``labels`` → ``000000.jpg`` → boxes [left, top, width, height] in px.
+``labels_3d/NAME.json``: ``labels`` → ``000000.pcd`` → boxes cx, cy, cz, l, w, h, rot_z in m, x forward, y left, z up.
+The sample of JRDB-Traj has both in one table of numbers.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.errors import FileError, quoted, suggestion
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.json_text import read_json
+from vbbench.parsing.numbers import finite_number
+
+VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
+"""JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""
+
+SAMPLE = ("frame", "id", "x", "y", "h", "w", "l", "rot_z", "left", "top", "width", "height")
+"""Columns of the sample of JRDB-Traj."""
+
+_PEDESTRIAN = "pedestrian:"
+_LARGEST = 2**30
+_MOST_METRES, _MOST_PIXELS = 1000.0, 1e5
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureLabels:
+    """Boxes in the panorama.
+
+    Parameters
+    ----------
+    path : the file.
+    frames, people : [N] number of the picture and of the person.
+    boxes : [N, 4] left, top, width and height in px.
+    visible : [N] visible fraction in [0, 1].
+    interpolated : [N] whether the box was computed from others.
+    """
+
+    path: Path
+    frames: IntArray
+    people: IntArray
+    boxes: FloatArray
+    visible: FloatArray
+    interpolated: BoolArray
+
+    def select(self, kept: BoolArray) -> "PictureLabels":
+        """Some of the boxes."""
+        return PictureLabels(
+            path=self.path,
+            frames=self.frames[kept],
+            people=self.people[kept],
+            boxes=self.boxes[kept],
+            visible=self.visible[kept],
+            interpolated=self.interpolated[kept],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceLabels:
+    """Where people stand.
+
+    Parameters
+    ----------
+    path : the file.
+    frames, people : [N] number of the point cloud and of the person.
+    places : [N, 2] metres forward and to the left of the robot.
+    heights : [N] of the people in m.
+    """
+
+    path: Path
+    frames: IntArray
+    people: IntArray
+    places: FloatArray
+    heights: FloatArray
+
+
+def read_pictures(path: Path) -> PictureLabels:
+    """The people of ``labels_2d_stitched/NAME.json``; labels of other things are left out.
+
+    Raises
+    ------
+    FileError
+        If it is no such file, or a person has two boxes in a picture; names picture and label.
+    """
+    rows = list(_people(path, ".jpg"))
+    return PictureLabels(
+        path=path,
+        frames=np.array([label.frame for label in rows], np.int64),
+        people=np.array([label.person for label in rows], np.int64),
+        boxes=np.array([label.picture_box() for label in rows]).reshape(-1, 4),
+        visible=np.array([label.visible() for label in rows]),
+        interpolated=np.array([label.interpolated() for label in rows], np.bool_),
+    )
+
+
+def read_places(path: Path) -> PlaceLabels:
+    """The people of ``labels_3d/NAME.json``.
+
+    Raises
+    ------
+    FileError
+        If it is no such file, or a person has two boxes in a point cloud; names point cloud and label.
+    """
+    rows = list(_people(path, ".pcd"))
+    boxes = np.array([[label.number(label.box(), key) for key in ("cx", "cy", "h")] for label in rows]).reshape(-1, 3)
+    return PlaceLabels(
+        path=path,
+        frames=np.array([label.frame for label in rows], np.int64),
+        people=np.array([label.person for label in rows], np.int64),
+        places=boxes[:, :2],
+        heights=boxes[:, 2],
+    )
+
+
+def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
+    """Both kinds of labels from the table of JRDB-Traj: a row for each person in each frame, the columns `SAMPLE`.
+
+    Raises
+    ------
+    FileError
+        At the first row that has other columns, or what is no number.
+    """
+    try:
+        lines = path.read_text("utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, "cannot be read as text") from error
+    rows = [_sample_row(path, number, line) for number, line in enumerate(lines, 1) if line.strip()]
+    if not rows:
+        raise FileError(path, f"is empty; rows of {', '.join(SAMPLE)} are wanted")
+    table = np.array(rows)
+    frames, people = table[:, 0].astype(np.int64), table[:, 1].astype(np.int64)
+    _refuse_repetition(path, frames, people)
+    pictures = PictureLabels(
+        path=path,
+        frames=frames,
+        people=people,
+        boxes=table[:, 8:],
+        visible=np.ones(len(table)),
+        interpolated=np.zeros(len(table), np.bool_),
+    )
+    return pictures, PlaceLabels(path=path, frames=frames, people=people, places=table[:, 2:4], heights=table[:, 4])
+
+
+def _sample_row(path: Path, number: int, line: str) -> list[float]:
+    cells = line.split(",")
+    if len(cells) != len(SAMPLE):
+        raise FileError(path, f"has {len(cells)} columns, not {len(SAMPLE)} ({', '.join(SAMPLE)})", number)
+    return [finite_number(path, number, name, cell) for name, cell in zip(SAMPLE, cells, strict=True)]
+
+
+@dataclass(frozen=True)
+class _Label:
+    """One label of a person; what is wrong with it is said with the picture and its number there."""
+
+    path: Path
+    picture: str
+    number_there: int
+    frame: int
+    person: int
+    values: dict[str, Any]
+
+    def fault(self, problem: str) -> FileError:
+        """The error about this label."""
+        return FileError(self.path, f"{self.picture}, label {self.number_there}: {problem}")
+
+    def number(self, values: dict[str, Any], key: str) -> float:
+        """A finite number of plausible size."""
+        if key not in values:
+            raise self.fault(f"key '{key}' is missing in its box of {', '.join(values) or 'nothing'}")
+        return self.checked(key, values[key], _MOST_METRES)
+
+    def checked(self, key: str, value: Any, most: float) -> float:
+        """``value`` as a finite number of at most ``most``."""
+        usable = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        if not usable or abs(value) > most:
+            raise self.fault(f"{key} is {quoted(value)}, not a number up to {most:,.0f}")
+        return float(value)
+
+    def box(self) -> dict[str, Any]:
+        """The box in metres."""
+        box = self.values.get("box")
+        if not isinstance(box, dict):
+            raise self.fault(f"key 'box' is {quoted(box)}, not an object with cx, cy, cz, l, w, h, rot_z")
+        return box
+
+    def picture_box(self) -> list[float]:
+        """The box in px."""
+        box = self.values.get("box")
+        if not isinstance(box, list) or len(box) != 4:
+            raise self.fault(f"key 'box' is {quoted(box)}, not [left, top, width, height]")
+        numbers = [self.checked(name, value, _MOST_PIXELS) for name, value in zip(SAMPLE[8:], box, strict=True)]
+        if numbers[2] <= 0.0 or numbers[3] <= 0.0:
+            raise self.fault(f"its box is {numbers[2]:g} px wide and {numbers[3]:g} px high")
+        return numbers
+
+    def attribute(self, name: str, default: str) -> str:
+        """An attribute as text."""
+        attributes = self.values.get("attributes", {})
+        if not isinstance(attributes, dict):
+            raise self.fault(f"key 'attributes' is {quoted(attributes)}, not an object")
+        return str(attributes.get(name, default))
+
+    def visible(self) -> float:
+        """The visible fraction, by the word of occlusion."""
+        word = self.attribute("occlusion", "Fully_visible")
+        if word not in VISIBLE:
+            raise self.fault(f"occlusion is {quoted(word)}; {suggestion(word, VISIBLE)}")
+        return VISIBLE[word]
+
+    def interpolated(self) -> bool:
+        """Whether the box was computed from others."""
+        return self.attribute("interpolated", "false").lower() == "true"
+
+
+def _people(path: Path, ending: str) -> Iterator[_Label]:
+    """The labels of people, picture by picture."""
+    seen: set[tuple[int, int]] = set()
+    for picture, labels in sorted(_pictures(path).items()):
+        frame = _frame(path, picture, ending)
+        if not isinstance(labels, list):
+            raise FileError(path, f"{picture} is {quoted(labels)}, not a list of labels")
+        for number, values in enumerate(labels, 1):
+            name = values.get("label_id") if isinstance(values, dict) else None
+            if not isinstance(name, str):
+                raise FileError(path, f"{picture}, label {number}: has no text 'label_id' such as 'pedestrian:12'")
+            if not name.startswith(_PEDESTRIAN):
+                continue
+            person = name.removeprefix(_PEDESTRIAN)
+            if not (person.isascii() and person.isdigit() and len(person) <= 9):
+                raise FileError(path, f"{picture}, label {number}: label_id is {quoted(name)}, not 'pedestrian:NUMBER'")
+            if (frame, int(person)) in seen:
+                raise FileError(path, f"{picture}, label {number}: {quoted(name)} stands there twice")
+            seen.add((frame, int(person)))
+            yield _Label(path, picture, number, frame, int(person), values)
+
+
+def _pictures(path: Path) -> dict[str, Any]:
+    try:
+        values = read_json(path, largest=_LARGEST)
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise FileError(path, f"is not a file of labels: {error}") from error
+    labels = values.get("labels") if isinstance(values, dict) else None
+    if not isinstance(labels, dict):
+        keys = f"its keys are {', '.join(sorted(values)[:5])}" if isinstance(values, dict) else "it is no object"
+        raise FileError(path, f"has no object 'labels', from names of frames to lists of labels; {keys}")
+    return labels
+
+
+def _frame(path: Path, picture: str, ending: str) -> int:
+    stem = picture.removesuffix(ending)
+    if stem == picture or not (stem.isascii() and stem.isdigit() and len(stem) <= 9):
+        raise FileError(path, f"key {quoted(picture)} of 'labels' is not the name of a frame, such as 000000{ending}")
+    return int(stem)
+
+
+def _refuse_repetition(path: Path, frames: IntArray, people: IntArray) -> None:
+    order = np.lexsort((people, frames))
+    same = (np.diff(frames[order]) == 0) & (np.diff(people[order]) == 0)
+    if same.any():
+        row = int(order[1:][same.argmax()])
+        raise FileError(path, f"person {people[row]} stands in frame {frames[row]} twice", row + 1)

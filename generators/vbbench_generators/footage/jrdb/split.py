@@ -1,0 +1,252 @@
+"""The split ``jrdb``: recordings of JRDB that users download themselves."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
+from vbbench.files.tables import file_sha256
+from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.generation.generator import Card, Options
+from vbbench_generators.footage.jrdb.bags import read_bag
+from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places, read_sample
+from vbbench_generators.footage.jrdb.motion import MeasuredMotion, measure_motion
+from vbbench_generators.footage.jrdb.recording import Recording, assemble, directions_beside, nearest_clouds
+from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, lay_out, nominal_stamps, read_stamps
+from vbbench_generators.footage.split import FootageSplit, Recordings
+
+ADDRESS = "https://jrdb.erc.monash.edu"
+
+STANDING = frozenset(
+    {
+        "bytes-cafe-2019-02-07_0",
+        "gates-ai-lab-2019-02-08_0",
+        "gates-basement-elevators-2019-01-17_1",
+        "hewlett-packard-intersection-2019-01-24_0",
+        "huang-lane-2019-02-12_0",
+        "jordan-hall-2019-04-22_0",
+        "packard-poster-session-2019-03-20_1",
+        "packard-poster-session-2019-03-20_2",
+        "stlc-111-2019-04-19_0",
+        "svl-meeting-gates-2-2019-04-08_0",
+        "tressider-2019-03-16_0",
+        "tressider-2019-03-16_1",
+    }
+)
+"""Recordings of the training set in which the robot does not move: NO_MOVEMENT of github.com/ericaweng/WHAM, by eye.
+
+One of the list, which hardly turns by its comment (svl-meeting-gates-2-2019-04-08_1), is left out.
+"""
+
+_ROOTS = ("", "train_dataset_with_activity", "train_dataset", "test_dataset")
+_PICTURE_LABELS, _PLACE_LABELS = "labels/labels_2d_stitched", "labels/labels_3d"
+_BAGS = ("", "rosbags", "train", "rosbags/train")
+_RELATIVE = "the robot's motion is not known: errors of places from the camera alone (dx_rel) are scored"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """The files of one recording.
+
+    Parameters
+    ----------
+    name : what it is called.
+    files : by what they are; ``sample`` alone, or the official files.
+    pictures : folder of its pictures, if there is one.
+    """
+
+    name: str
+    files: dict[str, Path]
+    pictures: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JrdbSplit(FootageSplit):
+    """Reads the official folders, or the one-file sample of JRDB-Traj."""
+
+    def recordings(self, options: Options) -> Recordings:
+        """Read the recordings that are asked for; without every one's poses, nobody's are told."""
+        asked = options.footage or FootageOptions()
+        _refuse(asked)
+        found = _chosen(find_recordings(options.source), asked.sequences)
+        bags = {} if asked.bags is None else {one.name: find_bag(asked.bags, one.name) for one in found}
+        known = [one.name in bags or one.name in STANDING for one in found]
+        made = [self._read(one, bags.get(one.name), asked, poses=all(known)) for one in found]
+        sums = {one.name: {kind: file_sha256(path) for kind, path in sorted(one.files.items())} for one in found}
+        for name, path in bags.items():
+            sums[name]["bag"] = file_sha256(path)
+        return Recordings(
+            footage=tuple(footage for footage, _ in made),
+            definition={"files": sums, "interpolated": asked.interpolated},
+            calibration={
+                "summary": "; ".join(_summary(facts) for _, facts in made[:3]) + ("; …" if len(made) > 3 else ""),
+                "recordings": [facts for _, facts in made],
+            },
+            caution=self._caution([one.name for one, stands in zip(found, known, strict=True) if stands], all(known)),
+        )
+
+    def _read(
+        self, one: Found, bag: Path | None, asked: FootageOptions, *, poses: bool
+    ) -> tuple[Footage, dict[str, Any]]:
+        recording = read_recording(one, interpolated=asked.interpolated)
+        every, step = asked.every or self.every, recording.step
+        if every % step:
+            raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use --every {step} or a multiple")
+        motion = None
+        if bag is not None and poses:
+            motion = measure_motion(read_bag(bag), recording.grid.times, recording.places, every)
+        footage = recording.footage(motion, stands=poses and motion is None, pictures=one.pictures)
+        return footage, _facts(recording, motion)
+
+    def _caution(self, known: list[str], whole: bool) -> str:
+        if whole:
+            return f"{self.card.caution}"
+        beside = f"; it is known of {', '.join(known)}: name these with --sequences" if known else ""
+        return f"{self.card.caution}; {_RELATIVE}{beside}"
+
+
+def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
+    """Labels and times of one recording.
+
+    Parameters
+    ----------
+    interpolated : whether boxes count that were computed from others.
+    """
+    pictures, places = _labels(one)
+    kept = (pictures.visible > 0.0) & (interpolated | ~pictures.interpolated)
+    if not kept.any():
+        raise FileError(pictures.path, "holds no box of a visible person" + ("" if interpolated else " by hand"))
+    first, last = int(pictures.frames.min()), int(pictures.frames.max())
+    pictures = pictures.select(kept)
+    if "sample" in one.files:
+        grid = lay_out(nominal_stamps(pictures.path, np.unique(pictures.frames)))
+        return assemble(
+            one.name, pictures, places, grid, nearest_clouds(grid, nominal_stamps(places.path, grid.frames))
+        )
+    stamps = read_stamps(one.files["picture times"].parent, PICTURES)
+    grid = lay_out(stamps.between(first, last))
+    clouds = read_stamps(one.files["cloud times"].parent, CLOUDS)
+    return assemble(one.name, pictures, places, grid, nearest_clouds(grid, clouds))
+
+
+def _labels(one: Found) -> tuple[PictureLabels, PlaceLabels]:
+    if "sample" in one.files:
+        return read_sample(one.files["sample"])
+    return read_pictures(one.files["pictures"]), read_places(one.files["places"])
+
+
+def find_recordings(source: Path | None) -> list[Found]:
+    """The recordings in a folder or a file, by name.
+
+    Raises
+    ------
+    SourceMissingError
+        If no folder is named.
+    VbbenchError
+        If it holds none.
+    """
+    if source is None:
+        wanted = (
+            f"the folder that holds {_PICTURE_LABELS}, {_PLACE_LABELS} and timestamps, or train_dataset_with_activity"
+        )
+        raise SourceMissingError(
+            f"jrdb: name with --source {wanted}; download it from {ADDRESS} (account, terms of use)"
+        )
+    if source.is_file():
+        return [Found(name=source.stem, files={"sample": source})]
+    if not source.is_dir():
+        raise VbbenchError(f"{source}: there is no such file or folder")
+    root = next((source / name for name in _ROOTS if (source / name / _PICTURE_LABELS).is_dir()), None)
+    if root is None:
+        samples = sorted(path for path in source.glob("*.csv") if path.is_file())
+        if samples:
+            return [Found(name=path.stem, files={"sample": path}) for path in samples]
+        raise FileError(source, f"holds no {_PICTURE_LABELS}; name JRDB's folder, such as train_dataset_with_activity")
+    found = [_official(root, path.stem) for path in sorted((root / _PICTURE_LABELS).glob("*.json"))]
+    if not found:
+        raise FileError(root / _PICTURE_LABELS, "holds no NAME.json")
+    return found
+
+
+def _official(root: Path, name: str) -> Found:
+    files = {
+        "pictures": root / _PICTURE_LABELS / f"{name}.json",
+        "places": root / _PLACE_LABELS / f"{name}.json",
+        "picture times": root / "timestamps" / name / PICTURES,
+        "cloud times": root / "timestamps" / name / CLOUDS,
+    }
+    return Found(name=name, files=files, pictures=root / "images" / "image_stitched" / name)
+
+
+def find_bag(folder: Path, name: str) -> Path:
+    """The robot's own recording of the recording ``name``."""
+    if folder.is_file():
+        return folder
+    path = next((folder / place / f"{name}.bag" for place in _BAGS if (folder / place / f"{name}.bag").is_file()), None)
+    if path is None:
+        raise FileError(folder, f"holds no {name}.bag; download JRDB's rosbags, or name other recordings (--sequences)")
+    return path
+
+
+def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
+    if names is None:
+        return found
+    there = {one.name: one for one in found}
+    for name in names:
+        if name not in there:
+            raise UnknownNameError("recording of jrdb", name, there)
+    return [there[name] for name in dict.fromkeys(names)]
+
+
+def _refuse(asked: FootageOptions) -> None:
+    if asked.boxes is not None:
+        raise VbbenchError(
+            "jrdb: --boxes is not read yet; its hand-drawn boxes can be had without the interpolated ones"
+        )
+    if asked.poses is not None:
+        raise VbbenchError("jrdb: --poses is not read; the robot's motion comes from its rosbags (--bags)")
+    if asked.cyclists:
+        raise VbbenchError("jrdb: --cyclists is for kitti; here all people are labelled as pedestrians")
+
+
+def _facts(recording: Recording, motion: MeasuredMotion | None) -> dict[str, Any]:
+    """What was measured of a recording, as JSON."""
+    beside = directions_beside(recording)
+    facts: dict[str, Any] = {
+        "name": recording.name,
+        "columns_beside_places": round(float(np.median(np.abs(beside))), 4),
+        "seconds_a_frame": round(recording.grid.seconds, 5),
+    }
+    if motion is not None:
+        facts["driven"] = round(motion.distance, 2)
+        facts["end_std"] = round(motion.end_std, 3)
+        facts["clock_offsets"] = {
+            name: None if value is None else round(value, 3) for name, value in motion.offsets.items()
+        }
+    return facts
+
+
+def _summary(facts: dict[str, Any]) -> str:
+    text = f"{facts['name']}: boxes {facts['columns_beside_places']:.3f} rad beside the labelled places (median)"
+    if "driven" in facts:
+        text += f", {facts['driven']:.1f} m driven, the end known to {facts['end_std']:.2f} m"
+    return text
+
+
+jrdb = JrdbSplit(
+    card=Card(
+        name="jrdb",
+        title="JRDB: a robot with a 360° camera among people, indoors and outdoors",
+        licence=f"CC BY-NC-SA 3.0; download it yourself at {ADDRESS} and name its folder with --source",
+        citation="Martín-Martín et al., JRDB: Dataset and Benchmark of Egocentric Robot Visual Perception, TPAMI 2021",
+        sources=(),
+        caution="boxes are drawn by hand, furniture hides legs, some people sit; poses are of a robot that stands, or "
+        "come from its wheels and gyro (--bags), whose errors are in the truth, too",
+    ),
+    every=6,
+    height_mean=1.75,
+    height_std=0.22,
+)

@@ -1,0 +1,282 @@
+"""How a robot moved, by its wheels and its gyro: an extended Kalman filter of planar pose and velocities.
+
+The state is the pose (x, y, yaw) since frame 0, the motion (forward, left, turn) since the frame before, the speeds
+(v, ω), the gyro's bias b, and how much the wheels slip, as shares s of the speed and k of the turning rate:
+
+    x' = x + v Δt cos(yaw + ωΔt/2),  y' = y + v Δt sin(yaw + ωΔt/2),  yaw' = yaw + ωΔt   (the motion likewise)
+    v, ω, b: random walks;   s, k: fade with e^(−Δt/τ) and are renewed at the rate that keeps their spread
+    wheels: (1 + s) v and (1 + k) ω;   gyro: ω + b
+
+Slip that lasts is thereby part of the covariance, although nothing here measures it; a reading that jumps (a wheel that
+spins) counts less, by the weight of a Student-t error. (Thrun, Burgard, Fox, *Probabilistic Robotics*, 2005, ch. 3, 5.)
+"""
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.kernels import kernel
+from vbbench.sequence import Odometry
+
+SPEED, TURN, GYRO, FRAME = 0, 1, 2, 3
+"""Kinds of readings; a frame is the moment at which pose and motion are wanted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readings:
+    """What a sensor said and when.
+
+    Parameters
+    ----------
+    times : [N] s, ascending.
+    values : [N] m/s or rad/s.
+    """
+
+    times: FloatArray
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "times", frozen_array("times", self.times, (None,)))
+        object.__setattr__(self, "values", frozen_array("values", self.values, (len(self.times),)))
+
+    def earlier(self, seconds: float) -> "Readings":
+        """The same, had the sensor's clock been set back."""
+        return Readings(times=self.times - seconds, values=self.values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotNoise:
+    """Standard deviations of what the filter expects, of a robot on two driven wheels; kernels get them in this order.
+
+    Parameters
+    ----------
+    speed, turn, gyro : of a reading, in m/s, rad/s, rad/s.
+    acceleration, turn_acceleration : random walks of v and ω, in m/s and rad/s after a second.
+    sideways : how far the robot is pushed aside in a metre of driving, in m.
+    bias, bias_drift : of the gyro at first and after a second, in rad/s.
+    speed_slip, turn_slip : shares of speed and turning rate that the wheels get wrong.
+    slip_seconds : τ, how long they stay so.
+    freedom : degrees of freedom ν of the Student-t error of a reading.
+    """
+
+    speed: float = 0.02
+    turn: float = 0.03
+    gyro: float = 0.01
+    acceleration: float = 0.4
+    turn_acceleration: float = 1.0
+    sideways: float = 0.01
+    bias: float = 0.02
+    bias_drift: float = 2e-4
+    speed_slip: float = 0.018
+    turn_slip: float = 0.1
+    slip_seconds: float = 10.0
+    freedom: float = 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotMotion:
+    """Where the robot was.
+
+    Parameters
+    ----------
+    poses : [T, 3] (x, y, yaw) in m and rad, from (0, 0, 0) at frame 0.
+    covariances : [T, 3, 3] of these.
+    odometry : the motion from each frame to the next.
+    """
+
+    poses: FloatArray
+    covariances: FloatArray
+    odometry: Odometry
+
+
+def filter_motion(
+    frames: FloatArray, speed: Readings, turn: Readings, gyro: Readings | None, noise: RobotNoise | None = None
+) -> RobotMotion:
+    """Where the robot was at the times ``frames`` [T], each from readings up to then.
+
+    Parameters
+    ----------
+    frames : in s, ascending, of the same clock as the readings.
+    speed, turn : the wheels' forward speed and turning rate.
+    gyro : turning rate about the vertical axis; ``None`` where there is no gyro.
+    """
+    sources = [speed, turn, gyro or Readings(times=np.empty(0), values=np.empty(0))]
+    times = np.concatenate([*(one.times for one in sources), frames])
+    values = np.concatenate([*(one.values for one in sources), np.zeros(len(frames))])
+    kinds = np.repeat([SPEED, TURN, GYRO, FRAME], [*(len(one.times) for one in sources), len(frames)])
+    order = np.lexsort((kinds, times))
+    expected = np.array(astuple(noise or RobotNoise()))
+    poses, covariances, motions, spreads = _filter(times[order], values[order], kinds[order], len(frames), expected)
+    motions[0], spreads[0] = np.nan, np.nan
+    return RobotMotion(poses=poses, covariances=covariances, odometry=Odometry(motions=motions, covariances=spreads))
+
+
+_SIZE = 11
+_YAW, _MOVED, _V, _W, _BIAS, _SLIP, _TURN_SLIP = 2, 3, 6, 7, 8, 9, 10
+"""Places in the state: x, y, yaw; forward, left, turn; v, ω, b, s, k."""
+
+
+@kernel
+def _filter(
+    times: FloatArray, values: FloatArray, kinds: IntArray, frames: int, noise: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Pose [T, 3], its covariance, and motion since the frame before with its covariance, at the readings `FRAME`."""
+    poses, covariances = np.empty((frames, 3)), np.empty((frames, 3, 3))
+    motions, spreads = np.empty((frames, 3)), np.empty((frames, 3, 3))
+    state, spread = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
+    change, work = np.empty((_SIZE, _SIZE)), np.empty((_SIZE, _SIZE))
+    _begin(state, spread, noise)
+    frame = 0
+    for i in range(len(times)):
+        if i > 0 and times[i] > times[i - 1]:
+            _predict(state, spread, change, work, times[i] - times[i - 1], noise)
+        if kinds[i] != FRAME:
+            _update(state, spread, work, kinds[i], values[i], noise)
+            continue
+        if frame == 0:
+            _forget(state, spread, 0)
+        for a in range(3):
+            poses[frame, a], motions[frame, a] = state[a], state[_MOVED + a]
+            for b in range(3):
+                covariances[frame, a, b], spreads[frame, a, b] = spread[a, b], spread[_MOVED + a, _MOVED + b]
+        _forget(state, spread, _MOVED)
+        frame += 1
+    return poses, covariances, motions, spreads
+
+
+@kernel
+def _begin(state: FloatArray, spread: FloatArray, noise: FloatArray) -> None:
+    """A robot of any speed, up to 1 m/s and 1 rad/s or so."""
+    for a in range(_SIZE):
+        state[a] = 0.0
+        for b in range(_SIZE):
+            spread[a, b] = 0.0
+    spread[_V, _V], spread[_W, _W] = 1.0, 1.0
+    spread[_BIAS, _BIAS] = noise[6] ** 2
+    spread[_SLIP, _SLIP], spread[_TURN_SLIP, _TURN_SLIP] = noise[8] ** 2, noise[9] ** 2
+
+
+@kernel
+def _predict(
+    state: FloatArray, spread: FloatArray, change: FloatArray, work: FloatArray, dt: float, noise: FloatArray
+) -> None:
+    """Move the state ``dt`` seconds on, and its covariance: P ← F P Fᵀ + Q with F = ``change``."""
+    for a in range(_SIZE):
+        for b in range(_SIZE):
+            change[a, b] = 1.0 if a == b else 0.0
+    v, w, stays = state[_V], state[_W], np.exp(-dt / noise[10])
+    for first in range(0, _V, _MOVED):
+        yaw = state[first + 2] + 0.5 * w * dt
+        ahead, aside = dt * np.cos(yaw), dt * np.sin(yaw)
+        state[first] += v * ahead
+        state[first + 1] += v * aside
+        state[first + 2] += w * dt
+        change[first, first + 2], change[first + 1, first + 2] = -v * aside, v * ahead
+        change[first, _V], change[first + 1, _V] = ahead, aside
+        change[first, _W], change[first + 1, _W] = -0.5 * v * dt * aside, 0.5 * v * dt * ahead
+        change[first + 2, _W] = dt
+    for slip in range(_SLIP, _SIZE):
+        state[slip] *= stays
+        change[slip, slip] = stays
+    _carry(spread, change, work)
+    _add_noise(state, spread, dt, stays, noise)
+
+
+@kernel
+def _carry(spread: FloatArray, change: FloatArray, work: FloatArray) -> None:
+    """P ← F P Fᵀ."""
+    for a in range(_SIZE):
+        for b in range(_SIZE):
+            work[a, b] = 0.0
+            for c in range(_SIZE):
+                work[a, b] += change[a, c] * spread[c, b]
+    for a in range(_SIZE):
+        for b in range(_SIZE):
+            spread[a, b] = 0.0
+            for c in range(_SIZE):
+                spread[a, b] += work[a, c] * change[b, c]
+
+
+@kernel
+def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, noise: FloatArray) -> None:
+    """Q: the walks of v, ω and b, the renewal of the slips, and a push aside, which moves pose and motion alike."""
+    spread[_V, _V] += noise[3] ** 2 * dt
+    spread[_W, _W] += noise[4] ** 2 * dt
+    spread[_BIAS, _BIAS] += noise[7] ** 2 * dt
+    for slip in range(2):
+        spread[_SLIP + slip, _SLIP + slip] += noise[8 + slip] ** 2 * (1.0 - stays * stays)
+    push = noise[5] ** 2 * abs(state[_V]) * dt
+    for first in range(0, _V, _MOVED):
+        for second in range(0, _V, _MOVED):
+            sin, cos = np.sin(state[first + 2]), np.cos(state[first + 2])
+            other_sin, other_cos = np.sin(state[second + 2]), np.cos(state[second + 2])
+            spread[first, second] += push * sin * other_sin
+            spread[first, second + 1] -= push * sin * other_cos
+            spread[first + 1, second] -= push * cos * other_sin
+            spread[first + 1, second + 1] += push * cos * other_cos
+
+
+@kernel
+def _update(
+    state: FloatArray, spread: FloatArray, work: FloatArray, kind: int, value: float, noise: FloatArray
+) -> None:
+    """Take one reading in; one that lies far off counts as less certain."""
+    rate, other = _W, _BIAS
+    if kind == SPEED:
+        rate, other = _V, _SLIP
+    elif kind == TURN:
+        other = _TURN_SLIP
+    expected, by_rate, by_other = state[_W] + state[_BIAS], 1.0, 1.0
+    if kind != GYRO:
+        by_rate, by_other = 1.0 + state[other], state[rate]
+        expected = by_rate * state[rate]
+    for a in range(_SIZE):
+        work[0, a] = spread[a, rate] * by_rate + spread[a, other] * by_other
+    certain = work[0, rate] * by_rate + work[0, other] * by_other
+    off, variance = value - expected, noise[kind] ** 2
+    variance *= max(1.0, (noise[11] + off * off / (certain + variance)) / (noise[11] + 1.0))
+    for a in range(_SIZE):
+        state[a] += work[0, a] / (certain + variance) * off
+        for b in range(_SIZE):
+            spread[a, b] -= work[0, a] * work[0, b] / (certain + variance)
+
+
+@kernel
+def _forget(state: FloatArray, spread: FloatArray, first: int) -> None:
+    """Begin pose or motion anew: exactly here."""
+    for a in range(first, first + 3):
+        state[a] = 0.0
+        for b in range(_SIZE):
+            spread[a, b], spread[b, a] = 0.0, 0.0
+
+
+STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6
+"""Seconds between compared times and of the largest offset; rad/s that must be turned; the least correlation."""
+
+
+def clock_offset(reference: Readings, other: Readings) -> float | None:
+    """By how many seconds the clock of ``other`` is ahead, from turning rates that both measured.
+
+    Found where the two are most alike. ``None`` if the robot hardly turned, or they are never alike.
+    """
+    first = max(reference.times[0], other.times[0]) + WIDEST
+    grid = np.arange(first, min(reference.times[-1], other.times[-1]) - WIDEST, STEP)
+    if len(grid) * STEP < 2 * WIDEST:
+        return None
+    known = np.interp(grid, reference.times, reference.values)
+    if known.std() < LEAST_TURN:
+        return None
+    lags = np.arange(-round(WIDEST / STEP), round(WIDEST / STEP) + 1) * STEP
+    likeness = np.array([_correlation(known, np.interp(grid + lag, other.times, other.values)) for lag in lags])
+    best = int(likeness.argmax())
+    if likeness[best] < LEAST_LIKENESS or best in (0, len(lags) - 1):
+        return None
+    before, top, after = likeness[best - 1 : best + 2]
+    return float(lags[best] + 0.5 * STEP * (before - after) / (before - 2.0 * top + after))
+
+
+def _correlation(first: FloatArray, second: FloatArray) -> float:
+    first, second = first - first.mean(), second - second.mean()
+    lengths = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(first @ second) / max(lengths, 1e-12)

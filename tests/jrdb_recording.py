@@ -1,0 +1,272 @@
+"""A recording in JRDB's layout, made up: a robot drives among people, its wheels slip, and its clocks differ."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, wrap_angle
+from vbbench_generators.footage.jrdb.recording import CAMERA
+from vbbench_generators.footage.odometry_filter import Readings
+
+START = 1.55e9
+RATE = 15.0
+STEP = 0.005
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robot:
+    """How a robot drives and what its sensors get wrong; offsets: seconds that a clock is ahead of the wheels'."""
+
+    seconds: float = 40.0
+    speed_slip: float = 0.01
+    turn_slip: float = 0.05
+    spins: int = 3
+    gyro_bias: float = 0.01
+    gyro_offset: float = 0.0
+    picture_offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The path [N, 3] (x, y, yaw) every `STEP` seconds, and what the sensors say of it."""
+
+    times: FloatArray
+    path: FloatArray
+    speed: Readings
+    turn: Readings
+    gyro: Readings
+
+    def poses(self, times: FloatArray) -> FloatArray:
+        """[T, 3] at some times, from (0, 0, 0) at the first."""
+        x, y, yaw = (np.interp(times, self.times, column) for column in self.path.T)
+        cos, sin = np.cos(yaw[0]), np.sin(yaw[0])
+        x, y = x - x[0], y - y[0]
+        return np.stack([cos * x + sin * y, cos * y - sin * x, yaw - yaw[0]], axis=-1)
+
+    @property
+    def distance(self) -> float:
+        """Metres driven."""
+        return float(np.linalg.norm(np.diff(self.path[:, :2], axis=0), axis=1).sum())
+
+
+def drive(robot: Robot, seed: int) -> Drive:
+    """Drive about: sometimes standing, never faster than 1.3 m/s."""
+    rng = np.random.default_rng(seed)
+    times = np.arange(0.0, robot.seconds, STEP)
+    speed = np.clip(0.6 + wander(rng, len(times), 0.4, 3.0), 0.0, 1.3)
+    turn = np.where(speed > 0.0, wander(rng, len(times), 0.3, 2.0), 0.0)
+    yaw = np.cumsum(turn) * STEP
+    x, y = np.cumsum(speed * np.cos(yaw)) * STEP, np.cumsum(speed * np.sin(yaw)) * STEP
+    wheels = speed * (1.0 + wander(rng, len(times), robot.speed_slip, 10.0))
+    for first in rng.integers(0, len(times), robot.spins):
+        wheels[first : first + 60] *= rng.uniform(1.1, 1.4)
+    turning = turn * (1.0 + wander(rng, len(times), robot.turn_slip, 10.0))
+    often, seldom = slice(None, None, 4), slice(None, None, 10)
+    gyro = turn + robot.gyro_bias + rng.normal(0.0, 0.006, len(times))
+    return Drive(
+        times,
+        np.stack([x, y, yaw], axis=-1),
+        Readings(times=times[often], values=(wheels + rng.normal(0.0, 0.01, len(times)))[often]),
+        Readings(times=times[often], values=(turning + rng.normal(0.0, 0.01, len(times)))[often]),
+        Readings(times=times[seldom] + robot.gyro_offset, values=gyro[seldom]),
+    )
+
+
+def wander(rng: np.random.Generator, count: int, spread: float, seconds: float) -> FloatArray:
+    """[N] numbers about 0 that change within ``seconds``, smoothed over a second."""
+    knots = np.arange(-2.0, count * STEP / seconds + 3.0)
+    values = rng.normal(0.0, 1.0, len(knots))
+    at = np.arange(count) * STEP / seconds
+    first = np.floor(at).astype(int) + 2
+    part = at - np.floor(at)
+    weight = part * part * (3.0 - 2.0 * part)
+    mixed = (1.0 - weight) * values[first] + weight * values[first + 1]
+    return spread * mixed / np.sqrt(np.mean((1.0 - weight) ** 2 + weight**2))
+
+
+@dataclass(frozen=True)
+class Files:
+    """The recording as the values of its files, to be changed before they are written."""
+
+    name: str
+    drive: Drive
+    frames: FloatArray
+    heights: FloatArray
+    positions: FloatArray
+    labels_2d: dict[str, Any]
+    labels_3d: dict[str, Any]
+    pictures: dict[str, Any]
+    clouds: dict[str, Any]
+    bag: dict[str, Any] = field(default_factory=dict)
+
+    def write(self, root: Path) -> Path:
+        """Write labels and times; return ``root``."""
+        for place, values in (
+            (f"labels/labels_2d_stitched/{self.name}.json", self.labels_2d),
+            (f"labels/labels_3d/{self.name}.json", self.labels_3d),
+            (f"timestamps/{self.name}/frames_img.json", self.pictures),
+            (f"timestamps/{self.name}/frames_pc.json", self.clouds),
+        ):
+            path = root / place
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps(values))
+        return root
+
+    def write_bag(self, folder: Path, **changes: Any) -> Path:
+        """Write the robot's bag; return ``folder``."""
+        folder.mkdir(parents=True, exist_ok=True)
+        write_bag(folder / f"{self.name}.bag", self.drive, **{**self.bag, **changes})
+        return folder
+
+
+def recording(name: str = "made-up-2026-01-01_0", people: int = 12, seed: int = 0, robot: Robot | None = None) -> Files:
+    """A recording of people who walk around the robot's path."""
+    robot = robot or Robot()
+    driven = drive(robot, seed)
+    rng = np.random.default_rng(seed + 1000)
+    times = np.arange(1.0, robot.seconds - 1.0, 1.0 / RATE)
+    times = times + rng.uniform(-0.002, 0.002, len(times))
+    poses = driven.poses(times)
+    start = poses[rng.integers(0, len(poses), people), :2] + rng.normal(0.0, 5.0, (people, 2))
+    pace = np.where(rng.random((people, 1)) < 0.5, 0.0, rng.normal(0.0, 0.7, (people, 2)))
+    positions = start + (times - times[0])[:, None, None] * pace
+    heights = rng.normal(1.75, 0.07, people)
+    labels_2d, labels_3d = _labels(positions, poses, heights)
+    stamps = START + times + robot.picture_offset
+    return Files(
+        name,
+        driven,
+        times,
+        heights,
+        positions,
+        {"labels": labels_2d},
+        {"labels": labels_3d},
+        {"data": [_stamp("cameras", "stitched_image0", f"{n:06d}.jpg", t) for n, t in enumerate(stamps)]},
+        {"data": [_stamp("pointclouds", "upper_velodyne", f"{n:06d}.pcd", t + 0.004) for n, t in enumerate(stamps)]},
+    )
+
+
+def _labels(positions: FloatArray, poses: FloatArray, heights: FloatArray) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Both kinds, by the laws of the picture and not by the code under test: columns run clockwise from behind."""
+    flat: dict[str, Any] = {}
+    solid: dict[str, Any] = {}
+    for frame, (people, (x, y, yaw)) in enumerate(zip(positions, poses, strict=True)):
+        dx, dy = people[:, 0] - x, people[:, 1] - y
+        ahead, left = np.cos(yaw) * dx + np.sin(yaw) * dy, np.cos(yaw) * dy - np.sin(yaw) * dx
+        reach = np.hypot(ahead, left)
+        column = (np.pi - np.arctan2(left, ahead)) * 3760.0 / (2.0 * np.pi)
+        top = 209.4 + 482.9 * (CAMERA.mount_height - heights) / reach
+        tall = 482.9 * heights / reach
+        flat[f"{frame:06d}.jpg"], solid[f"{frame:06d}.pcd"] = [], []
+        for person in np.flatnonzero((reach > 1.0) & (reach < 25.0)).tolist():
+            name = f"pedestrian:{person + 1}"
+            box = [column[person] - 0.2 * tall[person], top[person], 0.4 * tall[person], tall[person]]
+            hidden = {
+                "occlusion": "Mostly_visible" if person % 3 == 0 else "Fully_visible",
+                "interpolated": frame % 2 == 1,
+            }
+            flat[f"{frame:06d}.jpg"].append({"label_id": name, "box": box, "attributes": hidden})
+            place = {"cx": ahead[person], "cy": left[person], "cz": heights[person] / 2 - 0.76}
+            size = {"l": 0.6, "w": 0.5, "h": heights[person], "rot_z": float(wrap_angle(0.3 - yaw))}
+            solid[f"{frame:06d}.pcd"].append(
+                {"label_id": name, "box": {**place, **size}, "attributes": {"num_points": 9}}
+            )
+    return flat, solid
+
+
+def _stamp(sensors: str, name: str, file: str, time: float) -> dict[str, Any]:
+    return {"timestamp": time, sensors: [{"name": name, "url": f"x/{file}", "timestamp": time}]}
+
+
+def write_bag(
+    path: Path,
+    driven: Drive,
+    *,
+    wheels: str = "segway/feedback/wheel_odometry",
+    imu: str | None = "imu/data",
+    jump: float = 0.0,
+    poses_only: bool = False,
+    upside_down: bool = False,
+    messages: bool = True,
+) -> None:
+    """Write a ROS 1 bag with wheel odometry and IMU as rosbags writes them.
+
+    Parameters
+    ----------
+    jump : seconds by which the wheels' clock leaps in the middle.
+    poses_only : wheels tell where they are, and no speed.
+    """
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
+    path.unlink(missing_ok=True)
+    rows: list[tuple[float, str, Any]] = []
+    if messages:
+        rows += [(t, wheels, m) for t, m in _wheel_messages(types, driven, jump, poses_only)]
+        rows += [(t, imu, m) for t, m in _imu_messages(types, driven, upside_down)] if imu else []
+    with Writer(path) as bag:
+        kinds = {wheels: "nav_msgs/msg/Odometry", **({imu: "sensor_msgs/msg/Imu"} if imu else {})}
+        open_ = {topic: bag.add_connection(topic, kind, typestore=store) for topic, kind in kinds.items()}
+        for time, topic, message in sorted(rows, key=lambda row: row[0]):
+            raw = store.serialize_ros1(message, kinds[topic])
+            bag.write(open_[topic], round((START + time) * 1e9), raw)
+
+
+def _header(types: Any, time: float) -> Any:
+    nanoseconds = round((START + time) * 1e9)
+    stamp = types["builtin_interfaces/msg/Time"](sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+    return types["std_msgs/msg/Header"](seq=0, stamp=stamp, frame_id="odom")
+
+
+def _wheel_messages(types: Any, driven: Drive, jump: float, poses_only: bool) -> list[tuple[float, Any]]:
+    vector, spread = types["geometry_msgs/msg/Vector3"], np.zeros(36)
+    passed = np.diff(driven.speed.times, prepend=driven.speed.times[0])
+    yaws = np.cumsum(driven.turn.values * passed)
+    xs, ys = (np.cumsum(driven.speed.values * one(yaws) * passed) for one in (np.cos, np.sin))
+    found = []
+    for n, (time, speed, turn) in enumerate(
+        zip(driven.speed.times, driven.speed.values, driven.turn.values, strict=True)
+    ):
+        late = time + (jump if n >= len(xs) // 2 else 0.0)
+        told = (0.0, 0.0) if poses_only else (speed, turn)
+        pose = types["geometry_msgs/msg/Pose"](
+            position=types["geometry_msgs/msg/Point"](x=xs[n], y=ys[n], z=0.0),
+            orientation=types["geometry_msgs/msg/Quaternion"](
+                x=0.0, y=0.0, z=np.sin(yaws[n] / 2), w=np.cos(yaws[n] / 2)
+            ),
+        )
+        twist = types["geometry_msgs/msg/Twist"](
+            linear=vector(x=told[0], y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=told[1])
+        )
+        message = types["nav_msgs/msg/Odometry"](
+            header=_header(types, late),
+            child_frame_id="base_link",
+            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=spread),
+            twist=types["geometry_msgs/msg/TwistWithCovariance"](twist=twist, covariance=spread),
+        )
+        found.append((time, message))
+    return found
+
+
+def _imu_messages(types: Any, driven: Drive, upside_down: bool) -> list[tuple[float, Any]]:
+    vector, spread, up = types["geometry_msgs/msg/Vector3"], np.zeros(9), -1.0 if upside_down else 1.0
+    return [
+        (
+            time,
+            types["sensor_msgs/msg/Imu"](
+                header=_header(types, time),
+                orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+                orientation_covariance=spread,
+                angular_velocity=vector(x=0.0, y=0.0, z=up * turn),
+                angular_velocity_covariance=spread,
+                linear_acceleration=vector(x=0.0, y=0.0, z=up * 9.81),
+                linear_acceleration_covariance=spread,
+            ),
+        )
+        for time, turn in zip(driven.gyro.times, driven.gyro.values, strict=True)
+    ]

@@ -1,0 +1,238 @@
+"""The split jrdb: the sample, the official layout, the robot's motion from its bag."""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.jrdb_recording import START, Files, Robot, recording
+from vbbench.cli import main
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
+from vbbench.generation.datasets import write_dataset
+from vbbench.generation.footage import FootageOptions
+from vbbench.generation.generator import Options
+from vbbench.geometry import relative_to_world, world_to_relative, wrap_angle
+from vbbench.scoring import score
+from vbbench.solving import solve
+from vbbench_generators.footage.jrdb.recording import CAMERA, directions_beside
+from vbbench_generators.footage.jrdb.split import STANDING, find_recordings, jrdb, read_recording
+
+SAMPLE = "bytes-cafe-2019-02-07_0"
+rosbags = pytest.mark.extra("rosbags")
+
+
+@pytest.fixture(scope="module")
+def files() -> Files:
+    return recording(robot=Robot(gyro_offset=0.12, picture_offset=-0.08))
+
+
+@pytest.fixture
+def root(files: Files, tmp_path: Path) -> Path:
+    return files.write(tmp_path / "jrdb")
+
+
+@pytest.fixture
+def sample(data_folder: Path) -> Path:
+    path = data_folder / "jrdb" / f"{SAMPLE}.csv"
+    if not path.is_file():
+        pytest.skip("no JRDB sample: see docs/jrdb.md")
+    return path
+
+
+def made(folder: Path, source: Path, **asked: Any) -> Dataset:
+    return write_dataset(jrdb.plan(Options(source=source, footage=FootageOptions(**asked))), folder)
+
+
+def test_the_panorama_runs_clockwise_from_behind_to_023_rad(sample: Path) -> None:
+    """REAL figures: .023 rad (1.4826 times the median deviation), nothing systematic; rows to 5 % of a box's height."""
+    (found,) = find_recordings(sample)
+    there = read_recording(found)
+    beside = directions_beside(there)
+    assert len(beside) == 6547
+    assert abs(np.median(beside)) < 0.006
+    assert 1.4826 * np.median(np.abs(beside - np.median(beside))) == pytest.approx(0.023, abs=0.001)
+    boxes, places = there.boxes, np.stack([-there.places[..., 1], there.places[..., 0]], axis=-1)
+    heights = np.broadcast_to(there.heights, boxes.shape[:2])
+    expected = CAMERA.project_unbounded(places, heights)
+    tall = np.abs(boxes[..., 2] / expected[..., 2] - 1.0) < 0.07
+    rows = ((boxes[..., 1] - expected[..., 1]) / boxes[..., 2])[tall]
+    assert np.median(np.abs(rows)) < 0.03
+    assert abs(np.median(rows)) < 0.02
+
+
+def test_the_sample_is_a_dataset_whose_robot_stands(sample: Path, tmp_path: Path) -> None:
+    dataset = made(tmp_path / "d", sample)
+    assert (len(dataset), dataset.info.truth, dataset.info.dt) == (8, "whole", pytest.approx(0.4))
+    assert dataset.info.counts is not None
+    sequence = dataset.sequence(0)
+    assert not dataset.truth(sequence).poses.any()
+    assert sequence.given.odometry is None
+    verify(tmp_path / "d")
+    with pytest.raises(VbbenchError, match="boxes are 6 frames of 15 Hz apart; use --every 6 or a multiple"):
+        made(tmp_path / "e", sample, every=4)
+
+
+def test_a_recording_without_a_bag_is_relative_and_its_places_are_those_around_the_robot(
+    files: Files, root: Path, tmp_path: Path
+) -> None:
+    dataset = made(tmp_path / "d", root, every=1)
+    assert dataset.info.truth == "relative"
+    assert "dx_rel" in str(dataset.info.caution)
+    expected = world_to_relative(files.positions, files.drive.poses(files.frames))
+    for sequence in dataset.sequences():
+        truth = dataset.relative_truth(sequence)
+        places = expected[sequence.first_frame : sequence.first_frame + sequence.frames, sequence.tracks - 1]
+        seen = sequence.observed
+        np.testing.assert_allclose(truth[seen], places[seen], atol=1e-9)
+        again = CAMERA.project(places, np.broadcast_to(files.heights[sequence.tracks - 1], places.shape[:2]))
+        np.testing.assert_allclose(sequence.observations[seen], again[seen], atol=1e-6)
+    answer = solve(dataset, "tests.test_footage:Still", "cold-start", tmp_path / "a")
+    metrics = score(answer, tmp_path / "d").values()["metrics"]
+    assert [name for name, figure in metrics.items() if figure["mean"] is not None] == ["dx_rel"]
+
+
+@pytest.mark.parametrize("place", ["", "train_dataset_with_activity", "train_dataset"])
+def test_the_folder_may_be_the_one_above(files: Files, tmp_path: Path, place: str) -> None:
+    files.write(tmp_path / "jrdb" / place)
+    assert [one.name for one in find_recordings(tmp_path / "jrdb")] == [files.name]
+
+
+def test_hidden_people_are_not_seen_and_partly_hidden_ones_are_marked(files: Files, root: Path, tmp_path: Path) -> None:
+    path = root / f"labels/labels_2d_stitched/{files.name}.json"
+    values = json.loads(path.read_text())
+    for labels in values["labels"].values():
+        for label in labels:
+            if label["label_id"] == "pedestrian:1":
+                label["attributes"]["occlusion"] = "Fully_occluded"
+        labels.append({"label_id": "car:3", "box": [1, 1, 5, 5]})
+    path.write_text(json.dumps(values))
+    (sequence, *_) = made(tmp_path / "d", root).sequences()
+    assert 1 not in sequence.tracks
+    assert set(np.unique(sequence.visible[sequence.observed])) == {0.75, 1.0}
+
+
+def test_interpolated_boxes_can_be_left_out(root: Path, tmp_path: Path) -> None:
+    """In the made-up recording these are the boxes of all odd frames."""
+    whole, by_hand = made(tmp_path / "d", root, every=2), made(tmp_path / "e", root, every=2, interpolated=False)
+    assert whole.info.id != by_hand.info.id
+    np.testing.assert_array_equal(whole.sequence(0).observations, by_hand.sequence(0).observations)
+    assert len(made(tmp_path / "f", root, every=6)) > 0
+    with pytest.raises(VbbenchError, match="use --every 2 or a multiple"):
+        made(tmp_path / "g", root, every=3, interpolated=False)
+
+
+def test_pictures_are_named_where_they_are(files: Files, root: Path, tmp_path: Path) -> None:
+    (root / "images/image_stitched" / files.name).mkdir(parents=True)
+    dataset = made(tmp_path / "d", root)
+    pictures = dataset.info.pictures[0]
+    assert pictures is not None
+    first = dataset.sequence(0).first_frame * 6
+    assert pictures.path(1) == root.resolve() / "images/image_stitched" / files.name / f"{first + 6:06d}.jpg"
+
+
+def test_a_missing_frame_is_a_gap_and_not_a_leap_in_time(files: Files, root: Path, tmp_path: Path) -> None:
+    for place in ("frames_img.json", "frames_pc.json"):
+        path = root / "timestamps" / files.name / place
+        path.write_text(
+            json.dumps({"data": [row for n, row in enumerate(json.loads(path.read_text())["data"]) if n != 30]})
+        )
+    for kind, ending in (("2d_stitched", "jpg"), ("3d", "pcd")):
+        path = root / f"labels/labels_{kind}/{files.name}.json"
+        values = json.loads(path.read_text())
+        del values["labels"][f"000030.{ending}"]
+        path.write_text(json.dumps(values))
+    dataset = made(tmp_path / "d", root, every=1)
+    bounds = [(one.first_frame, one.first_frame + one.frames) for one in dataset.sequences()]
+    assert bounds[0] == (0, 30)
+    assert bounds[1][0] == 31
+
+
+def test_recordings_that_stand_have_poses_and_others_take_them_away(files: Files, root: Path, tmp_path: Path) -> None:
+    assert SAMPLE in STANDING
+    for kind in ("2d_stitched", "3d"):
+        folder = root / f"labels/labels_{kind}"
+        shutil.copy(folder / f"{files.name}.json", folder / f"{SAMPLE}.json")
+    shutil.copytree(root / "timestamps" / files.name, root / "timestamps" / SAMPLE)
+    mixed = made(tmp_path / "d", root)
+    assert mixed.info.truth == "relative"
+    assert f"it is known of {SAMPLE}: name these with --sequences" in str(mixed.info.caution)
+    assert len(mixed.info.scenes) == 2
+    assert made(tmp_path / "e", root, sequences=(SAMPLE,)).info.truth == "whole"
+
+
+@rosbags
+def test_from_boxes_and_bag_to_scores(files: Files, root: Path, tmp_path: Path, capsys: Any) -> None:
+    """The whole way on the command line: truth to 3 % of the way, though clocks differ by .1 s and wheels slip."""
+    bags = files.write_bag(tmp_path / "bags")
+    out = tmp_path / "d"
+    assert (
+        main(["generate", "jrdb", "--source", str(root), "--bags", str(bags), "--every", "6", "--out", str(out)]) == 0
+    )
+    assert "m driven, the end known to" in capsys.readouterr().out
+    dataset = Dataset(out)
+    verify(out)
+    assert dataset.info.truth == "whole"
+    assert dataset.info.calibration is not None
+    offsets = dataset.info.calibration["recordings"][0]["clock_offsets"]
+    assert offsets["gyro"] == pytest.approx(0.12, abs=0.015)
+    assert offsets["pictures"] == pytest.approx(-0.08, abs=0.015)
+    truth = files.drive.poses(files.frames)
+    for sequence in dataset.sequences():
+        frames = 6 * np.arange(sequence.first_frame, sequence.first_frame + sequence.frames)
+        poses = dataset.truth(sequence).poses
+        assert np.linalg.norm(poses[:, :2] - truth[frames, :2], axis=1).max() < 0.03 * files.drive.distance
+        places = world_to_relative(files.positions[frames], truth[frames])[:, sequence.tracks - 1]
+        told = dataset.truth(sequence).positions
+        np.testing.assert_allclose(
+            told[sequence.observed], relative_to_world(places, poses)[sequence.observed], atol=1e-6
+        )
+        odometry = sequence.given.odometry
+        assert odometry is not None
+        moved = world_to_relative(truth[frames[1:], None, :2], truth[frames[:-1]])[:, 0]
+        np.testing.assert_allclose(odometry.motions[1:, 0], moved[:, 1], atol=0.06)
+        np.testing.assert_allclose(odometry.motions[1:, 2], wrap_angle(np.diff(truth[frames, 2])), atol=0.05)
+        assert (np.linalg.eigvalsh(odometry.covariances[1:]) > 0.0).all()
+    for solver, protocol in (("cv", "sequential"), ("tests.test_footage:Still", "cold-start")):
+        answer = tmp_path / protocol
+        figures = score(solve(dataset, solver, protocol, answer), out).values()["metrics"]
+        assert figures["dx"]["mean"] is not None
+        assert figures["dt"]["mean"] is not None
+
+
+@rosbags
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"wheels": "/segway/odometry/local_filtered", "imu": None},
+        {"poses_only": True},
+        {"upside_down": True},
+        {"imu": "segway/feedback/ext_imu"},
+    ],
+    ids=["filtered odometry alone", "poses without speeds", "IMU upside down", "the other IMU"],
+)
+def test_bags_differ(files: Files, root: Path, tmp_path: Path, changes: dict[str, Any]) -> None:
+    bags = files.write_bag(tmp_path / "bags", **changes)
+    dataset = made(tmp_path / "d", root, bags=bags)
+    truth = files.drive.poses(files.frames)[::6]
+    poses = np.concatenate([dataset.truth(one).poses for one in dataset.sequences()])
+    frames = np.concatenate([one.first_frame + np.arange(one.frames) for one in dataset.sequences()])
+    limit = 0.1 if changes.get("imu", "") is None else 0.03
+    assert np.linalg.norm(poses[:, :2] - truth[frames, :2], axis=1).max() < limit * files.drive.distance
+
+
+@rosbags
+def test_what_the_wheels_say_is_not_the_truth_itself(files: Files, root: Path, tmp_path: Path) -> None:
+    (one, *_) = (dataset := made(tmp_path / "d", root, bags=files.write_bag(tmp_path / "bags"))).sequences()
+    assert one.given.odometry is not None
+    turned = wrap_angle(np.diff(dataset.truth(one).poses[:, 2]))
+    assert np.abs(one.given.odometry.motions[1:, 2] - turned).max() > 1e-3
+
+
+def test_start_of_the_clock_is_a_real_one() -> None:
+    """Stamps of 2019 keep microseconds in a float."""
+    assert np.spacing(START) < 1e-6

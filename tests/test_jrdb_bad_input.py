@@ -1,0 +1,232 @@
+"""The split jrdb and files that cannot be: one line that names file and place and says what to do."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.jrdb_recording import Files, Robot, recording
+from tests.test_missing_packages import run_without
+from vbbench.cli import main
+
+rosbags = pytest.mark.extra("rosbags")
+Change = Callable[[dict[str, Any]], None]
+
+
+@pytest.fixture(scope="module")
+def files() -> Files:
+    return recording(robot=Robot(seconds=12.0))
+
+
+@pytest.fixture
+def root(files: Files, tmp_path: Path) -> Path:
+    return files.write(tmp_path / "jrdb")
+
+
+def refusal(capsys: pytest.CaptureFixture[str], tmp_path: Path, source: Path, *options: object) -> str:
+    """The one line that `vbbench generate jrdb` says and does nothing."""
+    out = tmp_path / "out"
+    assert main(["generate", "jrdb", "--source", str(source), "--out", str(out), *map(str, options)]) == 2
+    assert not out.exists()
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+def first_label(values: dict[str, Any]) -> dict[str, Any]:
+    label: dict[str, Any] = next(iter(values["labels"].values()))[0]
+    return label
+
+
+def jump(values: dict[str, Any], seconds: float) -> None:
+    for row in values["data"][50:]:
+        for sensors in (row.get("cameras", []), row.get("pointclouds", [])):
+            for sensor in sensors:
+                sensor["timestamp"] += seconds
+
+
+def turned_labels(values: dict[str, Any]) -> None:
+    """3-D labels in the axes of a camera: x right, y down, z forward."""
+    for labels in values["labels"].values():
+        for label in labels:
+            box = label["box"]
+            box["cx"], box["cy"], box["cz"] = -box["cy"], -box["cz"], box["cx"]
+
+
+LABELS_2D, LABELS_3D = "labels/labels_2d_stitched/{}.json", "labels/labels_3d/{}.json"
+TIMES, CLOUDS = "timestamps/{}/frames_img.json", "timestamps/{}/frames_pc.json"
+
+
+@pytest.mark.parametrize(
+    ("place", "change", "said"),
+    [
+        (
+            TIMES,
+            lambda v: jump(v, 30.0),
+            "clock jumps by +30.0",
+        ),
+        (TIMES, lambda v: jump(v, -3.0), "clock jumps by -2.93"),
+        (CLOUDS, lambda v: jump(v, 9.0), "frames_pc.json: the clock jumps by +9.0"),
+        (TIMES, lambda v: v.pop("data"), "has no list 'data' with an object for each frame"),
+        (
+            TIMES,
+            lambda v: v["data"][4].pop("cameras"),
+            "entry 5 of 'data': key 'cameras' is None, not a list of sensors",
+        ),
+        (TIMES, lambda v: v["data"][4]["cameras"][0].update(timestamp="soon"), "entry 5 of 'data': key 'timestamp' is"),
+        (TIMES, lambda v: v["data"][4]["cameras"][0].update(url="a.jpg"), "url is 'a.jpg', not …/000000.jpg or .pcd"),
+        (TIMES, lambda v: v["data"].append(v["data"][3]), "entries of 163 frames: a frame stands there twice"[-33:]),
+        (TIMES, lambda v: v["data"].pop(40), "picture 000040.jpg is labelled, but has no time stamp"),
+        (CLOUDS, lambda v: v["data"][0].pop("pointclouds"), "entry 1 of 'data': key 'pointclouds' is None"),
+        (LABELS_2D, lambda v: v.pop("labels"), "has no object 'labels'"),
+        (
+            LABELS_2D,
+            lambda v: v["labels"].update(x=[]),
+            "key 'x' of 'labels' is not the name of a frame, such as 000000.jpg",
+        ),
+        (LABELS_2D, lambda v: first_label(v).pop("label_id"), "000000.jpg, label 1: has no text 'label_id'"),
+        (LABELS_2D, lambda v: first_label(v).update(label_id="pedestrian:x"), "not 'pedestrian:NUMBER'"),
+        (
+            LABELS_2D,
+            lambda v: first_label(v).update(box=[1, 2, 3]),
+            "key 'box' is [1, 2, 3], not [left, top, width, height]",
+        ),
+        (LABELS_2D, lambda v: first_label(v).update(box=[1, 2, 3, 0]), "its box is 3 px wide and 0 px high"),
+        (
+            LABELS_2D,
+            lambda v: first_label(v).update(box=[1, 2, 3, 1e9]),
+            "height is 1000000000.0, not a number up to 100,000",
+        ),
+        (
+            LABELS_2D,
+            lambda v: first_label(v)["attributes"].update(occlusion="Fully_visable"),
+            "did you mean 'Fully_visible'?",
+        ),
+        (LABELS_2D, lambda v: v["labels"]["000000.jpg"].append(first_label(v)), "stands there twice"),
+        (
+            LABELS_3D,
+            lambda v: first_label(v)["box"].pop("cx"),
+            "000000.pcd, label 1: key 'cx' is missing in its box of cy,",
+        ),
+        (LABELS_3D, lambda v: first_label(v).update(box=[1, 2, 3, 4]), "not an object with cx, cy, cz, l, w, h, rot_z"),
+        (LABELS_3D, turned_labels, "they must be in the robot's frame, x forward, y left"),
+        (LABELS_3D, lambda v: v.update(labels={}), "only 0 boxes"),
+    ],
+)
+def test_what_files_cannot_hold(
+    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], place: str, change: Change, said: str
+) -> None:
+    path = root / place.format(files.name)
+    values = json.loads(path.read_text())
+    change(values)
+    path.write_text(json.dumps(values))
+    line = refusal(capsys, tmp_path, root)
+    assert said in line
+    assert files.name in line
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        (TIMES, "is missing; download JRDB's timestamps"),
+        (CLOUDS, "is missing"),
+        (LABELS_3D, "cannot be read: No such file"),
+    ],
+)
+def test_what_is_missing(
+    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], place: str, said: str
+) -> None:
+    path = root / place.format(files.name)
+    path.unlink()
+    line = refusal(capsys, tmp_path, root)
+    assert said in line
+    assert str(path) in line
+
+
+def test_what_is_no_folder_of_jrdb(tmp_path: Path, root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "holds no labels/labels_2d_stitched" in refusal(capsys, tmp_path, tmp_path)
+    assert "there is no such file or folder" in refusal(capsys, tmp_path, tmp_path / "nowhere")
+    assert main(["generate", "jrdb", "--out", str(tmp_path / "out")]) == 2
+    line = capsys.readouterr().err
+    assert "name with --source the folder" in line
+    assert "https://jrdb.erc.monash.edu" in line
+    (root / "labels/labels_2d_stitched").rename(root / "labels/old")
+    (root / "labels/labels_2d_stitched").mkdir()
+    assert "holds no NAME.json" in refusal(capsys, tmp_path, root)
+
+
+def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], files: Files) -> None:
+    assert "did you mean" in refusal(capsys, tmp_path, root, "--sequences", files.name + "0")
+    assert "--boxes is not read" in refusal(capsys, tmp_path, root, "--boxes", tmp_path)
+    assert "--poses is not read" in refusal(capsys, tmp_path, root, "--poses", tmp_path)
+    assert "--cyclists is for kitti" in refusal(capsys, tmp_path, root, "--cyclists")
+    assert f"holds no {files.name}.bag" in refusal(capsys, tmp_path, root, "--bags", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty"),
+        ("0,1,2\n", "line 1: has 3 columns, not 12 (frame, id, x, y, h, w, l, rot_z, left, top, width, height)"),
+        ("0,1,1,1,1.7,1,1,0,5,5,5,x\n", "line 1: height is 'x'; write a number"),
+        ("0,1,1,1,1.7,1,1,0,5,5,5,9\n" * 2, "line 2: person 1 stands in frame 0 twice"),
+    ],
+)
+def test_what_the_sample_cannot_hold(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str) -> None:
+    path = tmp_path / "sample.csv"
+    path.write_text(text)
+    assert said in refusal(capsys, tmp_path, path)
+
+
+@rosbags
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"jump": 20.0}, "clock of segway/feedback/wheel_odometry jumps by +20.020 s after message"),
+        ({"jump": -4.0}, "clock of segway/feedback/wheel_odometry jumps by -3.980 s after message"),
+        ({"wheels": "odom"}, "has no message of segway/feedback/wheel_odometry or segway/odometry/local_filtered"),
+        ({"messages": False}, "is an empty bag: it holds no message"),
+    ],
+)
+def test_what_bags_cannot_hold(
+    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: dict[str, Any], said: str
+) -> None:
+    bags = files.write_bag(tmp_path / "bags", **changes)
+    line = refusal(capsys, tmp_path, root, "--bags", bags)
+    assert said in line
+    assert f"{files.name}.bag" in line
+
+
+@rosbags
+def test_bags_of_other_times_and_broken_ones(
+    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = files.write_bag(tmp_path / "bags") / f"{files.name}.bag"
+    whole = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for broken in (b"", b"no bag at all", whole[: len(whole) // 2], whole[:20000] + rng.bytes(40000) + whole[60000:]):
+        path.write_bytes(broken)
+        assert "is no whole ROS 1 bag" in refusal(capsys, tmp_path, root, "--bags", path.parent)
+    path.write_bytes(whole)
+    for place in (TIMES, CLOUDS):
+        stamps = root / place.format(files.name)
+        values = json.loads(stamps.read_text())
+        for row in values["data"]:
+            for sensor in row.get("cameras", row.get("pointclouds")):
+                sensor["timestamp"] += 86400.0
+        stamps.write_text(json.dumps(values))
+    assert "is it the bag of another recording?" in refusal(capsys, tmp_path, root, "--bags", path.parent)
+
+
+def test_without_rosbags_the_extra_is_named(files: Files, root: Path, tmp_path: Path) -> None:
+    (tmp_path / f"{files.name}.bag").write_bytes(b"")
+    command = ["generate", "jrdb", "--source", root, "--bags", tmp_path, "--out", tmp_path / "out"]
+    done: subprocess.CompletedProcess[str] = run_without(("rosbags",), *command)
+    assert done.returncode == 2, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert line.endswith("needs rosbags: python -m pip install 'vbbench[robot]'")
+    assert run_without(("rosbags",), *command[:4], *command[6:]).returncode == 0, sys.executable
