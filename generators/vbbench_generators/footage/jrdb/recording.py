@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +12,11 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
+from vbbench_generators.footage.found_boxes import boxes_of_mot
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
+from vbbench_generators.footage.tracks import FoundTracks, follow
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
 """The stitched panorama, 3760 × 480: columns run clockwise from behind, rows v = 209.4 + 482.9·y/√(x² + z²).
@@ -37,7 +40,7 @@ class Recording:
     name : what JRDB calls it.
     grid : the frames.
     tracks : [K] who has boxes; ``people`` [P] who has places.
-    boxes : [T, K, 3] (u, v, l) in px, NaN = not seen; ``visible`` [T, K] likewise.
+    boxes : [T, K, 3] (u, v, l) in px, NaN = not seen; ``visible`` [T, K] and ``rectangles`` [T, K, 4] likewise.
     places : [T, P, 2] metres forward and to the left of the robot, NaN = not labelled.
     heights : [P] in m.
     """
@@ -48,6 +51,7 @@ class Recording:
     people: IntArray
     boxes: FloatArray
     visible: FloatArray
+    rectangles: FloatArray
     places: FloatArray
     heights: FloatArray
 
@@ -57,13 +61,34 @@ class Recording:
         filled = np.flatnonzero((~np.isnan(self.visible)).any(axis=1))
         return int(np.median(np.diff(filled))) if len(filled) > 1 else 1
 
-    def footage(self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None) -> Footage:
+    def follow(self, path: Path) -> FoundTracks:
+        """Boxes of a detector or tracker, matched to those labelled.
+
+        They are MOTChallenge text, whose frame 1 is picture 000000.
+
+        Raises
+        ------
+        FileError
+            If a row cannot be, or most boxes are of nobody.
+        """
+        found = boxes_of_mot(path, int(self.grid.frames[-1]) + 1)
+        slots = self.grid.slot_of(found.frame)
+        there = slots >= 0
+        return follow(found.at(slots, there), self.rectangles, self.tracks, CAMERA, 1.0 / RATE)
+
+    def footage(
+        self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None, found: FoundTracks | None = None
+    ) -> Footage:
         """The footage, with poses and odometry where the robot's motion was measured; a robot that stands has a pose.
 
         Parameters
         ----------
         pictures : folder of the stitched pictures.
+        found : tracks in place of the labelled ones.
         """
+        seen: dict[str, Any] = {"tracks": self.tracks, "boxes": self.boxes, "visible": self.visible}
+        if found is not None:
+            seen = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
         poses = np.zeros((len(self.boxes), 3)) if stands else None
         poses = poses if motion is None else motion.poses
         relative = np.stack([-self.places[..., 1], self.places[..., 0]], axis=-1)
@@ -73,9 +98,7 @@ class Recording:
             name=self.name,
             camera=CAMERA,
             dt=1.0 / RATE,
-            tracks=self.tracks,
-            boxes=self.boxes,
-            visible=self.visible,
+            **seen,
             poses=poses,
             scene=scene,
             odometry=None if motion is None else motion.odometry,
@@ -108,7 +131,8 @@ def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid
         raise FileError(pictures.path, f"picture {frame:06d}.jpg is labelled, but has no time stamp")
     tracks, column = np.unique(pictures.people, return_inverse=True)
     shape = (len(grid.times), len(tracks))
-    boxes, visible = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
+    boxes, visible, whole = np.full((*shape, 3), np.nan), np.full(shape, np.nan), np.full((*shape, 4), np.nan)
+    whole[slots, column] = pictures.boxes
     left, top, width, height = pictures.boxes.T
     boxes[slots, column] = np.stack([CAMERA.wrap_column(left + 0.5 * width), top + 0.5 * height, height], axis=-1)
     visible[slots, column] = pictures.visible
@@ -120,6 +144,7 @@ def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid
         people=people,
         boxes=boxes,
         visible=visible,
+        rectangles=whole,
         places=points,
         heights=heights,
     )

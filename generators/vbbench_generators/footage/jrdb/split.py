@@ -11,12 +11,14 @@ from vbbench.errors import FileError, SourceMissingError, UnknownNameError, Vbbe
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.generator import Card, Options
+from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.jrdb.bags import read_bag
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places, read_sample
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, measure_motion
 from vbbench_generators.footage.jrdb.recording import Recording, assemble, directions_beside, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.split import FootageSplit, Recordings
+from vbbench_generators.footage.tracks import FoundTracks
 
 ADDRESS = "https://jrdb.erc.monash.edu"
 
@@ -74,10 +76,13 @@ class JrdbSplit(FootageSplit):
         found = _chosen(find_recordings(options.source), asked.sequences)
         bags = {} if asked.bags is None else {one.name: find_bag(asked.bags, one.name) for one in found}
         known = [one.name in bags or one.name in STANDING for one in found]
-        made = [self._read(one, bags.get(one.name), asked, poses=all(known)) for one in found]
+        several = len(found) > 1
+        boxes = {} if asked.boxes is None else {one.name: file_for(asked.boxes, one.name, several) for one in found}
+        made = [self._read(one, bags.get(one.name), boxes.get(one.name), asked, poses=all(known)) for one in found]
         sums = {one.name: {kind: file_sha256(path) for kind, path in sorted(one.files.items())} for one in found}
-        for name, path in bags.items():
-            sums[name]["bag"] = file_sha256(path)
+        for kind, paths in (("bag", bags), ("boxes", boxes)):
+            for name, path in paths.items():
+                sums[name][kind] = file_sha256(path)
         return Recordings(
             footage=tuple(footage for footage, _ in made),
             definition={"files": sums, "interpolated": asked.interpolated},
@@ -89,7 +94,7 @@ class JrdbSplit(FootageSplit):
         )
 
     def _read(
-        self, one: Found, bag: Path | None, asked: FootageOptions, *, poses: bool
+        self, one: Found, bag: Path | None, boxes: Path | None, asked: FootageOptions, *, poses: bool
     ) -> tuple[Footage, dict[str, Any]]:
         recording = read_recording(one, interpolated=asked.interpolated)
         every, step = asked.every or self.every, recording.step
@@ -98,8 +103,10 @@ class JrdbSplit(FootageSplit):
         motion = None
         if bag is not None and poses:
             motion = measure_motion(read_bag(bag), recording.grid.times, recording.places, every)
-        footage = recording.footage(motion, stands=poses and motion is None, pictures=one.pictures)
-        return footage, _facts(recording, motion)
+        tracks = None if boxes is None else recording.follow(boxes)
+        stands = poses and motion is None
+        footage = recording.footage(motion, stands=stands, pictures=one.pictures, found=tracks)
+        return footage, _facts(recording, motion, tracks)
 
     def _caution(self, known: list[str], whole: bool) -> str:
         if whole:
@@ -202,17 +209,13 @@ def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
 
 
 def _refuse(asked: FootageOptions) -> None:
-    if asked.boxes is not None:
-        raise VbbenchError(
-            "jrdb: --boxes is not read yet; its hand-drawn boxes can be had without the interpolated ones"
-        )
     if asked.poses is not None:
         raise VbbenchError("jrdb: --poses is not read; the robot's motion comes from its rosbags (--bags)")
     if asked.cyclists:
         raise VbbenchError("jrdb: --cyclists is for kitti; here all people are labelled as pedestrians")
 
 
-def _facts(recording: Recording, motion: MeasuredMotion | None) -> dict[str, Any]:
+def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:
     """What was measured of a recording, as JSON."""
     beside = directions_beside(recording)
     facts: dict[str, Any] = {
@@ -220,6 +223,8 @@ def _facts(recording: Recording, motion: MeasuredMotion | None) -> dict[str, Any
         "columns_beside_places": round(float(np.median(np.abs(beside))), 4),
         "seconds_a_frame": round(recording.grid.seconds, 5),
     }
+    if tracks is not None:
+        facts["detected"], facts["tracked"] = tracks.detected.values(), tracks.tracked.values()
     if motion is not None:
         facts["driven"] = round(motion.distance, 2)
         facts["end_std"] = round(motion.end_std, 3)
@@ -231,6 +236,8 @@ def _facts(recording: Recording, motion: MeasuredMotion | None) -> dict[str, Any
 
 def _summary(facts: dict[str, Any]) -> str:
     text = f"{facts['name']}: boxes {facts['columns_beside_places']:.3f} rad beside the labelled places (median)"
+    if "detected" in facts:
+        text += ", boxes found: recall {recall:.2f}, precision {precision:.2f}".format(**facts["detected"])
     if "driven" in facts:
         text += f", {facts['driven']:.1f} m driven, the end known to {facts['end_std']:.2f} m"
     return text

@@ -86,23 +86,3 @@ def find_folder(source: Path | None) -> KittiFolder:
     if source is None:
         raise SourceMissingError(f"kitti is made from files of your own: name with --source the folder with {WANTED}")
     raise FileError(source, f"holds no {LABELS}; kitti is made from a folder with {WANTED}")
-
-
-def file_for(given: Path, name: str, several: bool) -> Path:
-    """The file of a sequence in a folder that the user names, or the file itself if there is one sequence alone.
-
-    Raises
-    ------
-    VbbenchError
-        If one file is named for several sequences, or the file is not there.
-    """
-    if given.is_file():
-        if several:
-            raise VbbenchError(
-                f"{given} is one file; name a folder with a file for each sequence, {name}.txt and so on"
-            )
-        return given
-    path = given / f"{name}.txt"
-    if not path.is_file():
-        raise FileError(path, "is missing; files for a sequence are called like it, in a folder or named alone")
-    return path

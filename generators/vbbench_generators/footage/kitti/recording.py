@@ -13,10 +13,11 @@ from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
+from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.kitti import folder as files
 from vbbench_generators.footage.kitti.boxes import read_boxes
 from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
-from vbbench_generators.footage.kitti.folder import KittiFolder, file_for
+from vbbench_generators.footage.kitti.folder import KittiFolder
 from vbbench_generators.footage.kitti.labels import (
     Labels,
     read_labels,
@@ -26,7 +27,7 @@ from vbbench_generators.footage.kitti.labels import (
 )
 from vbbench_generators.footage.kitti.parked import ParkedCars, watch_parked_cars
 from vbbench_generators.footage.kitti.poses import in_the_world, on_the_ground, read_oxts, read_poses, refuse_too_few
-from vbbench_generators.footage.kitti.tracks import FoundTracks, follow
+from vbbench_generators.footage.tracks import FoundTracks, follow
 
 DT = 0.1
 """Seconds per frame as told; by the speedometer frames are about .1035 s apart."""

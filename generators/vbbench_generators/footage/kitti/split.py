@@ -5,15 +5,15 @@ from dataclasses import dataclass, field, replace
 from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.kitti.boxes import LEAST_SCORE
+from vbbench_generators.footage.found_boxes import LEAST_SCORE
 from vbbench_generators.footage.kitti.folder import WANTED, find_folder
 from vbbench_generators.footage.kitti.labels import CYCLISTS, WALKERS
 from vbbench_generators.footage.kitti.recording import read_recording
 from vbbench_generators.footage.kitti.summary import summarise
-from vbbench_generators.footage.kitti.tracks import LEAST_OVERLAP
 from vbbench_generators.footage.runs import RunRules
 from vbbench_generators.footage.sequences import FootageSequences
 from vbbench_generators.footage.split import FootageSplit, Recordings
+from vbbench_generators.footage.tracks import LEAST_OVERLAP
 
 CARD = Card(
     name="kitti",

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vbbench_generators.footage.kitti.recording import KittiRecording, Way
-from vbbench_generators.footage.kitti.tracks import FoundTracks
+from vbbench_generators.footage.tracks import FoundTracks
 
 SPOKEN = {"oxts": "oxts", "poses": "--poses"}
 LONGEST = 900

@@ -14,7 +14,7 @@ from vbbench.exchange.detection import Detections
 from vbbench.exchange.matching import NOBODY, lasting_tracks, match_tracks
 from vbbench.exchange.mot.text import UNLINKED
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_generators.footage.kitti.boxes import FoundBoxes
+from vbbench_generators.footage.found_boxes import FoundBoxes
 from vbbench_generators.tiers.tracking.tracker import ByteTracker
 
 LEAST_OVERLAP = 0.3
@@ -97,9 +97,9 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
     _refuse_stray(found, camera)
     frames = len(labels)
     loose, _ = _dense(found, _places_in_frames(found.frame), frames)
-    detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people)
+    detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
     _check_matches(found.path, detected)
-    tracks, boxes, scores = _linked(found, frames, dt)
+    tracks, boxes, scores = _linked(found, frames, dt, camera)
     persons = _persons(boxes, labels, people, camera)
     kept = lasting_tracks(persons)
     seen = ~np.isnan(boxes[..., 2])
@@ -110,7 +110,7 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
         scores=scores[:, kept],
         persons=persons[:, kept],
         detected=detected,
-        tracked=_agreement(boxes[:, kept], persons[:, kept], labels, people),
+        tracked=_agreement(boxes[:, kept], persons[:, kept], labels, people, camera),
         dropped=dropped,
     )
 
@@ -138,12 +138,12 @@ def _check_matches(path: Path, detected: Agreement) -> None:
         warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
 
 
-def _linked(found: FoundBoxes, frames: int, dt: float) -> tuple[IntArray, FloatArray, FloatArray]:
+def _linked(found: FoundBoxes, frames: int, dt: float, camera: Camera) -> tuple[IntArray, FloatArray, FloatArray]:
     """Track ids [K], boxes [T, K, 4] and scores [T, K]."""
     if (found.track != UNLINKED).all():
         tracks, column = np.unique(found.track, return_inverse=True)
         return tracks, *_dense(found, column, frames)
-    tracker, linked = ByteTracker(dt=dt), []
+    tracker, linked = ByteTracker(dt=dt, period=camera.period), []
     for frame in range(frames):
         rows = found.frame == frame
         linked.append(tracker.step(Detections(boxes=found.boxes[rows], scores=found.scores[rows])))
@@ -182,12 +182,12 @@ def _persons(boxes: FloatArray, labels: FloatArray, people: IntArray, camera: Ca
     return match_tracks(boxes, labels, people, camera, least=LEAST_OVERLAP)
 
 
-def _agreement(boxes: FloatArray, persons: IntArray, labels: FloatArray, people: IntArray) -> Agreement:
+def _agreement(boxes: FloatArray, persons: IntArray, labels: FloatArray, people: IntArray, camera: Camera) -> Agreement:
     """How boxes [T, K, 4] of persons [T, K] agree with labels [T, P, 4] of people [P]."""
     shared = []
     for box, person, label in zip(boxes, persons, labels, strict=True):
         paired = person != NOBODY
-        shared.append(overlaps(box[paired], label[np.searchsorted(people, person[paired])]).diagonal())
+        shared.append(overlaps(box[paired], label[np.searchsorted(people, person[paired])], camera.period).diagonal())
     pairs = np.concatenate(shared)
     return Agreement(
         labelled=int((~np.isnan(labels[..., 0])).sum()),
