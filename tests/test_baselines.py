@@ -20,6 +20,9 @@ from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.motion_models import adapt_velocities
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
+WELL_POSED = [name for name in PROTOCOLS if name != "cold-start"]
+"""After a cold start the velocity that all have in common is unknown, however exact the boxes are."""
+
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_is_a_frame_solver_made_without_arguments(solver: type[Any]) -> None:
@@ -29,7 +32,7 @@ def test_is_a_frame_solver_made_without_arguments(solver: type[Any]) -> None:
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("ego_prior", [True, False])
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
-@pytest.mark.parametrize("protocol", PROTOCOLS)
+@pytest.mark.parametrize("protocol", WELL_POSED)
 def test_exact_data_give_the_truth(protocol: str, camera: Camera, ego_prior: bool, seed: int) -> None:
     truth = walk(seed)
     estimate = run(ConstantVelocityBirdifier(ego_prior=ego_prior), truth, protocol, camera)
