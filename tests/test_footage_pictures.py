@@ -161,6 +161,23 @@ def test_boxes_lie_over_the_cameras_own_pictures(photographed):
         assert not part(plot_replay(replay, FRAMES - 1), "ego").images
 
 
+def test_the_map_of_a_long_way_goes_with_the_observer(tmp_path):
+    slow = recording()
+    assert slow.poses is not None
+    assert slow.scene is not None
+    shift = 10.0 * np.arange(FRAMES)
+    poses = slow.poses + np.stack([shift, shift, 0.0 * shift], axis=-1)
+    people = replace(slow.scene, positions=slow.scene.positions + shift[:, None, None])
+    replay = load_replay(made(tmp_path / "d", replace(slow, poses=poses, scene=people)), 0)
+    film = Film(replay, Backdrop(replay.dataset, replay.sequence))
+    assert film.bird.moves
+    frames = [0, 15, FRAMES - 1]
+    for frame, _ in zip(frames, film.frames(frames), strict=True):
+        seen = replay.known.positions[frame, replay.sequence.observed[frame]]
+        for place in film.bird.place(np.vstack([seen, replay.known.poses[frame, None, :2]])):
+            assert np.isnan(place).all() or np.all((place > 0) & (place < [film.bird.width, film.bird.height]))
+
+
 def test_large_pictures_are_made_smaller_and_boxes_with_them(tmp_path):
     camera = PerspectiveCamera(width=2560, height=1440, focal=1280.0, cx=1280.0, cy=720.0, mount_height=1.5)
     big = replace(recording(), camera=camera, boxes=2.0 * recording().boxes)
