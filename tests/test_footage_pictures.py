@@ -280,3 +280,20 @@ def test_a_recording_for_the_viewer_can_hold_the_cameras_pictures(photographed, 
     assert sum(one is not None for one in pictures) == FRAMES - 1
     with pytest.raises(VbbenchError, match="ask for one of them"):
         record_to_file(photographed, 0, tmp_path / "y.rrd", footage=True, backend=Backend())
+
+
+@pytest.mark.parametrize("kind", ["poses", "relative", "none"])
+def test_other_commands_say_what_they_lack(datasets, answers, kind, tmp_path, capsys):
+    folder = str(datasets[kind].folder)
+    for command in (["export", "mot"], ["export", "csv"]):
+        assert main([*command, folder, "--out", str(tmp_path / command[1])]) == 0
+    assert main(["verify", folder]) == 0
+    assert main(["info", folder]) == 0
+    capsys.readouterr()
+    assert main(["info", folder, "--realism"]) == 2
+    assert "and so not how they walk" in capsys.readouterr().err
+    own = [str(answers[kind])] * 2
+    assert main(["compare", *own, "--dataset", folder]) == (2 if kind == "none" else 0)
+    table = capsys.readouterr().out
+    assert "nan" not in table
+    assert table.count("not known") == {"poses": 2, "relative": 5, "none": 0}[kind]
