@@ -56,8 +56,7 @@ class Calibration:
     @property
     def offset(self) -> FloatArray:
         """[3] what is added to coordinates of camera 0 for those of camera 2, in m: t = K⁻¹ p₄."""
-        offset: FloatArray = np.linalg.solve(self.projection[:, :3], self.projection[:, 3])
-        return offset
+        return np.asarray(np.linalg.solve(self.projection[:, :3], self.projection[:, 3]), np.float64)
 
     @property
     def known_size(self) -> tuple[int, int] | None:

@@ -98,9 +98,11 @@ def file_for(given: Path, name: str, several: bool) -> Path:
     """
     if given.is_file():
         if several:
-            raise VbbenchError(f"{given} is one file; name a folder with a file for each sequence, {name}.txt and so on")
+            raise VbbenchError(
+                f"{given} is one file; name a folder with a file for each sequence, {name}.txt and so on"
+            )
         return given
     path = given / f"{name}.txt"
     if not path.is_file():
-        raise FileError(path, f"is missing; files for a sequence are called like it, in a folder or named alone")
+        raise FileError(path, "is missing; files for a sequence are called like it, in a folder or named alone")
     return path

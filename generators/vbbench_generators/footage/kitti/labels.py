@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench_generators.footage.kitti.calibration import Calibration
-from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, parse_rows, read_content
+from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 
 WALKERS = ("Pedestrian", "Person", "Person_sitting")
 """Classes of people on their feet, and of people who sit; versions of the download call these in two ways."""
@@ -17,9 +17,7 @@ CYCLISTS = ("Cyclist",)
 CARS = ("Car", "Van", "Truck")
 CLASSES = (*WALKERS, *CYCLISTS, *CARS, "Tram", "Misc", "DontCare")
 
-_COLUMNS = tuple(
-    "frame track type truncated occluded alpha left top right bottom height width length x y z rotation".split()
-)
+_COLUMNS = names("frame track type truncated occluded alpha left top right bottom height width length x y z rotation")
 _READ = tuple(name for name in _COLUMNS if name not in ("alpha", "width", "length", "rotation"))
 LABELS = Layout(columns=_COLUMNS, wanted=_READ, words={"type": CLASSES})
 RESULTS = Layout(columns=(*_COLUMNS, "score"), wanted=(*_READ, "score"), words={"type": CLASSES})
@@ -130,6 +128,9 @@ def parse_labels(path: Path, content: bytes) -> Labels:
     boxes = rows.numbers("left", "top", "right", "bottom")
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     rows.refuse(anybody & ~((wide > 0.0) & (high > 0.0)), "the box is {0:g} x {1:g} px; leave it out", wide, high)
+    height, places = rows.columns["height"].copy(), rows.numbers("x", "y", "z")
+    unknown = places[:, 2] == UNKNOWN
+    height[unknown], places[unknown] = np.nan, np.nan
     labels = Labels(
         path=path,
         frame=rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on"),
@@ -138,8 +139,8 @@ def parse_labels(path: Path, content: bytes) -> Labels:
         truncated=_level(rows, "truncated", anybody, len(INSIDE)),
         occluded=_level(rows, "occluded", anybody, len(SHOWS)),
         boxes=boxes,
-        height=np.where(rows.columns["z"] == UNKNOWN, np.nan, rows.columns["height"]),
-        places=np.where(rows.columns["z"][:, None] == UNKNOWN, np.nan, rows.numbers("x", "y", "z")),
+        height=height,
+        places=places,
         scores=rows.columns["score"] if scored else np.ones(len(rows)),
         lines=rows.lines,
     )
@@ -154,7 +155,7 @@ def size_of_pictures(labels: Labels) -> tuple[int, int]:
 
 
 def refuse_boxes_outside(labels: Labels, size: tuple[int, int], known_by: str) -> None:
-    """Raise FileError at the first box that reaches beyond pictures of this size; ``known_by`` says whose word it is."""
+    """Raise FileError at the first box that reaches beyond pictures of this size; ``known_by`` says why."""
     left, top, right, bottom = labels.boxes.T
     outside = (left < -SPARE) | (top < -SPARE) | (right > size[0] + SPARE) | (bottom > size[1] + SPARE)
     if outside.any():
@@ -191,9 +192,9 @@ def _level(rows: Rows, name: str, anybody: BoolArray, levels: int) -> IntArray:
 
 def _refuse_repetition(labels: Labels) -> None:
     linked = np.flatnonzero(labels.track >= 0)
-    frame, track = labels.frame[linked], labels.track[linked]
-    order = np.lexsort((track, frame))
-    same = (np.diff(track[order]) == 0) & (np.diff(frame[order]) == 0)
+    boxes = labels.frame[linked] * (LONGEST_ID + 1) + labels.track[linked]
+    order = np.argsort(boxes, kind="stable")  # of two alike, the earlier line comes first
+    same = np.diff(boxes[order]) == 0
     if same.any():
         first = int(same.argmax())
         before, again = linked[order[first]], linked[order[first + 1]]

@@ -1,7 +1,7 @@
 """Where the camera is: from GPS/IMU (``oxts/NNNN.txt``), or from anybody's poses of camera 0.
 
 Both become motions [T, 4, 4] from rectified coordinates of camera 0 to a world with z up. GPS/IMU gives the world of
-its Mercator map, x to the east, as in KITTI's devkit: with s = cos(latitude of the first line) and R the earth's radius,
+its Mercator map, x to the east, as in KITTI's devkit: s = cos(latitude of the first line), R the earth's radius,
 
     x = s R λ,   y = s R ln tan(π/4 + φ/2),   rotation = Rz(yaw) Ry(pitch) Rx(roll);
 
@@ -15,20 +15,20 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray
 from vbbench_generators.footage.kitti.calibration import Calibration, refuse_skewed
-from vbbench_generators.footage.kitti.text import Layout, parse_rows, read_content
+from vbbench_generators.footage.kitti.text import Layout, names, parse_rows, read_content
 
 EARTH_RADIUS = 6378137.0
 
 OXTS = Layout(
-    columns=tuple(
+    columns=names(
         "lat lon alt roll pitch yaw vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu "
-        "pos_accuracy vel_accuracy navstat numsats posmode velmode orimode".split()
+        "pos_accuracy vel_accuracy navstat numsats posmode velmode orimode"
     ),
     wanted=("lat", "lon", "alt", "roll", "pitch", "yaw"),
 )
 """The 30 columns of the devkit."""
 
-_CELLS = tuple(f"{name}{column}" for name in "123" for column in "1234")
+_CELLS = tuple(f"{row}{column}" for row in "123" for column in "1234")
 MATRICES = Layout(columns=_CELLS, wanted=_CELLS)
 """A line is a [3, 4] matrix, row after row."""
 
@@ -93,7 +93,9 @@ def refuse_too_few(path: Path, lines: int, frames: int) -> None:
     """Raise FileError if a file with a line a frame ends before the labels."""
     if lines < frames:
         problem = f"has {lines} lines, but labels go on to frame {frames - 1}, counted from 0"
-        raise FileError(path, f"{problem}: every frame needs a line; download it again, or leave the sequence out", lines)
+        raise FileError(
+            path, f"{problem}: every frame needs a line; download it again, or leave the sequence out", lines
+        )
 
 
 def _rotations(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:

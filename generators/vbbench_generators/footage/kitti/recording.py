@@ -8,17 +8,16 @@ import numpy as np
 
 from vbbench.boxes import observations_of
 from vbbench.camera import PerspectiveCamera
+from vbbench.errors import FileError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.kitti import folder as files
-from vbbench_generators.footage.kitti.boxes import FoundTracks, follow, read_boxes
+from vbbench_generators.footage.kitti.boxes import read_boxes
 from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
 from vbbench_generators.footage.kitti.folder import KittiFolder, file_for
 from vbbench_generators.footage.kitti.labels import (
-    CYCLISTS,
-    WALKERS,
     Labels,
     read_labels,
     refuse_boxes_outside,
@@ -27,6 +26,7 @@ from vbbench_generators.footage.kitti.labels import (
 )
 from vbbench_generators.footage.kitti.parked import ParkedCars, watch_parked_cars
 from vbbench_generators.footage.kitti.poses import in_the_world, on_the_ground, read_oxts, read_poses, refuse_too_few
+from vbbench_generators.footage.kitti.tracks import FoundTracks, follow
 
 DT = 0.1
 """Seconds per frame as told; by the speedometer frames are about .1035 s apart."""
@@ -61,7 +61,7 @@ class KittiRecording:
     footage : what the camera saw.
     way : where it was.
     found : the boxes that somebody found, if they were asked for.
-    sums : name and SHA-256 of every file that was read.
+    sums : what every file that was read holds, of which sequence, and its SHA-256; whatever the file is called.
     """
 
     footage: Footage
@@ -80,12 +80,9 @@ class _People:
     scene: Scene
 
 
-def classes_of(asked: FootageOptions) -> tuple[str, ...]:
-    """The classes that count as people."""
-    return (*WALKERS, *(CYCLISTS if asked.cyclists else ()))
-
-
-def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, several: bool) -> KittiRecording:
+def read_recording(
+    folder: KittiFolder, name: str, asked: FootageOptions, classes: tuple[str, ...], *, several: bool
+) -> KittiRecording:
     """Read the sequence ``name``.
 
     Parameters
@@ -93,6 +90,7 @@ def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, sev
     folder : with its files.
     name : such as ``0019``.
     asked : what the user asks of footage.
+    classes : of those who count as people.
     several : whether other sequences are read as well, so that each needs files of its own.
 
     Raises
@@ -103,14 +101,15 @@ def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, sev
     paths = _paths(folder, name, asked, several)
     labels, calibration = read_labels(paths["labels"]), read_calibration(paths["calibration"])
     camera = _camera(folder, name, labels, calibration)
-    refuse_places_elsewhere(labels.of(classes_of(asked)), calibration)
+    persons = labels.of(classes)
+    refuse_places_elsewhere(persons, calibration)
     way = _find_way(paths, labels, calibration)
-    people = _find_people(name, labels.of(classes_of(asked)), way.motions)
+    people = _find_people(name, persons, way.motions)
     tracks: dict[str, Any] = {"tracks": people.ids, "boxes": observations_of(people.boxes, camera)}
     tracks["visible"] = people.visible
     found = None
     if "boxes" in paths:
-        boxes = read_boxes(paths["boxes"], len(people.boxes), cyclists=asked.cyclists)
+        boxes = read_boxes(paths["boxes"], len(people.boxes), classes)
         found = follow(boxes, people.boxes, people.ids, camera, DT)
         tracks = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
     footage = Footage(
@@ -122,7 +121,7 @@ def read_recording(folder: KittiFolder, name: str, asked: FootageOptions, *, sev
         pictures=folder.pictures(name),
         **tracks,
     )
-    sums = [[f"{path.parent.name}/{path.name}", file_sha256(path)] for path in paths.values()]
+    sums = [[f"{kind}/{name}", file_sha256(path)] for kind, path in paths.items()]
     return KittiRecording(footage=footage, way=way, found=found, sums=sums)
 
 
@@ -140,7 +139,7 @@ def _paths(folder: KittiFolder, name: str, asked: FootageOptions, several: bool)
 
 
 def _camera(folder: KittiFolder, name: str, labels: Labels, calibration: Calibration) -> PerspectiveCamera:
-    """Camera 2; its pictures' size is that of the first of them, or KITTI's for this focal length, or holds all boxes."""
+    """Camera 2; its pictures' size is the first one's, or KITTI's for this focal length, or holds all boxes."""
     shown, known = folder.size_of_pictures(name), calibration.known_size
     size, known_by = size_of_pictures(labels), "the smallest that hold all"
     if shown is not None:
@@ -160,8 +159,9 @@ def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) 
         sources["oxts"] = read_oxts(paths["oxts"], calibration)
     for source, motions in sources.items():
         refuse_too_few(paths[source], len(motions), labels.last_frame + 1)
-    frames = min(map(len, sources.values()))
-    sources = {source: motions[:frames] for source, motions in sources.items()}
+    if len({len(motions) for motions in sources.values()}) > 1:
+        lines = f"has {len(sources['poses'])} lines, and {paths['oxts'].name} of oxts {len(sources['oxts'])}"
+        raise FileError(paths["poses"], f"{lines}: every frame needs a line in both; is a frame missing in the middle?")
     parked = dict(zip(sources, watch_parked_cars(labels, list(sources.values()), DT), strict=True))
     best = min(sources, key=lambda source: np.nan_to_num(parked[source].typical))  # the user's, where no car is parked
     return Way(motions=sources[best], source=best, parked=parked)

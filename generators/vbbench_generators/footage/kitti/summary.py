@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from vbbench_generators.footage.kitti.boxes import FoundTracks
 from vbbench_generators.footage.kitti.recording import KittiRecording, Way
+from vbbench_generators.footage.kitti.tracks import FoundTracks
 
+SPOKEN = {"oxts": "oxts", "poses": "--poses"}
 LONGEST = 900
 """Characters of the text; with more sequences, it says less of each."""
 
@@ -19,17 +20,18 @@ def summarise(recordings: Mapping[str, KittiRecording]) -> dict[str, Any]:
         found = one.found
         values[name] = {**one.way.values(), **({} if found is None else {"boxes": _values(found)})}
         words.append(f"{name}: {_of_way(one.way)}" + ("" if found is None else f"; {_of_boxes(found)}"))
-    text = f"{'. '.join(words)}"
+    text = ". ".join(words)
     return {"summary": text if len(text) <= LONGEST else _of_all(recordings), "sequences": values}
 
 
 def _of_way(way: Way) -> str:
-    others = [f"{cars.typical:.2f} m by {name}" for name, cars in way.parked.items() if name != way.source]
+    others = [f"{cars.typical:.2f} m by {SPOKEN[name]}" for name, cars in way.parked.items() if name != way.source]
     cars = way.parked[way.source]
     if not len(cars.moved):
-        return f"poses by {way.source}, no parked car to check them by"
+        return f"poses from {SPOKEN[way.source]}, no parked car to check them by"
     moved = f"{cars.typical:.2f} m ({_ends(cars.moved, '.2f')}) in {_ends(cars.driven, '.0f')} m of driving"
-    return f"poses by {way.source}: parked cars ({len(cars.moved)}) move {moved}" + "".join(f", {o}" for o in others)
+    text = f"poses from {SPOKEN[way.source]}: parked cars ({len(cars.moved)}) move {moved}"
+    return ", ".join([text, *others])
 
 
 def _of_boxes(found: FoundTracks) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,13 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.numbers import finite_number
 
 LONGEST_ID = 2**31 - 1
+LONGEST_LINE = 10_000
+"""Characters of a line; a row of numbers has some hundred."""
+
+
+def names(text: str) -> tuple[str, ...]:
+    """The names in a text, blanks between."""
+    return tuple(text.split())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,9 +63,9 @@ class Rows:
     def __len__(self) -> int:
         return len(self.lines)
 
-    def numbers(self, *names: str) -> FloatArray:
-        """[N, len(names)] numbers of some columns."""
-        return np.stack([self.columns[name] for name in names], axis=-1)
+    def numbers(self, *columns: str) -> FloatArray:
+        """[N, len(columns)] numbers of some columns."""
+        return np.stack([self.columns[name] for name in columns], axis=-1)
 
     def whole(self, name: str, least: int, most: int, wanted: str) -> IntArray:
         """[N] the column as integers.
@@ -70,8 +76,11 @@ class Rows:
             At the first row with something else than a whole number from ``least`` to ``most``.
         """
         values = self.columns[name]
-        self.refuse((values != np.round(values)) | (values < least) | (values > most), "{0:.10g} is " + wanted, values)
-        return values.astype(np.int64)
+        with np.errstate(invalid="ignore"):  # of numbers beyond all integers, which are refused
+            integers = values.astype(np.int64)
+        bad = (integers != values) | (values < least) | (values > most)
+        self.refuse(bad, "{0:.10g} is " + wanted, values)
+        return integers
 
     def refuse(self, bad: BoolArray, problem: str, *facts: FloatArray) -> None:
         """Raise FileError for the first row marked in ``bad`` [N]; ``problem`` is filled with that row's ``facts``."""
@@ -94,7 +103,7 @@ def read_content(path: Path, wanted: str) -> bytes:
         raise FileError(path, f"is missing; it holds {wanted}") from error
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
-    if not content.strip():
+    if not content or content.isspace():
         raise FileError(path, f"is empty; it should hold {wanted}")
     return content
 
@@ -121,7 +130,7 @@ def parse_rows(path: Path, content: bytes, layout: Layout) -> Rows:
 
 def first_cells(content: bytes, layout: Layout) -> list[str]:
     """The columns of the first line that is not blank."""
-    line = content.lstrip().partition(b"\n")[0].decode("utf-8-sig", errors="replace")
+    line = content[:LONGEST_LINE].lstrip().partition(b"\n")[0].decode("utf-8-sig", errors="replace")
     return layout.cells(line)
 
 
@@ -135,7 +144,9 @@ def _read_even(content: bytes, layout: Layout) -> dict[str, FloatArray] | None:
     )
     parse = csv.ParseOptions(delimiter="," if layout.commas else " ", quote_char=False, ignore_empty_lines=False)
     try:
-        table = csv.read_csv(BytesIO(content), csv.ReadOptions(column_names=list(layout.columns)), parse, convert)
+        table = csv.read_csv(
+            pa.BufferReader(content), csv.ReadOptions(column_names=list(layout.columns)), parse, convert
+        )
     except pa.ArrowException:
         return None
     columns = {}
