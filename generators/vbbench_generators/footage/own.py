@@ -1,12 +1,11 @@
 """Split ``own``: recordings of the user's own camera; docs/own.md says what files they are."""
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning
-from vbbench.exchange.own.recording import CAMERA, OwnRecording, RecordingFiles, files_in, read_recording
+from vbbench.exchange.own.recording import CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import RunRules
@@ -27,7 +26,7 @@ class OwnSplit(FootageSplit):
     """Recordings in a folder, or in the folders inside it; each is one sequence."""
 
     card: Card = CARD
-    rules: RunRules = RunRules(fewest=0, longest=None)
+    rules: RunRules = field(default_factory=lambda: RunRules(fewest=0, longest=None))
 
     def recordings(self, options: Options) -> Recordings:
         """See `FootageSplit.recordings`; what does not look right is a warning."""
@@ -37,27 +36,7 @@ class OwnSplit(FootageSplit):
         for files, one in zip(found, read, strict=True):
             for note in one.notes:
                 warnings.warn(VbbenchWarning(f"{files.name}: {note}"), stacklevel=2)
-        return own_recordings(read, {files.name: files.digests for files in found})
-
-
-def own_recordings(read: list[OwnRecording], digests: dict[str, Any]) -> Recordings:
-    """Recordings of the user's own for `FootageSplit.lay_out`; ``digests`` tell their files apart."""
-    heights = {(one.own.facts.height_mean, one.own.facts.height_std) for one in read}
-    if len(heights) > 1:
-        raise VbbenchError("own: camera files differ in height_mean or height_std; make a dataset of each recording")
-    mean, std = heights.pop()
-    notes = {one.footage.name: list(one.notes) for one in read if one.notes}
-    worst = max(one.pixel_std for one in read)
-    summary = f"boxes of {len(read)} recording{'s'[: len(read) > 1]}, noise {worst:g} px"
-    return Recordings(
-        footage=tuple(one.footage for one in read),
-        definition={"recordings": digests},
-        calibration={"summary": summary, "notes": notes},
-        caution="a recording of somebody's own",
-        height_mean=mean,
-        height_std=std,
-        pixel_std=worst,
-    )
+        return as_recordings(read)
 
 
 def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:

@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass, field
-from typing import Any
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures

@@ -1,5 +1,6 @@
 """A recording of the user's own: its files as `Footage`, with notes on whatever does not look right."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.boxes import observations_of, rectangles
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import Detections, TrackerFactory
 from vbbench.exchange.matching import match_tracks
 from vbbench.exchange.own.box_files import BoxRows, read_boxes
@@ -18,7 +19,7 @@ from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.plausibility import box_noise, fitting, gaps
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
-from vbbench.generation.footage import NOBODY, Footage
+from vbbench.generation.footage import NOBODY, Footage, Recordings
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.registry import load
 from vbbench.scene import Scene
@@ -60,12 +61,14 @@ class OwnRecording:
     Parameters
     ----------
     footage : the recording.
+    files : where it was read.
     own : its camera file.
     pixel_std : noise in px of boxes, stated or measured.
     notes : what the user should know, a line each.
     """
 
     footage: Footage
+    files: RecordingFiles
     own: OwnCamera
     pixel_std: float
     notes: tuple[str, ...]
@@ -144,7 +147,36 @@ def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: 
     if scene is not None and files.people is not None:
         footage, fit = _with_persons(footage, scene, own.facts.height_mean, files.people, linked_here)
         notes.append(fit)
-    return OwnRecording(footage=footage, own=own, pixel_std=_noise(boxes, own), notes=tuple(notes))
+    noise = _noise(boxes, own)
+    return OwnRecording(footage=footage, files=files, own=own, pixel_std=noise, notes=tuple(notes))
+
+
+def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
+    """One or several of them as a split of footage wants them.
+
+    Raises
+    ------
+    VbbenchError
+        If their camera files tell of people of other heights.
+    """
+    heights = {(one.own.facts.height_mean, one.own.facts.height_std) for one in read}
+    if len(heights) > 1:
+        raise VbbenchError("camera files differ in height_mean or height_std; make a dataset of each recording")
+    mean, std = heights.pop()
+    worst = max(one.pixel_std for one in read)
+    count = "1 recording" if len(read) == 1 else f"{len(read)} recordings"
+    return Recordings(
+        footage=tuple(one.footage for one in read),
+        definition={"recordings": {one.footage.name: one.files.digests for one in read}},
+        calibration={
+            "summary": f"{count} of the user's own, boxes taken to be off by {worst:g} px",
+            "notes": {one.footage.name: list(one.notes) for one in read},
+        },
+        caution="a recording of somebody's own; nobody has checked its camera file",
+        height_mean=mean,
+        height_std=std,
+        pixel_std=worst,
+    )
 
 
 def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
