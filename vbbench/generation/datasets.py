@@ -154,8 +154,8 @@ def _build_part(plan: Plan, first: int, last: int) -> Part:
         rows.append(sequence_row(data, plan.info.split))
         seen.append(data.sequence.observed.sum(axis=1))
     schema = table_schema("sequences", [CAMERA] if plan.info.cameras else [])
-    columns = [arrow_array([row[field.name] for row in rows], field.type) for field in schema]
-    groups["sequences"].append(pa.Table.from_arrays(columns, schema=schema))
+    cells = [arrow_array([row[field.name] for row in rows], field.type) for field in schema]
+    groups["sequences"].append(pa.Table.from_arrays(cells, schema=schema))
     people = np.concatenate(seen)
     people = people[people > 0]
     facts = {"sequences": len(rows), "frames": len(people), "observations": int(people.sum())}
