@@ -102,13 +102,15 @@ def _doubts(report: Report) -> Iterator[str]:
     if cues is not None:
         off = cues.mount_height / report.camera_height - 1.0
         if abs(off) > max(SCALE_DOUBT, 2.0 * cues.mount_height_std / report.camera_height):
+            found = plus_minus(cues.mount_height, cues.mount_height_std)
             yield (
-                f"feet say that the camera is {plus_minus(cues.mount_height, cues.mount_height_std)} m above the ground, the "
+                f"feet say that the camera is {found} m above the ground, the "
                 f"camera file says {report.camera_height:g} m: one of mount_height, focal and height_mean is wrong"
             )
         if abs(cues.tilt) > max(TILT_DOUBT, 2.0 * cues.tilt_std):
+            found = plus_minus(cues.tilt, cues.tilt_std)
             yield (
-                f"feet and heights agree best if the camera looks {plus_minus(cues.tilt, cues.tilt_std)} rad higher than its "
+                f"feet and heights agree best if the camera looks {found} rad higher than its "
                 f"file says: try pitch = {report.pitch + cues.tilt:.3f}, or check cy"
             )
     if report.people_speed.median > FAST_PEOPLE:

@@ -110,10 +110,8 @@ class Report:
         yield "recording", f"{self.frames} frames of {self.dt:g} s, {self.boxes} boxes of {self.tracks} tracks"
         yield "people in a frame", f"{self.people_mean:.1f} on average, {self.people_max} at most"
         yield f"frames with fewer than {FEW_PEOPLE} people", f"{self.few_people:.0%}; with nobody {self.empty:.0%}"
-        yield (
-            "solver",
-            f"{self.solver}, told: box noise {self.pixel_std:g} px, heights {plus_minus(self.height_mean, self.height_std)} m",
-        )
+        heights = plus_minus(self.height_mean, self.height_std)
+        yield "solver", f"{self.solver}, told: box noise {self.pixel_std:g} px, heights {heights} m"
         if self.odometry is not None:
             yield "odometry", f"in {self.odometry:.0%} of the frames"
         yield "camera", f"{self.travelled:.3g} m travelled; {_spread(self.camera_speed, 'm/s', last=False)}"
@@ -156,8 +154,8 @@ def _scale(report: Report) -> str:
         )
     found, std = report.cues.mount_height, report.cues.mount_height_std
     return (
-        f"heights of {report.height_mean:g} m on average put the camera {plus_minus(found, std)} m above the ground; its "
-        f"file says {report.camera_height:g} m ({found / report.camera_height - 1.0:+.0%})"
+        f"heights of {report.height_mean:g} m on average put the camera {plus_minus(found, std)} m above the ground; "
+        f"its file says {report.camera_height:g} m ({found / report.camera_height - 1.0:+.0%})"
     )
 
 
