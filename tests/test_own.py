@@ -20,6 +20,7 @@ from tests.own_recording import (
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.box_files import read_boxes
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.plausibility import box_noise
@@ -333,6 +334,13 @@ def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     assert len(generate("own", tmp_path / "f", given)) == 1
     assert main(["splits"]) == 0
     assert "own: Your own recording" in capsys.readouterr().out
+
+
+def test_a_trackers_boxes_are_not_matched_where_people_are_not_known(folder, tmp_path):
+    dataset = generate("own", tmp_path / "d", Options(source=folder))
+    (tmp_path / "files").mkdir()
+    with pytest.raises(VbbenchError, match="not everybody's place was measured; make it again with --boxes"):
+        import_mot(tmp_path / "files", dataset, tmp_path / "made")
 
 
 def test_what_does_not_look_right_is_a_warning_of_the_split(folder, tmp_path):

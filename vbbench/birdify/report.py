@@ -95,13 +95,16 @@ class Report:
         return "\n\n".join(sections) + "\n"
 
     def summary(self) -> str:
-        """Two lines for the terminal."""
+        """Two or three lines for the terminal."""
         sure = "the solver reports no uncertainty"
         if self.place_std is not None and self.position_std is not None:
             last, people = self.place_std.last, self.position_std.median
             sure = f"camera ±{last:.2g} m in the last frame, people ±{people:.2g} m"
         scale = "scale by heights alone" if self.cues is None else f"scale: {_scale(self)}"
-        return f"{self.travelled:.3g} m travelled in {self.frames * self.dt:.3g} s; {sure}\n{scale}"
+        drift = (
+            "" if self.odometry is not None else "\nwithout odometry the map may drift with the crowd by more than that"
+        )
+        return f"{self.travelled:.3g} m travelled in {self.frames * self.dt:.3g} s; {sure}\n{scale}{drift}"
 
     def _warning_lines(self) -> list[str]:
         return ["## Warnings\n\n" + "\n".join(f"- {line}" for line in self.warnings)] if self.warnings else []
