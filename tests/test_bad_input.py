@@ -69,7 +69,7 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
     ("key", "value", "said"),
     [
         ("frames", "2000000000", "frames must be 1 to 1,000,000, not 2,000,000,000"),
-        ("frames", "2e9", "is not of the kind wanted"),
+        ("frames", "2e9", "has the wrong type"),
         ("dt", "nan", "dt, the time of a frame, must be 0.001 to 60 s, not nan"),
         ("dt", "inf", "dt, the time of a frame, must be 0.001 to 60 s, not inf"),
         ("dt", "1e-300", "dt, the time of a frame, must be"),
@@ -131,10 +131,10 @@ def test_a_scenario_that_no_memory_holds(write: Write, changes: dict[str, str], 
     ("content", "said"),
     [
         (b"a = " + b"[" * 1500 + b"]" * 1500, "has more than 2,000 bytes; write it in several lines"),
-        (b"a = " + b"[\n" * 3000 + b"]" * 1500, "nested too deeply|is no TOML"),
+        (b"a = " + b"[\n" * 3000 + b"]" * 1500, "nested too deeply|is not TOML"),
         (b"[" + b"a." * 20_000 + b"a]\n", "more than 2,000 bytes"),
         (b"[" + b"a." * 500 + b"a]\nb = 1", "nested too deeply"),
-        (b"title = '\xff'", "is no TOML"),
+        (b"title = '\xff'", "is not TOML"),
         (b"# " + b"x" * 70_000, "has more than 65,536 bytes"),
     ],
 )

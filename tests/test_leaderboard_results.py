@@ -61,7 +61,7 @@ def test_a_record_is_read_as_it_was_written(results: Path, tmp_path: Path) -> No
     record = read_dataset(results / "tiny/ideal.json")
     write_dataset(record, tmp_path / "again")
     assert (tmp_path / "again/tiny/ideal.json").read_bytes() == (results / "tiny/ideal.json").read_bytes()
-    assert set(record.scored) == {"one-step", "sequential", "rollout"}
+    assert set(record.scored) == {"one-step", "sequential", "rollout", "cold-start"}
     assert set(record.tables) >= {"truth/poses", "truth/scenes", "truth/people"}
     assert (
         record.command == "vbbench generate tiny --camera panorama --tier ideal --sigma-h 0 --seed 0 --out tiny-ideal"

@@ -97,13 +97,13 @@ def test_unknown_recipe_suggests() -> None:
         ('url = "http', 'uri = "http', r"\[\[source\]\]: unknown key 'uri'"),
         ('sha256 = "00"', "", r"\[\[source\]\]: key 'sha256' is missing"),
         ('title = "Mine"', "", "recipe: key 'title' is missing"),
-        ("dt = 0.4", 'dt = "fast"', "dt = 'fast' is not of the kind"),
+        ("dt = 0.4", 'dt = "fast"', "dt = 'fast' has the wrong type"),
         ("min_others = 1", "min_others = true", "min_others = True"),
         ("min_others = 1", "min_others = 1.5", "min_others = 1.5"),
         ("count_observer = false", "count_observer = 0", "count_observer = 0"),
         ('format = "trajnet"', 'format = "csv"', "format = 'csv'"),
         ("[sequences]", "[caution]\ntext = 'x'\ntiers = ['clean']\n[sequences]", "tiers"),
-        ("dt = 0.4", "dt = ", "no TOML"),
+        ("dt = 0.4", "dt = ", "not TOML"),
     ],
 )
 def test_bad_recipe(write: Write, old: str, new: str, problem: str) -> None:

@@ -263,7 +263,7 @@ def test_the_library_has_no_other_forces(
         ("beyond = true", "beyond = true\nthen = [[0.0, 0.0, 1.0, 1.0]]", "never arrives"),
         ("dt = 0.4", "dt = 0.4\nspeed_std = 1.0", "walk backwards"),
         ("dt = 0.4", "dt = 0.4\nwalls = [[1.0, 2.0]]", "a wall is four numbers"),
-        ("[[flow]]", "[flow", "is no TOML"),
+        ("[[flow]]", "[flow", "is not TOML"),
         ("[[flow]]", "[flow]", r"each with the heading \[\[flow\]\]: double brackets"),
     ],
 )

@@ -348,9 +348,9 @@ def _tracked(
         ("top_std = 0.02", "top_std = -0.02", "top_std must be 0 to"),
         ("lost_time = 1.0", "lost_time = 0.0", "lost_time must be 1e-09 to"),
         ("high = 0.6", "high = 0.05", "must not fall"),
-        ("panorama_std = 2.4", "panorama_std = '3'", "is not of the kind wanted"),
+        ("panorama_std = 2.4", "panorama_std = '3'", "has the wrong type"),
         ("panorama_std = 2.4", "panorama_std = 0.0", "panorama_std must be 1e-09 to"),
-        ("[detector]", "[detector", "is no TOML"),
+        ("[detector]", "[detector", "is not TOML"),
     ],
 )
 def test_bad_settings_are_named(write: Callable[..., Path], old: str, new: str, message: str) -> None:

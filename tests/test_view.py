@@ -187,7 +187,7 @@ def test_without_truth_boxes_given_and_estimates_are_left(folder: Path, submissi
     entities = read(record_to_file(blind, SEQUENCE, tmp_path / "x.rrd", submissions=[submission]))
     assert {"ego/boxes", "world/estimates/test/people"} <= entities.keys()
     assert not {name for name in entities if "errors" in name or "observer/" in name or "unseen" in name}
-    assert "truth is withheld" in entities["facts*"]["TextDocument:text"][0][0]
+    assert "no truth available" in entities["facts*"]["TextDocument:text"][0][0]
     bare = read(record_to_file(blind, SEQUENCE, tmp_path / "y.rrd"))
     assert {"ego/boxes", "world/given", "world/people", "map/given-observer"} <= bare.keys()
     elsewhere = Dataset(tmp_path / "withheld", folder / "truth")

@@ -122,20 +122,23 @@ def build(
         work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it exists.
         sequences: Maximum number of sequences of a split that can be played.
         pictures: Renderer (auto, moderngl, raster, ...) of what the observer sees behind the boxes; slow, so the
-            pictures are kept in the work folder.
+            pictures are kept in the work folder. For 'footage': small copies of the pictures that the camera took;
+            mind their licence before you publish the page.
         jobs: Number of processes; the site does not depend on it.
     """
+    from vbbench.generation.footage import FOOTAGE
     from vbbench.pictures.rendering import Backend
     from vbbench_leaderboards.page.building import build as make
     from vbbench_leaderboards.player.writing import Films
     from vbbench_leaderboards.results.folder import published_results
 
     published = published_results()
-    own = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
+    added = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
     found = work or (WORK if WORK.is_dir() else None)
-    drawn = Backend(name=pictures) if pictures else None
-    films = Films(work=found, sequences=sequences, pictures=drawn, jobs=jobs) if found else None
-    make(out, *([results] if results else [*own, published]), films=films)
+    own = pictures == FOOTAGE
+    drawn = Backend(name=pictures) if pictures and not own else None
+    films = Films(work=found, sequences=sequences, pictures=drawn, footage=own, jobs=jobs) if found else None
+    make(out, *([results] if results else [*added, published]), films=films)
     _say(out / "index.html")
 
 

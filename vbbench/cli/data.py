@@ -93,7 +93,7 @@ def generate(
             who drew them (footage).
         bags: Folder of the robot's recordings of its wheels and IMU (split jrdb).
         cyclists: People on bicycles count, too (split kitti).
-        interpolated: Boxes that were interpolated between drawn ones count, too (split jrdb).
+        interpolated: Leave out boxes that were interpolated between drawn ones (split jrdb).
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...

@@ -78,7 +78,7 @@ def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
     hints, kinds = get_type_hints(function, include_extras=True), get_type_hints(function)
     signature = inspect.signature(function)
     for name, parameter in signature.parameters.items():
-        silent = parameter.default in ((), None) or parameter.default is False
+        silent = parameter.default in ((), None) or isinstance(parameter.default, bool)
         if silent or (parameter.default is parameter.empty and get_origin(kinds[name]) is tuple):
             hints[name] = Annotated[hints[name], tyro.conf.arg(help_behavior_hint="")]
     del parsed.__wrapped__  # tyro would use its signature

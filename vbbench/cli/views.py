@@ -54,6 +54,7 @@ def render(
     sequence: int,
     out: Path,
     backend: str = "auto",
+    footage: bool = False,
     estimate: Path | None = None,
     truth: Path | None = None,
     fps: float | None = None,
@@ -68,6 +69,8 @@ def render(
         sequence: Number of the sequence.
         out: An .mp4 file, or a folder for one PNG file per frame; an interrupted one is continued.
         backend: Renderer: moderngl, pyrender, raster or module:attribute of your own; auto: the best that works.
+        footage: Show the pictures that the camera itself took, or a plain ground where there are none; no renderer, and
+            no truth, is needed.
         estimate: Submission to draw over the truth.
         truth: Folder with the truth tables, if they are not in the dataset.
         fps: Frames per second of the film; default: real time.
@@ -75,14 +78,18 @@ def render(
         plain: Ground and sky only, without buildings, trees and street furniture.
         seed: Seed of looks and surroundings.
     """
+    from vbbench.errors import VbbenchError
     from vbbench.files.dataset import Dataset
-    from vbbench.pictures.rendering import Backend, render_to_file
+    from vbbench.pictures.rendering import AUTO, Backend, render_to_file
 
+    if footage and (backend != AUTO or plain):
+        raise VbbenchError("--footage needs no renderer; leave --backend and --plain out")
     path = render_to_file(
         Dataset(folder, truth),
         sequence,
         out,
         backend=Backend(name=backend, surroundings=not plain, seed=seed),
+        footage=footage,
         submission=estimate,
         fps=fps,
         codec=codec,
@@ -98,6 +105,7 @@ def view(
     estimate: tuple[Path, ...] = (),
     out: Path | None = None,
     backend: str | None = None,
+    footage: bool = False,
     truth: Path | None = None,
     no_open: bool = False,
 ) -> None:
@@ -110,6 +118,7 @@ def view(
         out: The .rrd file to write; default: named after split and sequence.
         backend: Render every frame, with depth and ids, by auto, moderngl, pyrender, raster or module:attribute of
             your own. Default: no pictures.
+        footage: Record the pictures that the camera itself took.
         truth: Folder with the truth tables, if they are not in the dataset.
         no_open: Write the file only.
     """
@@ -123,6 +132,7 @@ def view(
         out,
         submissions=estimate,
         backend=None if backend is None else Backend(name=backend),
+        footage=footage,
         announce=announce,
     )
     print(path)

@@ -42,7 +42,9 @@ def match_boxes(
     return rows[paired].astype(np.int64), columns[paired].astype(np.int64)
 
 
-def match_tracks(found: FloatArray, true: FloatArray, people: IntArray, camera: Camera) -> IntArray:
+def match_tracks(
+    found: FloatArray, true: FloatArray, people: IntArray, camera: Camera, *, least: float = LEAST_OVERLAP
+) -> IntArray:
     """The person behind each track in each frame.
 
     Parameters
@@ -51,6 +53,7 @@ def match_tracks(found: FloatArray, true: FloatArray, people: IntArray, camera: 
     true : [T, P, 4] boxes of people.
     people : [P] their ids.
     camera : the camera of the pictures.
+    least : as of `match_boxes`.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def match_tracks(found: FloatArray, true: FloatArray, people: IntArray, camera: 
     persons = np.full(found.shape[:2], NOBODY, dtype=np.int64)
     for frame, (boxes, real) in enumerate(zip(found, true, strict=True)):
         tracks, columns = (np.flatnonzero(~np.isnan(b[:, 3])) for b in (boxes, real))
-        rows, partners = match_boxes(boxes[tracks], real[columns], camera)
+        rows, partners = match_boxes(boxes[tracks], real[columns], camera, least=least)
         persons[frame, tracks[rows]] = people[columns[partners]]
     return persons
 

@@ -13,27 +13,23 @@ from vbbench.camera import Camera
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
 from vbbench.files.dataset_checks import (
     TRUTH_TABLES,
-    Rows,
     check_in_scene,
     check_poses,
     check_scene,
-    check_sequence,
     check_tracks,
 )
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.sequence_rows import sequence_of
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
-from vbbench.files.tables import CAMERA, MOTION, MOTION_COVARIANCE, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
+from vbbench.files.tables import CAMERA, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
-from vbbench.sequence import Given, Odometry, Sequence, Truth
+from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem
 
 if TYPE_CHECKING:
     import pandas
-
-OBSERVER = -1
-"""The track number that stands for the observer in ``given.parquet``."""
 
 LARGEST_ID = 2**31 - 1
 """The largest id that a table can hold."""
@@ -166,9 +162,8 @@ class Dataset:
             boxes, given = (table.read(first + begin, first + end) for table in (self._observations, self._given))
             moved = None if self._odometry is None else self._odometry.read(first + begin, first + end)
             for index in range(first + begin, first + end):
-                yield self._sequence(
-                    index, _of(boxes, index), _of(given, index), None if moved is None else _of(moved, index)
-                )
+                own = None if moved is None else _of(moved, index)
+                yield sequence_of(self.table_path, self._facts(index), _of(boxes, index), _of(given, index), own)
 
     def truth(self, sequence: Sequence) -> Truth:
         """Truth of one sequence; tracks of false alarms are NaN, and so is everybody where only poses are known.
@@ -253,26 +248,9 @@ class Dataset:
         if not self.has_truth:
             raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it (truth)")
 
-    def _sequence(self, index: int, boxes: Rows, given: Rows, moved: Rows | None) -> Sequence:
-        row = {name: self.rows[name][index] for name in ("scene", "observer", "first_frame", "frames", CAMERA)}
-        tracks, column = np.unique(boxes["track"], return_inverse=True)
-        shape = (int(row["frames"]), len(tracks))
-        check_sequence(self.table_path, index, shape[0], boxes, given, tracks)
-        observations = np.full((*shape, 3), np.nan)
-        observations[boxes["frame"], column] = np.stack([boxes["u"], boxes["v"], boxes["l"]], axis=-1)
-        visible = np.full(shape, np.nan)
-        visible[boxes["frame"], column] = boxes["visible"]
-        return Sequence(
-            index=index,
-            scene=int(row["scene"]),
-            observer=int(row["observer"]),
-            first_frame=int(row["first_frame"]),
-            tracks=tracks,
-            observations=observations,
-            visible=visible,
-            given=_dense_given(given, tracks, shape, moved),
-            camera=int(row[CAMERA]),
-        )
+    def _facts(self, index: int) -> dict[str, Any]:
+        """The row of ``sequences.parquet``."""
+        return {name: values[index] for name, values in self.rows.items()}
 
     def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         self._require_truth()
@@ -313,23 +291,3 @@ def _first_known(values: FloatArray, known: BoolArray) -> FloatArray:
 def _of(rows: dict[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
     start, stop = np.searchsorted(rows["sequence"], [index, index + 1])
     return {name: values[start:stop] for name, values in rows.items()}
-
-
-def _dense_given(rows: Rows, tracks: IntArray, shape: tuple[int, int], moved: Rows | None) -> Given:
-    poses, positions = np.full((shape[0], 3), np.nan), np.full((*shape, 2), np.nan)
-    own = rows["track"] == OBSERVER
-    poses[rows["frame"][own]] = np.stack([rows["x"][own], rows["y"][own], rows["yaw"][own]], axis=-1)
-    column = np.searchsorted(tracks, rows["track"][~own])
-    positions[rows["frame"][~own], column] = np.stack([rows["x"][~own], rows["y"][~own]], axis=-1)
-    odometry = None if moved is None else _dense_odometry(moved, shape[0])
-    return Given(poses=poses, positions=positions, odometry=odometry)
-
-
-def _dense_odometry(rows: Rows, frames: int) -> Odometry:
-    motions, covariances = np.full((frames, 3), np.nan), np.full((frames, 3, 3), np.nan)
-    motions[rows["frame"]] = np.stack([rows[name] for name in MOTION], axis=-1)
-    i, j = np.triu_indices(3)
-    triangle = np.stack([rows[name] for name in MOTION_COVARIANCE], axis=-1)
-    for where in ((i, j), (j, i)):
-        covariances[rows["frame"][:, None], where[0], where[1]] = triangle
-    return Odometry(motions=motions, covariances=covariances)

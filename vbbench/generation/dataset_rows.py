@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.files.dataset import OBSERVER
+from vbbench.files.sequence_rows import OBSERVER
 from vbbench.files.tables import CAMERA, MOTION, MOTION_COVARIANCE, ODOMETRY_TABLE, TRACK_TABLE, Columns
 from vbbench.geometry import IntArray
 from vbbench.scene import Scene

@@ -14,6 +14,9 @@ from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import Odometry
 
+FOOTAGE = "footage"
+"""The tier of datasets of footage."""
+
 NOBODY = -1
 """The person behind a false alarm, or behind a box of somebody whose place was not measured."""
 

@@ -81,8 +81,10 @@ def as_footage(sequences: str | None, **asked: Any) -> FootageOptions | None:
 
 def parse_count(text: str) -> int:
     """A number of sequences; raises VbbenchError if it is none."""
-    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
-        raise VbbenchError(f"a number of sequences is a whole number from 1 on, not '{text}'")
+    if not re.fullmatch(r"-?[0-9]{1,9}", text):
+        raise VbbenchError(
+            f"a number of sequences is a whole number, not '{text}'; only footage has recordings with names"
+        )
     return int(text)
 
 

@@ -92,7 +92,7 @@ def parse_number(text: str) -> float | None:
     """The decimal number in a cell, blanks and tabs around it; ``None`` where there is none.
 
     ``nan`` and ``inf`` are read, so that a message can say what they are. Python's underscores (``0_2``), its
-    ``infinity``, hexadecimals and digits of other scripts are no numbers.
+    ``infinity``, hexadecimals and digits of other scripts are not accepted.
     """
     text = text.strip(" \t")
     return float(text) if _NUMBER.fullmatch(text) else None

@@ -67,7 +67,7 @@ def _build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T
     for key, value in values.items():
         if not _fits(value, hints[key]):
             shown = reprlib.repr(value)
-            raise FileError(path, f"{where}: {key} = {shown} is not of the kind wanted; {_wanted(hints[key], value)}")
+            raise FileError(path, f"{where}: {key} = {shown} has the wrong type; {_wanted(hints[key], value)}")
     return kind(**values)
 
 
@@ -104,7 +104,7 @@ def _parse(path: Path) -> dict[str, Any]:
     except RecursionError as error:
         raise FileError(path, "is nested too deeply; arrays and tables here are a few levels deep") from error
     except ValueError as error:  # also of text that is not UTF-8, and of numbers of thousands of digits
-        raise FileError(path, f"is no TOML: {error}") from error
+        raise FileError(path, f"is not TOML: {error}") from error
     return table
 
 

@@ -86,7 +86,7 @@ class Backdrop:
         size = self.width, max(1, round(shown.height * self.width / shown.width))
         if shown.size != size:
             shown = shown.resize(size, Image.Resampling.LANCZOS)
-        rows = np.asarray(shown)[: self.height]
+        rows = np.array(shown)[: self.height]
         below = self.plain[len(rows) :]
         return np.concatenate([rows, below]) if len(below) else rows
 

@@ -17,6 +17,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import BoolArray, FloatArray, relative_to_world
 from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions
 from vbbench.scoring.metrics import METRICS, frame_errors
@@ -235,10 +236,6 @@ class Replay:
             return "truth" if not caveat else self.caveat + (": what is given" if self.truth is None else "")
         figures = self.answer.figures(frame) or (["given"] if np.isfinite(self.given.poses[frame]).all() else [])
         return ",  ".join([self.answer.title, *figures, *caveat])
-
-
-FOOTAGE = "footage"
-"""The tier of datasets that real cameras recorded."""
 
 
 def _known_truth(dataset: Dataset, sequence: Sequence, around: FloatArray | None = None) -> Truth | None:

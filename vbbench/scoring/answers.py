@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, SubmissionError
 from vbbench.estimate import LARGEST, is_credible
-from vbbench.files.dataset import OBSERVER, Dataset
+from vbbench.files.dataset import Dataset
+from vbbench.files.sequence_rows import OBSERVER
 from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo, read_info
 from vbbench.files.submission_tables import SubmissionTable, open_table
 from vbbench.files.tables import FALLBACK

@@ -79,6 +79,8 @@ class Comparison:
 
     def _line(self, name: str, metric: Metric) -> str:
         own = self.differences[name]
+        if self.a.dataset.truth not in metric.known:
+            return f"{row_title(metric)}{'not known':>9}"
         means = f"{self.a.summaries[name].mean:>9.4f}{self.b.summaries[name].mean:>9.4f}{own.difference:>+10.4f}"
         interval = f"{own.ci95[0]:+.4f} to {own.ci95[1]:+.4f}"
         return f"{row_title(metric)}{means}{interval:>20}{own.p_value:>9.4f}"

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vbbench.files.dataset import OBSERVER, Dataset
+from vbbench.files.dataset import Dataset
+from vbbench.files.sequence_rows import OBSERVER
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.geometry import BoolArray, IntArray
 from vbbench.protocol import START_FRAMES, Protocol

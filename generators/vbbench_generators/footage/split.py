@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures
-from vbbench.generation.footage import Footage, FootageOptions, Recordings
+from vbbench.generation.footage import FOOTAGE, Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import Run, RunRules, find_runs
 from vbbench_generators.footage.sequences import FootageSequences, least_known
@@ -83,7 +83,7 @@ class FootageSplit(ABC):
             title=self.card.title,
             camera=footage[0].camera,
             cameras=tuple(one.camera for one in footage),
-            tier="footage",
+            tier=FOOTAGE,
             seed=options.seed,
             dt=footage[0].dt,
             height_mean=found.height_mean or self.height_mean,

@@ -42,9 +42,9 @@ def record_faults(record: BoardDataset, folder: Path) -> Iterator[str]:
 
 
 def _scored_faults(record: BoardDataset, fresh: BoardDataset, folder: Path) -> Iterator[str]:
-    for protocol, wanted in fresh.scored.items():
-        for column, numbers in vars(wanted).items():
-            if not np.array_equal(getattr(record.scored[protocol], column), numbers):
+    for protocol, recorded in record.scored.items():
+        for column, numbers in vars(fresh.scored[protocol]).items():
+            if not np.array_equal(getattr(recorded, column), numbers):
                 yield f"$.scored.{protocol}: {column} are not those that {folder} gives"
 
 

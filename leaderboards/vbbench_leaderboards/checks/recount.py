@@ -70,6 +70,9 @@ def _declared_faults(result: Result, record: BoardDataset) -> Iterator[str]:
 
 
 def _row_faults(result: Result, record: BoardDataset) -> Iterator[str]:
+    if result.board.protocol not in record.scored:
+        yield f"$.protocol: {record.path} is older than {result.board.protocol}; remove it and add its results again"
+        return
     own, wanted = result.per_sequence, record.scored[result.board.protocol]
     for words, numbers in (
         ("lacks", np.setdiff1d(wanted.sequence, own.sequence)),

@@ -73,6 +73,11 @@ PROTOCOLS = {
         full="Rollout",
         meaning="Only the sequence's first two frames are given; who comes later comes with nothing but a box.",
     ),
+    "cold-start": Term(
+        name="cold-start",
+        full="Cold start",
+        meaning="Only where the observer is in the first frame is given, and where nobody is: what a robot has.",
+    ),
 }
 
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
-from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
+from vbbench.files.dataset import Dataset
+from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench.sequence import Sequence, Truth
 
 POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
@@ -94,6 +95,29 @@ def picture_of(camera: Camera) -> dict[str, Any]:
         "horizon": np.round(horizon, 2).tolist(),
         "view": camera.view,
     }
+
+
+def shown_truth(dataset: Dataset, sequence: Sequence) -> Truth:
+    """What the player shows as true.
+
+    Where people's places are known from the camera only, that stands at the origin, in the truth as in every estimate.
+    """
+    if dataset.info.truth != "relative":
+        return dataset.truth(sequence)
+    poses, places = np.zeros((sequence.frames, 3)), dataset.relative_truth(sequence)
+    heights = np.full(len(sequence.tracks), np.nan)
+    return Truth(poses=poses, positions=relative_to_world(places, poses), heights=heights)
+
+
+def shown_estimate(dataset: Dataset, estimate: Estimate) -> Estimate:
+    """What the player shows of an answer; see `shown_truth`."""
+    if dataset.info.truth != "relative":
+        return estimate
+    places = world_to_relative(estimate.positions, estimate.poses)
+    return Estimate(
+        poses=np.full(estimate.poses.shape, np.nan),
+        positions=relative_to_world(places, np.zeros(estimate.poses.shape)),
+    )
 
 
 def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_coarse: int) -> dict[str, Any]:

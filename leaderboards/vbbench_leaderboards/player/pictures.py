@@ -1,4 +1,4 @@
-"""Pictures behind the boxes: small renderings of what the observer sees, a JPEG per frame."""
+"""Pictures behind the boxes: what the observer sees, rendered or as its camera took it, a small JPEG per frame."""
 
 import shutil
 from collections.abc import Iterable
@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 from vbbench.files.dataset import Dataset
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import IntArray
+from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 
 WIDTH = 640
-"""Width of a picture in px."""
+"""Width of a picture in px; one that the camera took is wider if it would be lower than `_LEAST_HEIGHT`."""
+
+_LEAST_HEIGHT = 160
 
 _QUALITY = 70
 
@@ -59,9 +62,41 @@ def make_pictures(dataset: Dataset, split: str, chosen: Iterable[int], work: Pat
             place.publish()
 
 
+def copy_footage(dataset: Dataset, split: str, chosen: Iterable[int], work: Path) -> None:
+    """Put small copies of the pictures that the camera took into the work folder, those there already left alone.
+
+    Frames without a picture have a plain ground; sequences without any have no pictures.
+
+    Raises
+    ------
+    VbbenchError
+        If a file is no picture.
+    """
+    for number in chosen:
+        folder = picture_folder(work, split, number)
+        if folder.is_dir():
+            continue
+        sequence = dataset.sequence(number)
+        backdrop = Backdrop(dataset, sequence, widest=WIDTH, least=_LEAST_HEIGHT)
+        if not backdrop.is_recorded:
+            continue
+        with WorkFolder(folder) as place:
+            place.begin()
+            place.new.mkdir()
+            for frame in range(sequence.frames):
+                _save_jpeg(place.new / f"{frame:05d}.jpg", backdrop.picture(frame))
+            place.publish()
+
+
 def _write_jpeg(path: Path, rgb: NDArray[np.uint8]) -> None:
     from PIL import Image
 
     height, width = rgb.shape[:2]
     image = Image.fromarray(rgb).resize((WIDTH, round(height * WIDTH / width)), Image.Resampling.LANCZOS)
-    image.save(path, quality=_QUALITY, optimize=True)
+    _save_jpeg(path, np.asarray(image))
+
+
+def _save_jpeg(path: Path, rgb: NDArray[np.uint8]) -> None:
+    from PIL import Image
+
+    Image.fromarray(rgb).save(path, quality=_QUALITY, optimize=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.dataset_info import INFO_FILE, Known
 from vbbench.files.submission import SUBMISSION_FILE
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
@@ -19,7 +19,9 @@ from vbbench_leaderboards.results.result import Board, Result
 _REFERENCES = (("sequential", "noisy"), ("sequential", "ideal"))
 """Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
 
-_CHOSEN_BY = "dx"
+_CHOSEN_BY = ("dx", "dx_rel", "dt")
+"""Figures by which sequences are chosen: the first that the truth allows."""
+
 _INDEXED = ("dx", "dt")
 _DIGITS = 4
 
@@ -83,7 +85,8 @@ def _check_same(dataset: Dataset, results: tuple[Result, ...]) -> None:
 def choose_sequences(results: Boards, count: int, available: int) -> IntArray:
     """Numbers of at most ``count`` sequences, ascending, for all boards of a split.
 
-    They lie evenly over the order of the middle solver's Δx; the smallest and the largest are among them.
+    They lie evenly over the order of the middle solver's Δx, or where that is not known Δx̃ or Δt; the smallest and the
+    largest are among them.
 
     Parameters
     ----------
@@ -91,10 +94,11 @@ def choose_sequences(results: Boards, count: int, available: int) -> IntArray:
     count : how many are wanted.
     available : number of sequences in the dataset.
     """
-    result = _middle(results[_reference(results)])
-    own = result.per_sequence
-    usable = np.isfinite(own.figures[_CHOSEN_BY]) & (own.sequence < available)
-    numbers, errors = own.sequence[usable], own.figures[_CHOSEN_BY][usable]
+    rows = results[_reference(results)]
+    metric = next((name for name in _CHOSEN_BY if _mean(rows[0], name) is not None), _CHOSEN_BY[0])
+    own = _middle(rows, metric).per_sequence
+    usable = np.isfinite(own.figures[metric]) & (own.sequence < available)
+    numbers, errors = own.sequence[usable], own.figures[metric][usable]
     ranked = numbers[np.lexsort((numbers, errors))]
     places = np.unique(np.rint(np.linspace(0, len(ranked) - 1, min(count, len(ranked)))).astype(np.int64))
     return np.sort(ranked[places])
@@ -109,10 +113,15 @@ def _reference(results: Boards) -> Board:
     return next(board for board in boards if results[board])
 
 
-def _middle(results: tuple[Result, ...]) -> Result:
+def _middle(results: tuple[Result, ...], metric: str) -> Result:
     """The result in the middle of the table; of two, the better."""
-    ranked = sorted(results, key=lambda result: (result.score["metrics"][_CHOSEN_BY]["mean"], result.solver))
+    ranked = sorted(results, key=lambda result: (_mean(result, metric) or 0.0, result.solver))
     return ranked[(len(ranked) - 1) // 2]
+
+
+def _mean(result: Result, metric: str) -> float | None:
+    mean: float | None = result.score["metrics"][metric]["mean"]
+    return mean
 
 
 def split_index(playable: Playable, chosen: IntArray, pictures: Mapping[str, int]) -> dict[str, Any]:
@@ -124,16 +133,18 @@ def split_index(playable: Playable, chosen: IntArray, pictures: Mapping[str, int
     chosen : [S] numbers of its sequences.
     pictures : sequence → how many pictures of it there are.
     """
+    dataset = next(iter(playable.datasets.values()))
+    known = dataset.info.truth
     boards = {
         f"{board.protocol}-{board.tier}": {
             "tier": board.tier,
             "given": get_protocol(board.protocol).given,
-            "solvers": {row.solver: _figures(row, chosen) for row in rows},
+            "solvers": {row.solver: _figures(row, chosen, known) for row in rows},
         }
         for board, rows in playable.boards.items()
     }
-    dataset = next(iter(playable.datasets.values()))
-    return {"split": playable.split, **_facts(dataset, chosen), "pictures": dict(pictures), "boards": boards}
+    facts = {"split": playable.split, "truth": known, **_facts(dataset, chosen)}
+    return {**facts, "pictures": dict(pictures), "boards": boards}
 
 
 def _facts(dataset: Dataset, chosen: IntArray) -> dict[str, list[int]]:
@@ -141,12 +152,14 @@ def _facts(dataset: Dataset, chosen: IntArray) -> dict[str, list[int]]:
     return {name: dataset.rows[column][chosen].tolist() for name, column in columns.items()}
 
 
-def _figures(result: Result, chosen: IntArray) -> dict[str, list[float | None]]:
-    """A solver's figures in the chosen sequences, None where it has none."""
+def _figures(result: Result, chosen: IntArray, known: Known) -> dict[str, list[float | None]]:
+    """A solver's figures in the chosen sequences, None where it has none; seen from the camera, Δx̃ stands for Δx."""
     own = result.per_sequence
     place = np.searchsorted(own.sequence, chosen).clip(max=len(own.sequence) - 1)
     there = own.sequence[place] == chosen
-    return {name: _rounded(np.where(there, own.figures[name][place], np.nan)) for name in _INDEXED}
+    source = {"dx": "dx_rel"} if known == "relative" else {}
+    found = {name: own.figures[source.get(name, name)][place] for name in _INDEXED}
+    return {name: _rounded(np.where(there, values, np.nan)) for name, values in found.items()}
 
 
 def _rounded(values: FloatArray) -> list[float | None]:

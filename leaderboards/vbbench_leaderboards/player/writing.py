@@ -13,8 +13,8 @@ from vbbench.parallel.parts import check_jobs, in_parallel
 from vbbench.pictures.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench_leaderboards.markup import provided
-from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.pictures import copy_pictures, make_pictures
+from vbbench_leaderboards.player.clip import encode_clip, encode_estimate, shown_estimate, shown_truth
+from vbbench_leaderboards.player.pictures import copy_footage, copy_pictures, make_pictures
 from vbbench_leaderboards.player.playable import Playable, choose_sequences, find_playable, split_index
 from vbbench_leaderboards.results.folder import Boards, submission_folder
 from vbbench_leaderboards.results.result import Board
@@ -40,12 +40,14 @@ class Films:
     work : work folder of ``vbbench leaderboard rerun``, with datasets and submissions.
     sequences : at most so many of a split.
     pictures : who draws pictures to stand behind the boxes, into ``work``; by default those that are there are shown.
+    footage : put small copies of the pictures that a camera took into ``work``.
     jobs : processes.
     """
 
     work: Path
     sequences: int = 24
     pictures: Backend | None = None
+    footage: bool = False
     jobs: int = 1
 
     def __post_init__(self) -> None:
@@ -90,8 +92,10 @@ def _write_split(site: Path, films: Films, playable: Playable) -> None:
     work = films.work
     available = min(len(dataset) for dataset in playable.datasets.values())
     chosen = choose_sequences(playable.boards, films.sequences, available)
-    if films.pictures is not None:
-        dataset = next(iter(playable.datasets.values()))
+    dataset = next(iter(playable.datasets.values()))
+    if films.footage:
+        copy_footage(dataset, playable.split, chosen.tolist(), work)
+    elif films.pictures is not None:
         make_pictures(dataset, playable.split, chosen.tolist(), work, films.pictures)
     pictures = copy_pictures(work, site, playable.split, chosen)
     write_data(site, playable.split, split_index(playable, chosen, pictures))
@@ -105,7 +109,7 @@ def _write_split(site: Path, films: Films, playable: Playable) -> None:
 def _write_clips(site: Path, split: str, tier: str, dataset: Dataset, chosen: list[int]) -> Iterator[Clip]:
     for number in chosen:
         sequence = dataset.sequence(number)
-        truth = dataset.truth(sequence)
+        truth = shown_truth(dataset, sequence)
         values = encode_clip(dataset.camera(sequence), dataset.info.dt, sequence, truth)
         write_data(site, f"{split}/{tier}/{number}", values)
         yield sequence, truth, values["coarse"]
@@ -114,7 +118,7 @@ def _write_clips(site: Path, split: str, tier: str, dataset: Dataset, chosen: li
 def _write_estimates(site: Path, board: Board, solver: str, work: Path, dataset: Dataset, clips: list[Clip]) -> None:
     submitted = SubmittedEstimates(dataset, submission_folder(work, board, solver))
     for sequence, truth, coarse in clips:
-        values = encode_estimate(sequence, truth, submitted.of(sequence), coarse)
+        values = encode_estimate(sequence, truth, shown_estimate(dataset, submitted.of(sequence)), coarse)
         write_data(site, f"{board.key}/{sequence.index}/{solver}", values)
 
 

@@ -11,6 +11,7 @@ from vbbench.camera import camera_to_dict
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, summary
 from vbbench.folders.replacing import write_text_atomically
+from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.generator import Options
 from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
@@ -99,7 +100,11 @@ class BoardDataset:
             licence=card.licence if card else "",
             citation=card.citation if card else "",
             tables={name: facts["sha256"] for name, facts in info.tables.items()},
-            scored={name: scored_sequences(dataset, get_protocol(name)) for name in PROTOCOLS},
+            scored={
+                name: scored_sequences(dataset, rules)
+                for name, rules in ((name, get_protocol(name)) for name in PROTOCOLS)
+                if rules.given == "origin" or info.truth == "whole"
+            },
         )
 
 
@@ -147,6 +152,8 @@ def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:
 def generate_command(info: DatasetInfo) -> str:
     """The line that makes a dataset."""
     definition, usual = info.definition, Options()
+    if info.tier == FOOTAGE:
+        return _footage_command(info)
     options = {
         "--camera": info.camera.kind,
         "--tier": info.tier,
@@ -156,5 +163,21 @@ def generate_command(info: DatasetInfo) -> str:
         "--limit": definition.get("limit"),
         "--out": f"{info.split}-{info.tier}",
     }
+    return _command(info, options)
+
+
+def _footage_command(info: DatasetInfo) -> str:
+    """The line that makes it from a user's own recordings."""
+    options = {
+        "--source": "FOLDER",
+        "--sequences": ",".join(info.scenes),
+        "--every": info.definition.get("every"),
+        "--limit": info.definition.get("limit"),
+        "--out": f"{info.split}-{info.tier}",
+    }
+    return _command(info, options)
+
+
+def _command(info: DatasetInfo, options: dict[str, Any]) -> str:
     words = [f"{name} {value}" for name, value in options.items() if value is not None]
     return " ".join(["vbbench generate", info.split, *words])

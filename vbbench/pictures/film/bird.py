@@ -184,12 +184,14 @@ def _extent(replay: Replay) -> tuple[FloatArray, FloatArray]:
 
 
 def _window_path(replay: Replay, low: FloatArray, high: FloatArray, half: FloatArray) -> FloatArray:
-    """[T, 2] the middle of a window of half size ``half`` in every frame: before the observer, within low and high."""
+    """[T, 2] the middle of a window of half size ``half`` in every frame.
+
+    It lies before the observer, and where the window holds low to high at once it stays in the middle of these.
+    """
     poses = replay.viewpoints
     known = np.flatnonzero(np.isfinite(poses).all(axis=1))
     ahead = poses[:, :2] + _AHEAD * np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=-1)
     frames = np.arange(len(poses))
     filled = np.stack([np.interp(frames, known, values) for values in ahead[known].T], axis=-1)
     calm = uniform_filter1d(filled, max(1, round(_CALM_SECONDS / replay.info.dt)), axis=0, mode="nearest")
-    fits = 2.0 * half >= high - low
-    return np.where(fits, 0.5 * (low + high), calm.clip(np.minimum(low + half, high - half), high - half))
+    return np.where(2.0 * half >= high - low - 1e-6, 0.5 * (low + high), calm)

@@ -64,7 +64,8 @@ def _entries(replay: Replay, farthest: float) -> list[tuple[Mark, str]]:
     if replay.truth is not None:
         entries.append((partial(_line, colour=paint.TRUTH_TAIL), "true path"))
     if replay.answer is None:
-        entries.append((partial(_disc, colour=some, rim=paint.TRUTH), "person"))
+        if np.isfinite(replay.known.positions).any():
+            entries.append((partial(_disc, colour=some, rim=paint.TRUTH), "person"))
     else:
         if replay.places_known:
             entries.append((partial(_disc, colour=paint.WHITE, rim=paint.TRUTH), "true place"))

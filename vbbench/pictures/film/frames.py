@@ -107,7 +107,8 @@ def _draw_labels(canvas: Canvas, boxes: FloatArray, replay: Replay, order: IntAr
         texts.append(text)
         if free[0] != rows[0]:
             leaders.append(np.array([(column, free[0] + 0.5 * _ROW), (column, head)]))
-    paint.draw_lines(canvas, np.array(leaders).reshape(-1, 2, 2), paint.WHITE)
+    for colour, wide in ((paint.INK, 3), (paint.WHITE, 1)):
+        paint.draw_lines(canvas, np.array(leaders).reshape(-1, 2, 2), colour, wide)
     for text, (column, row, _) in zip(texts, taken, strict=True):
         paint.draw_text(canvas, text, (column, row), _LABEL, paint.WHITE, halo=paint.INK, bold=True, align="centre")
 

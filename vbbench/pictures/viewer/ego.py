@@ -1,12 +1,13 @@
 """What the observer sees: boxes, and the rendered picture, depth and ids if requested."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import IntArray
+from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.rendering import NOBODY, Picture
 from vbbench.pictures.replay import Replay
 from vbbench.pictures.viewer import marks
@@ -22,7 +23,7 @@ _HORIZON_POINTS = 181
 
 def ego_root(replay: Replay) -> str:
     """The parent of the picture: a pinhole camera whose pose is known, else a plane of its own."""
-    return CAMERA if replay.camera.intrinsics is not None and replay.truth is not None else "ego"
+    return CAMERA if replay.camera.intrinsics is not None and replay.poses_known else "ego"
 
 
 def record_boxes(tape: Tape, replay: Replay) -> None:
@@ -56,6 +57,18 @@ def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iter
         tape.now(frame, f"{root}/picture", rr.Image(picture.rgb).compress(jpeg_quality=QUALITY))
         tape.now(frame, f"{root}/depth", rr.DepthImage(centimetres.astype(np.uint16), meter=CENTIMETRES))
         tape.now(frame, f"{root}/ids", rr.SegmentationImage(ids.astype(np.uint16)))
+
+
+def record_footage(tape: Tape, replay: Replay, backdrop: Backdrop, done: Callable[[], object]) -> None:
+    """Record the pictures that the camera itself took, in the frames that have one; ``done`` is called after each."""
+    rr, root = tape.rr, ego_root(replay)
+    for frame in range(replay.sequence.frames):
+        picture = backdrop.recorded(frame)
+        if picture is None:
+            tape.now(frame, f"{root}/picture", rr.Clear(recursive=False))
+        else:
+            tape.now(frame, f"{root}/picture", rr.Image(picture).compress(jpeg_quality=QUALITY))
+        done()
 
 
 def _record_frame(tape: Tape, replay: Replay, root: str) -> None:

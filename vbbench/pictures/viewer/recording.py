@@ -11,9 +11,10 @@ from vbbench.files.dataset import Dataset
 from vbbench.folders.replacing import replacing
 from vbbench.geometry import FloatArray
 from vbbench.parallel.parts import progress_bar
+from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.pictures.replay import Replay, load_replay
-from vbbench.pictures.viewer.ego import ego_root, record_boxes, record_pictures
+from vbbench.pictures.viewer.ego import ego_root, record_boxes, record_footage, record_pictures
 from vbbench.pictures.viewer.marks import MAP, WORLD, Ground, Tape
 from vbbench.pictures.viewer.rerun_sdk import rerun, strictly
 from vbbench.pictures.viewer.words import FACTS, NOW, record_words
@@ -32,6 +33,7 @@ def record_to_file(
     *,
     submissions: Sequence[Path | str] = (),
     backend: Backend | None = None,
+    footage: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Path:
     """Write a sequence, and the answers of submissions to it, as a recording for the rerun viewer.
@@ -43,6 +45,7 @@ def record_to_file(
     out : an ``.rrd`` file; by default named after split and sequence, in the working directory.
     submissions : folders of submissions that answer the dataset.
     backend : renders the picture, depth and ids of every frame; ``None`` for boxes only.
+    footage : record the pictures that the camera itself took, instead of a renderer's.
     announce : called once with a line that names the renderer.
 
     Returns
@@ -53,9 +56,11 @@ def record_to_file(
     ------
     VbbenchError
         If rerun is not installed, there is no such sequence or backend, a submission answers another dataset,
-        pictures are requested and the truth is withheld, or ``out`` is not an ``.rrd`` file.
+        a renderer lacks truth or is named beside ``footage``, or ``out`` is not an ``.rrd`` file.
     """
     package = rerun()
+    if footage and backend is not None:
+        raise VbbenchError("a recording shows the pictures of a renderer or of the footage; ask for one of them")
     replay = load_replay(dataset, sequence, submissions)
     path = Path(out or f"{dataset.info.split}-{sequence}{SUFFIX}")
     if path.suffix != SUFFIX or path.is_dir():
@@ -67,20 +72,30 @@ def record_to_file(
             raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
         stream.save(temporary)
         stream.send_blueprint(_layout(replay, pictures=backend is not None), make_active=True, make_default=True)
-        _record(Tape(stream, replay.sequence.frames, dataset.info.dt), replay, backend, announce)
+        tape = Tape(stream, replay.sequence.frames, dataset.info.dt)
+        _record(tape, replay)
+        if footage:
+            _show_footage(tape, replay)
+        elif backend is not None:
+            _render(tape, replay, backend, announce)
         stream.disconnect()
     return path
 
 
-def _record(tape: Tape, replay: Replay, backend: Backend | None, announce: Callable[[str], object]) -> None:
+def _record(tape: Tape, replay: Replay) -> None:
     ground = Ground(tape)
     record_words(tape, replay)
     record_world(ground, replay)
     record_boxes(tape, replay)
     for number in range(len(replay.answers)):
         record_estimate(ground, replay, number)
-    if backend is not None:
-        _render(tape, replay, backend, announce)
+
+
+def _show_footage(tape: Tape, replay: Replay) -> None:
+    backdrop = Backdrop(replay.dataset, replay.sequence)
+    if backdrop.is_recorded:
+        with progress_bar(replay.sequence.frames, "frames", unit="frame") as bar:
+            record_footage(tape, replay, backdrop, bar.update)
 
 
 def _render(tape: Tape, replay: Replay, backend: Backend, announce: Callable[[str], object]) -> None:
@@ -147,8 +162,7 @@ def _eye(rrb: Any, replay: Replay) -> dict[str, Any]:
         return {}
     low, high = _extent(replay)
     middle, reach = 0.5 * (low + high), 0.5 * float(np.hypot(*(high - low)))
-    poses = (replay.truth or replay.sequence.given).poses
-    yaw = float(np.nan_to_num(poses[0, 2]))
+    yaw = float(np.nan_to_num(replay.viewpoints[0, 2]))
     back = middle - 1.2 * reach * np.array([np.cos(yaw), np.sin(yaw)])
     eye = rrb.EyeControls3D(position=(*back, 0.9 * reach), look_target=(*middle, 0.0), eye_up=(0.0, 0.0, 1.0))
     return {"eye_controls": eye}
@@ -156,7 +170,8 @@ def _eye(rrb: Any, replay: Replay) -> dict[str, Any]:
 
 def _extent(replay: Replay) -> tuple[FloatArray, FloatArray]:
     """Lower and upper corner [2] in m of everything on the ground, with a margin, ignoring wild estimates."""
-    sequence, guesses = replay.sequence, [answer.estimate for answer in replay.answers] if replay.truth is None else []
+    sequence, whole = replay.sequence, replay.poses_known and replay.places_known
+    guesses = [] if whole else [answer.estimate for answer in replay.answers]
     sources = [replay.truth or sequence.given, *guesses]
     places = [one.positions[sequence.observed] for one in sources] + [one.poses[:, :2] for one in sources]
     low, high = np.nanpercentile(np.concatenate(places), (1.0, 99.0) if guesses else (0.0, 100.0), axis=0)

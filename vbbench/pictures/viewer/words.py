@@ -33,14 +33,20 @@ def _facts(replay: Replay) -> str:
     parts = [
         f"**{heading}**",
         f"**Sequence {sequence.index}**: {sequence.frames} frames, {len(sequence.tracks)} tracks, "
-        f"observer {sequence.observer} in scene {sequence.scene}"
-        + ("." if replay.truth is not None else "; **truth is withheld**."),
+        f"{_recorded_by(replay)}" + (f"; **{replay.caveat}**." if replay.caveat else "."),
         *([f"> **Caution:** {info.caution}"] if info.caution else []),
         "\n".join(f"* {line}" for line in lines),
         *(_answer_text(answer) for answer in replay.answers),
         _READING,
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _recorded_by(replay: Replay) -> str:
+    sequence = replay.sequence
+    if replay.is_footage and sequence.scene < len(replay.info.scenes):
+        return f"of recording {replay.info.scenes[sequence.scene]} from its frame {sequence.first_frame}"
+    return f"observer {sequence.observer} in scene {sequence.scene}"
 
 
 def _answer_text(answer: Answer) -> str:

@@ -35,11 +35,14 @@ def record_world(ground: Ground, replay: Replay) -> None:
         ground.arrows("given-observer", sequence.given.poses, marks.GIVEN, 1.0, 0.05)
         return
     ground.trails("trails", replay.truth.positions, sequence.observed, marks.TRAIL, TRAIL_FRAMES)
+    if replay.poses_known:
+        _record_observer(ground, replay, replay.truth.poses)
+    elif not replay.answers:
+        ground.arrows("camera", replay.viewpoints, marks.TRUTH, 1.0, 0.05)
     places, heights = replay.bystanders
     look = People(np.tile(np.array(marks.UNSEEN, np.uint8), (len(heights), 1)))
     ground.bodies("unseen", places, heights, look, solid=False)
     ground.dots("unseen", places, look, 2.5)
-    _record_observer(ground, replay, replay.truth.poses)
 
 
 def _record_observer(ground: Ground, replay: Replay, poses: FloatArray) -> None:
@@ -84,10 +87,10 @@ def record_estimate(ground: Ground, replay: Replay, number: int) -> None:
     tree = f"estimates/{name}"
     _record_answered_people(ground, replay, answer, tree, colour)
     _record_answered_observer(ground, answer, tree, colour)
-    if replay.truth is None:
+    if answer.truth is None:
         return
     true, estimated = (
-        np.concatenate([one.positions, one.poses[:, None, :2]], axis=1) for one in (replay.truth, answer.estimate)
+        np.concatenate([one.positions, one.poses[:, None, :2]], axis=1) for one in (answer.truth, answer.estimate)
     )
     ground.lines(f"{tree}/{ERRORS}", true, estimated, marks.ERROR, 0.03)
     tape = ground.tape
@@ -100,7 +103,7 @@ def record_estimate(ground: Ground, replay: Replay, number: int) -> None:
 def _record_answered_people(ground: Ground, replay: Replay, answer: Answer, tree: str, colour: Colour) -> None:
     places, tracks = answer.estimate.positions, replay.sequence.tracks
     labels = [f"{track} {answer.name}" for track in tracks]
-    look = People(np.tile(np.array(colour, np.uint8), (len(tracks), 1)), labels, shown=replay.truth is None)
+    look = People(np.tile(np.array(colour, np.uint8), (len(tracks), 1)), labels, shown=not replay.places_known)
     ground.bodies(f"{tree}/people", places, _heights(replay), look, solid=False)
     ground.dots(f"{tree}/people", places, look, 3.0)
     ground.trails(f"{tree}/trails", places, replay.sequence.observed, colour, TRAIL_FRAMES)

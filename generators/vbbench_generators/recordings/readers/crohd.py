@@ -174,7 +174,7 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
     Raises
     ------
     FileError
-        If it is no such file, or a key is missing or cannot be.
+        If it is not such a file, or a key is missing or cannot be.
     """
     facts = _section(path, content)
     for key in ("name", "frameRate", "seqLength", "imWidth", "imHeight"):

@@ -15,7 +15,7 @@
       Object.assign(this, { at: 0, playing: false, speed: 1, order: "worst", metric: "dx", pinned: -1, hovered: -1 });
       this.flags = { ...FLAGS, smooth: !calm };
       this.tick = this.tick.bind(this);
-      this.isGiven = (t, k) => this.clip.observed[t * this.clip.K + k] && (t < parts.START || (this.board.given === "arrivals" && this.clip.given[t * this.clip.K + k]));
+      this.isGiven = (t, k) => this.board.given !== "origin" && this.clip.observed[t * this.clip.K + k] && (t < parts.START || (this.board.given === "arrivals" && this.clip.given[t * this.clip.K + k]));
       parts.connect(this);
       this.open(board, state || {});
     }

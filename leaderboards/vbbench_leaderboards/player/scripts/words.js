@@ -10,7 +10,8 @@
       return `${sequence} · Δx ${number(s.errorOf(sequence))} m · ${index.people[place]} people · ${index.frames[place]} frames`;
     };
     parts.options(s.ui.sequence, s.sorted().map((sequence) => [sequence, text(sequence)]), s.sequence);
-    s.ui.facts.textContent = `${index.sequences.length} sequences of ${index.split}, the best and the worst among them`;
+    const known = { relative: "; all as seen from the camera, Δx is Δx̃", poses: "; where people really are is not known" };
+    s.ui.facts.textContent = `${index.sequences.length} sequences of ${index.split}, the best and the worst among them${known[index.truth] || ""}`;
   }
 
   /** The boards on which this sequence can be played. */
@@ -40,7 +41,7 @@
     const { ui, clip, moment, drawn, estimates } = s, t = moment.frame;
     let seen = 0;
     for (let k = 0; k < clip.K; k++) seen += clip.observed[t * clip.K + k];
-    const errors = t < parts.START ? "everything is given" : !seen ? "nothing is scored" : estimates
+    const errors = t < parts.START ? (s.board.given === "origin" ? "nothing is scored" : "everything is given") : !seen ? "nothing is scored" : estimates
       .map((estimate, n) => `${drawn[n].name}: people off by ${number(estimate.dx[t])} m, camera by ${number(estimate.dt[t])} m`).join("; ");
     const said = `Frame ${t} of ${clip.T - 1}, ${seen} people seen${errors && ": "}${errors}.`;
     if (ui.said.textContent !== said) ui.said.textContent = said;

@@ -1,0 +1,204 @@
+"""``label_02/NNNN.txt``: who is in each picture, as a box and as a place, by KITTI's 17 columns."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench_generators.footage.kitti.calibration import Calibration
+from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
+
+WALKERS = ("Pedestrian", "Person", "Person_sitting")
+"""Classes of people on their feet, and of people who sit; versions of the download call these in two ways."""
+CYCLISTS = ("Cyclist",)
+CARS = ("Car", "Van", "Truck")
+CLASSES = (*WALKERS, *CYCLISTS, *CARS, "Tram", "Misc", "DontCare")
+
+_COLUMNS = names("frame track type truncated occluded alpha left top right bottom height width length x y z rotation")
+_READ = tuple(name for name in _COLUMNS if name not in ("alpha", "width", "length", "rotation"))
+LABELS = Layout(columns=_COLUMNS, wanted=_READ, words={"type": CLASSES})
+RESULTS = Layout(columns=(*_COLUMNS, "score"), wanted=(*_READ, "score"), words={"type": CLASSES})
+"""What trackers write for KITTI's evaluation."""
+
+UNKNOWN = -1000.0
+"""What stands in x, y and z where nobody knows."""
+MOST_FRAMES = 10**6
+SPARE = 2.0
+"""px that a box may reach beyond the picture: those of KITTI end up to a pixel outside."""
+
+SHOWS = np.array([1.0, 0.7, 0.3, 0.5])
+"""Visible share by the column ``occluded``: fully visible, partly, largely occluded, unknown. KITTI says no more than
+these words."""
+INSIDE = np.array([1.0, 0.75, 0.5])
+"""Share inside the picture by the column ``truncated``: all, cut, largely cut."""
+
+_REACH = 0.5
+"""Widths and heights of a box that its projected place may lie beyond its borders."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Labels:
+    """Labelled boxes, one a row.
+
+    Parameters
+    ----------
+    path : the file, for messages.
+    frame, track : [N] from 0; track −1 for regions without anybody in particular.
+    kind : [N] place of the class among `CLASSES`.
+    truncated, occluded : [N] KITTI's levels.
+    boxes : [N, 4] (left, top, right, bottom) in px.
+    height : [N] of the labelled body in m, NaN if unknown.
+    places : [N, 3] of its foot (right, down, forward) in coordinates of camera 0, in m; NaN if unknown.
+    scores : [N] of a detector; 1 where there are none.
+    lines : [N] line numbers.
+    """
+
+    path: Path
+    frame: IntArray
+    track: IntArray
+    kind: IntArray
+    truncated: IntArray
+    occluded: IntArray
+    boxes: FloatArray
+    height: FloatArray
+    places: FloatArray
+    scores: FloatArray
+    lines: IntArray
+
+    def __post_init__(self) -> None:
+        count = len(self.frame)
+        for name in ("frame", "track", "kind", "truncated", "occluded", "lines"):
+            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,), np.int64))
+        for name, width in (("height", None), ("scores", None), ("boxes", 4), ("places", 3)):
+            shape = (count,) if width is None else (count, width)
+            object.__setattr__(self, name, frozen_array(name, getattr(self, name), shape))
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @property
+    def last_frame(self) -> int:
+        """The last frame with a row, −1 if there is none."""
+        return int(self.frame.max(initial=-1))
+
+    @property
+    def visible(self) -> FloatArray:
+        """[N] about the visible share of each body, in (0, 1]: `SHOWS` × `INSIDE`."""
+        shown: FloatArray = SHOWS[self.occluded] * INSIDE[self.truncated]
+        return shown
+
+    def take(self, rows: BoolArray | IntArray) -> "Labels":
+        """Some of the rows."""
+        taken = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "path"}
+        return Labels(path=self.path, **taken)
+
+    def of(self, classes: Collection[str]) -> "Labels":
+        """The rows of some classes."""
+        return self.take(np.isin(self.kind, [CLASSES.index(name) for name in classes]))
+
+    def tracked(self) -> tuple["Labels", IntArray, IntArray]:
+        """The rows without those of nobody, the tracks [K] in them, and the place of each row's among these."""
+        rows = self.take(self.track >= 0)
+        tracks, column = np.unique(rows.track, return_inverse=True)
+        return rows, tracks, column
+
+
+def read_labels(path: Path) -> Labels:
+    """Read a label file, with 17 columns, or 18 with a score.
+
+    Raises
+    ------
+    FileError
+        At the first row with other columns, a class that KITTI does not have, a frame, track or level that is none, a
+        box without size, or a track's second box in a frame.
+    """
+    return parse_labels(path, read_content(path, "labelled boxes"))
+
+
+def parse_labels(path: Path, content: bytes) -> Labels:
+    """The labels in the text of a file; see `read_labels`."""
+    scored = len(first_cells(content, LABELS)) == len(RESULTS.columns)
+    rows = parse_rows(path, content, RESULTS if scored else LABELS)
+    track = rows.whole("track", -1, LONGEST_ID, "no track: those are whole numbers from 0 on, -1 for nobody")
+    kind = rows.columns["type"].astype(np.int64)
+    anybody = (track >= 0) & (kind != CLASSES.index("DontCare"))
+    boxes = rows.numbers("left", "top", "right", "bottom")
+    wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
+    rows.refuse(anybody & ~((wide > 0.0) & (high > 0.0)), "the box is {0:g} x {1:g} px; leave it out", wide, high)
+    height, places = rows.columns["height"].copy(), rows.numbers("x", "y", "z")
+    unknown = places[:, 2] == UNKNOWN
+    height[unknown], places[unknown] = np.nan, np.nan
+    labels = Labels(
+        path=path,
+        frame=rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on"),
+        track=np.where(anybody, track, -1),
+        kind=kind,
+        truncated=_level(rows, "truncated", anybody, len(INSIDE)),
+        occluded=_level(rows, "occluded", anybody, len(SHOWS)),
+        boxes=boxes,
+        height=height,
+        places=places,
+        scores=rows.columns["score"] if scored else np.ones(len(rows)),
+        lines=rows.lines,
+    )
+    _refuse_repetition(labels)
+    return labels
+
+
+def size_of_pictures(labels: Labels) -> tuple[int, int]:
+    """The smallest picture that holds all labelled boxes."""
+    columns, rows = np.ceil(labels.boxes[:, 2:].max(axis=0, initial=1.0)).astype(int).tolist()
+    return columns, rows
+
+
+def refuse_boxes_outside(labels: Labels, size: tuple[int, int], known_by: str) -> None:
+    """Raise FileError at the first box that reaches beyond pictures of this size; ``known_by`` says why."""
+    left, top, right, bottom = labels.boxes.T
+    outside = (left < -SPARE) | (top < -SPARE) | (right > size[0] + SPARE) | (bottom > size[1] + SPARE)
+    if outside.any():
+        row = int(outside.argmax())
+        box = " ".join(f"{value:g}" for value in labels.boxes[row])
+        problem = f"the box {box} reaches beyond pictures of {size[0]} x {size[1]} px, {known_by}"
+        raise FileError(labels.path, f"{problem}; do labels and calibration belong together?", int(labels.lines[row]))
+
+
+def refuse_places_elsewhere(labels: Labels, calibration: Calibration) -> None:
+    """Raise FileError if most places do not project into their boxes: they are of another frame, or camera."""
+    whole = labels.take((labels.truncated == 0) & (labels.track >= 0) & ~np.isnan(labels.height))
+    if not len(whole):
+        return
+    middle = whole.places - 0.5 * whole.height[:, None] * np.array([0.0, 1.0, 0.0])
+    pixels = calibration.project(middle)
+    corners = whole.boxes.reshape(-1, 2, 2)
+    spare = _REACH * (corners[:, 1] - corners[:, 0])
+    inside = ((pixels > corners[:, 0] - spare) & (pixels < corners[:, 1] + spare)).all(axis=1)
+    if inside.mean() < 0.5:
+        row = int(np.argmin(inside))
+        seen = "behind the camera" if np.isnan(pixels[row, 0]) else f"at {pixels[row, 0]:.0f} {pixels[row, 1]:.0f} px"
+        problem = f"the labelled place is {seen}, outside its box, as are {1 - inside.mean():.0%} of {len(whole)}"
+        wanted = "x, y, z are right, down and forward of camera 0, in m"
+        raise FileError(whole.path, f"{problem}: {wanted}", int(whole.lines[row]))
+
+
+def _level(rows: Rows, name: str, anybody: BoolArray, levels: int) -> IntArray:
+    values = np.where(anybody, rows.columns[name], 0.0)
+    bad = (values != np.round(values)) | (values < -1) | (values >= levels)
+    rows.refuse(bad, f"{name} is {{0:g}}; levels are 0 to {levels - 1}, -1 if unknown", values)
+    return np.maximum(values, 0.0).astype(np.int64)
+
+
+def _refuse_repetition(labels: Labels) -> None:
+    linked = np.flatnonzero(labels.track >= 0)
+    boxes = labels.frame[linked] * (LONGEST_ID + 1) + labels.track[linked]
+    order = np.argsort(boxes, kind="stable")  # of two alike, the earlier line comes first
+    same = np.diff(boxes[order]) == 0
+    if same.any():
+        first = int(same.argmax())
+        before, again = linked[order[first]], linked[order[first + 1]]
+        problem = f"track {labels.track[again]} has a box in frame {labels.frame[again]} already"
+        raise FileError(
+            labels.path, f"{problem}, in line {labels.lines[before]}; leave one out", int(labels.lines[again])
+        )

@@ -1,0 +1,105 @@
+"""Where the camera is: from GPS/IMU (``oxts/NNNN.txt``), or from anybody's poses of camera 0.
+
+Both become motions [T, 4, 4] from rectified coordinates of camera 0 to a world with z up. GPS/IMU gives the world of
+its Mercator map, x to the east, as in KITTI's devkit: s = cos(latitude of the first line), R the earth's radius,
+
+    x = s R λ,   y = s R ln tan(π/4 + φ/2),   rotation = Rz(yaw) Ry(pitch) Rx(roll);
+
+poses that somebody else found have the world of their first line, x forward and y left.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.geometry import FloatArray
+from vbbench_generators.footage.kitti.calibration import Calibration, refuse_skewed
+from vbbench_generators.footage.kitti.text import Layout, names, parse_rows, read_content
+
+EARTH_RADIUS = 6378137.0
+
+OXTS = Layout(
+    columns=names(
+        "lat lon alt roll pitch yaw vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu "
+        "pos_accuracy vel_accuracy navstat numsats posmode velmode orimode"
+    ),
+    wanted=("lat", "lon", "alt", "roll", "pitch", "yaw"),
+)
+"""The 30 columns of the devkit."""
+
+_CELLS = tuple(f"{row}{column}" for row in "123" for column in "1234")
+MATRICES = Layout(columns=_CELLS, wanted=_CELLS)
+"""A line is a [3, 4] matrix, row after row."""
+
+_Z_UP = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""From right, down, forward to forward, left, up."""
+
+
+def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
+    """Motions [T, 4, 4] of camera 0, from the first camera's place on the map.
+
+    Raises
+    ------
+    FileError
+        If a line has other columns, or a place that is none on earth.
+    """
+    rows = parse_rows(path, read_content(path, "GPS/IMU, a line a frame"), OXTS)
+    latitude, longitude, altitude, roll, pitch, yaw = (rows.columns[name] for name in OXTS.wanted)
+    rows.refuse(np.abs(latitude) > 85.0, "lat is {0:g}°; the map ends at 85°", latitude)
+    rows.refuse(np.abs(longitude) > 180.0, "lon is {0:g}°; it is -180° to 180°", longitude)
+    scale = np.cos(np.radians(latitude[0])) * EARTH_RADIUS
+    east = scale * np.radians(longitude)
+    north = scale * np.log(np.tan(np.pi / 4.0 + np.radians(latitude) / 2.0))
+    motions = np.tile(np.eye(4), (len(rows), 1, 1))
+    motions[:, :3, :3] = _rotations(roll, pitch, yaw)
+    motions[:, :3, 3] = np.stack([east - east[0], north - north[0], altitude - altitude[0]], axis=-1)
+    cameras = motions @ np.linalg.inv(calibration.imu_to_camera)
+    cameras[:, :3, 3] -= cameras[0, :3, 3].copy()
+    return cameras
+
+
+def read_poses(path: Path) -> FloatArray:
+    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers, [3, 4] row after row, in the axes of the first picture.
+
+    Raises
+    ------
+    FileError
+        If a line has other columns, or a rotation that is none.
+    """
+    rows = parse_rows(path, read_content(path, "poses of camera 0, a line a frame"), MATRICES)
+    motions = np.tile(np.eye(4), (len(rows), 1, 1))
+    motions[:, :3] = rows.numbers(*MATRICES.wanted).reshape(-1, 3, 4)
+    for motion, line in zip(motions, rows.lines.tolist(), strict=True):
+        refuse_skewed(path, line, "the pose", motion[:3, :3])
+    return _Z_UP @ np.linalg.inv(motions[0]) @ motions
+
+
+def on_the_ground(motions: FloatArray, calibration: Calibration) -> FloatArray:
+    """Poses [T, 3] (x, y, yaw) of camera 2 on the ground plane, from motions [T, 4, 4] of camera 0."""
+    centre = np.append(-calibration.offset, 1.0)
+    x, y = (motions @ centre)[:, :2].T
+    ahead_x, ahead_y = motions[:, :2, 2].T
+    return np.stack([x, y, np.arctan2(ahead_y, ahead_x)], axis=-1)
+
+
+def in_the_world(places: FloatArray, motions: FloatArray) -> FloatArray:
+    """World positions [N, 2] of places [N, 3] in coordinates of camera 0, with its motion [N, 4, 4] in each frame."""
+    world: FloatArray = np.einsum("nij,nj->ni", motions[:, :2, :3], places) + motions[:, :2, 3]
+    return world
+
+
+def refuse_too_few(path: Path, lines: int, frames: int) -> None:
+    """Raise FileError if a file with a line a frame ends before the labels."""
+    if lines < frames:
+        problem = f"has {lines} lines, but labels go on to frame {frames - 1}, counted from 0"
+        raise FileError(
+            path, f"{problem}: every frame needs a line; download it again, or leave the sequence out", lines
+        )
+
+
+def _rotations(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:
+    """[T, 3, 3] Rz(yaw) Ry(pitch) Rx(roll)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=-1)).as_matrix())

@@ -1,0 +1,179 @@
+"""One sequence of KITTI, read and checked: labels, calibration, where the camera is, and boxes that somebody found."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.boxes import observations_of
+from vbbench.camera import PerspectiveCamera
+from vbbench.errors import FileError
+from vbbench.files.tables import file_sha256
+from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.scene import Scene
+from vbbench_generators.footage.kitti import folder as files
+from vbbench_generators.footage.kitti.boxes import read_boxes
+from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
+from vbbench_generators.footage.kitti.folder import KittiFolder, file_for
+from vbbench_generators.footage.kitti.labels import (
+    Labels,
+    read_labels,
+    refuse_boxes_outside,
+    refuse_places_elsewhere,
+    size_of_pictures,
+)
+from vbbench_generators.footage.kitti.parked import ParkedCars, watch_parked_cars
+from vbbench_generators.footage.kitti.poses import in_the_world, on_the_ground, read_oxts, read_poses, refuse_too_few
+from vbbench_generators.footage.kitti.tracks import FoundTracks, follow
+
+DT = 0.1
+"""Seconds per frame as told; by the speedometer frames are about .1035 s apart."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """Where the camera is.
+
+    Parameters
+    ----------
+    motions : [T, 4, 4] from coordinates of camera 0 to the world.
+    source : ``oxts`` or ``poses``.
+    parked : how far parked cars move, by each source that there is.
+    """
+
+    motions: FloatArray
+    source: str
+    parked: dict[str, ParkedCars]
+
+    def values(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {"source": self.source, "parked_cars": {name: cars.values() for name, cars in self.parked.items()}}
+
+
+@dataclass(frozen=True, kw_only=True)
+class KittiRecording:
+    """One sequence.
+
+    Parameters
+    ----------
+    footage : what the camera saw.
+    way : where it was.
+    found : the boxes that somebody found, if they were asked for.
+    sums : what every file that was read holds, of which sequence, and its SHA-256; whatever the file is called.
+    """
+
+    footage: Footage
+    way: Way
+    found: FoundTracks | None
+    sums: list[list[str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _People:
+    """Labelled people: ids [P], boxes [T, P, 4] (left, top, width, height), visible [T, P], and where they are."""
+
+    ids: IntArray
+    boxes: FloatArray
+    visible: FloatArray
+    scene: Scene
+
+
+def read_recording(
+    folder: KittiFolder, name: str, asked: FootageOptions, classes: tuple[str, ...], *, several: bool
+) -> KittiRecording:
+    """Read the sequence ``name``.
+
+    Parameters
+    ----------
+    folder : with its files.
+    name : such as ``0019``.
+    asked : what the user asks of footage.
+    classes : of those who count as people.
+    several : whether other sequences are read as well, so that each needs files of its own.
+
+    Raises
+    ------
+    FileError
+        At the first file or row that cannot be.
+    """
+    paths = _paths(folder, name, asked, several)
+    labels, calibration = read_labels(paths["labels"]), read_calibration(paths["calibration"])
+    camera = _camera(folder, name, labels, calibration)
+    persons = labels.of(classes)
+    refuse_places_elsewhere(persons, calibration)
+    way = _find_way(paths, labels, calibration)
+    people = _find_people(name, persons, way.motions)
+    tracks: dict[str, Any] = {"tracks": people.ids, "boxes": observations_of(people.boxes, camera)}
+    tracks["visible"] = people.visible
+    found = None
+    if "boxes" in paths:
+        boxes = read_boxes(paths["boxes"], len(people.boxes), classes)
+        found = follow(boxes, people.boxes, people.ids, camera, DT)
+        tracks = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
+    footage = Footage(
+        name=name,
+        camera=camera,
+        dt=DT,
+        poses=on_the_ground(way.motions, calibration),
+        scene=people.scene,
+        pictures=folder.pictures(name),
+        **tracks,
+    )
+    sums = [[f"{kind}/{name}", file_sha256(path)] for kind, path in paths.items()]
+    return KittiRecording(footage=footage, way=way, found=found, sums=sums)
+
+
+def _paths(folder: KittiFolder, name: str, asked: FootageOptions, several: bool) -> dict[str, Path]:
+    """The files of a sequence by what they hold; GPS/IMU may be missing where the user has poses."""
+    oxts = folder.file(files.OXTS, name)
+    paths = {"labels": folder.file(files.LABELS, name), "calibration": folder.file(files.CALIBRATION, name)}
+    if asked.poses is not None:
+        paths["poses"] = file_for(asked.poses, name, several)
+    if asked.poses is None or oxts.is_file():
+        paths["oxts"] = oxts
+    if asked.boxes is not None:
+        paths["boxes"] = file_for(asked.boxes, name, several)
+    return paths
+
+
+def _camera(folder: KittiFolder, name: str, labels: Labels, calibration: Calibration) -> PerspectiveCamera:
+    """Camera 2; its pictures' size is the first one's, or KITTI's for this focal length, or holds all boxes."""
+    shown, known = folder.size_of_pictures(name), calibration.known_size
+    size, known_by = size_of_pictures(labels), "the smallest that hold all"
+    if shown is not None:
+        size, known_by = shown, "as the first of them is"
+    elif known is not None:
+        size, known_by = known, f"as KITTI's are where the focal length is {calibration.projection[0, 0]:g} px"
+    refuse_boxes_outside(labels, size, known_by)
+    return calibration.camera(size)
+
+
+def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) -> Way:
+    """The motions by GPS/IMU, or those that the user names, whichever keep parked cars in their places."""
+    sources = {}
+    if "poses" in paths:
+        sources["poses"] = read_poses(paths["poses"])
+    if "oxts" in paths:
+        sources["oxts"] = read_oxts(paths["oxts"], calibration)
+    for source, motions in sources.items():
+        refuse_too_few(paths[source], len(motions), labels.last_frame + 1)
+    if len({len(motions) for motions in sources.values()}) > 1:
+        lines = f"has {len(sources['poses'])} lines, and {paths['oxts'].name} of oxts {len(sources['oxts'])}"
+        raise FileError(paths["poses"], f"{lines}: every frame needs a line in both; is a frame missing in the middle?")
+    parked = dict(zip(sources, watch_parked_cars(labels, list(sources.values()), DT), strict=True))
+    best = min(sources, key=lambda source: np.nan_to_num(parked[source].typical))  # the user's, where no car is parked
+    return Way(motions=sources[best], source=best, parked=parked)
+
+
+def _find_people(name: str, labels: Labels, motions: FloatArray) -> _People:
+    rows, ids, column = labels.tracked()
+    shape, at = (len(motions), len(ids)), (rows.frame, column)
+    boxes, visible, places = np.full((*shape, 4), np.nan), np.full(shape, np.nan), np.full((*shape, 2), np.nan)
+    boxes[at] = np.concatenate([rows.boxes[:, :2], rows.boxes[:, 2:] - rows.boxes[:, :2]], axis=-1)
+    visible[at] = rows.visible
+    places[at] = in_the_world(rows.places, motions[rows.frame])
+    heights = np.array([np.median(rows.height[column == track]) for track in range(len(ids))], np.float64)
+    scene = Scene(name=name, dt=DT, people=ids, positions=places, heights=heights)
+    return _People(ids=ids, boxes=boxes, visible=visible, scene=scene)

@@ -1,0 +1,197 @@
+"""Boxes of a detector or tracker as tracks: linked if they are not, matched to the labelled people, and counted."""
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.boxes import observations_of, overlaps
+from vbbench.camera import Camera
+from vbbench.errors import FileError, VbbenchWarning
+from vbbench.exchange.detection import Detections
+from vbbench.exchange.matching import NOBODY, lasting_tracks, match_tracks
+from vbbench.exchange.mot.text import UNLINKED
+from vbbench.geometry import FloatArray, IntArray
+from vbbench_generators.footage.kitti.boxes import FoundBoxes
+from vbbench_generators.tiers.tracking.tracker import ByteTracker
+
+LEAST_OVERLAP = 0.3
+"""Least intersection over union of a box with the person in it. Widths of boxes differ from detector to detector, and
+half of a lidar detector's overlap labels by less than two thirds: a limit of one half would leave out its worst boxes,
+and call the people in them nobody."""
+LEAST_SHARE = 1 / 3
+"""Where fewer of the boxes are on people, and fewer of the people have boxes, these are of other pictures."""
+FEW = 0.5
+"""Share of the people's boxes below which somebody should look at what was found."""
+MOST_STRAY = 0.01
+"""Largest share of boxes whose middle may lie outside the picture."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """How boxes agree with the labels of a recording.
+
+    Parameters
+    ----------
+    labelled, found, matched : boxes of people, boxes of the detector or tracker, and pairs of them.
+    overlap : mean intersection over union of the pairs.
+    """
+
+    labelled: int
+    found: int
+    matched: int
+    overlap: float
+
+    def values(self) -> dict[str, Any]:
+        """As JSON has it."""
+        recall, precision = self.matched / max(self.labelled, 1), self.matched / max(self.found, 1)
+        figures = {"recall": recall, "precision": precision, "overlap": self.overlap}
+        return {"labelled": self.labelled, "found": self.found, **{n: round(v, 3) for n, v in figures.items()}}
+
+    def __str__(self) -> str:
+        facts = self.values()
+        return f"recall {facts['recall']:.2f}, precision {facts['precision']:.2f}, overlap {facts['overlap']:.2f}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundTracks:
+    """Tracks on the pictures of a recording, and who is behind them.
+
+    Parameters
+    ----------
+    tracks : [K] ids.
+    boxes : [T, K, 3] (u, v, l) in px, NaN without a box.
+    scores : [T, K] in (0, 1].
+    persons : [T, K] ids of people, `NOBODY` for false alarms.
+    detected, tracked : how the boxes agree with the labels as they came, and after tracking.
+    dropped : boxes of tracks that match people in fewer than three frames, which are left out.
+    """
+
+    tracks: IntArray
+    boxes: FloatArray
+    scores: FloatArray
+    persons: IntArray
+    detected: Agreement
+    tracked: Agreement
+    dropped: int
+
+
+def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Camera, dt: float) -> FoundTracks:
+    """Link boxes by the tracker `ByteTracker` where they are not, and match them to the people labelled.
+
+    Parameters
+    ----------
+    found : the boxes.
+    labels : [T, P, 4] boxes (left, top, width, height) of people in px, NaN where there is none.
+    people : [P] their ids.
+    camera : of the pictures.
+    dt : seconds per frame.
+
+    Raises
+    ------
+    FileError
+        If boxes are of pictures of another size, or most are of nobody.
+    """
+    _refuse_stray(found, camera)
+    frames = len(labels)
+    loose, _ = _dense(found, _places_in_frames(found.frame), frames)
+    detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people)
+    _check_matches(found.path, detected)
+    tracks, boxes, scores = _linked(found, frames, dt)
+    persons = _persons(boxes, labels, people, camera)
+    kept = lasting_tracks(persons)
+    seen = ~np.isnan(boxes[..., 2])
+    dropped = int(seen[:, ~kept].sum())
+    return FoundTracks(
+        tracks=tracks[kept],
+        boxes=observations_of(boxes[:, kept], camera),
+        scores=scores[:, kept],
+        persons=persons[:, kept],
+        detected=detected,
+        tracked=_agreement(boxes[:, kept], persons[:, kept], labels, people),
+        dropped=dropped,
+    )
+
+
+def _refuse_stray(found: FoundBoxes, camera: Camera) -> None:
+    width, height = camera.picture_size
+    u, v = (found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]).T
+    stray = (u < 0.0) | (u > width) | (v < 0.0) | (v > height)
+    if stray.mean() > MOST_STRAY:
+        row = int(stray.argmax())
+        problem = f"the middle of the box is at {u[row]:.0f} {v[row]:.0f}, outside pictures of {width} x {height} px"
+        share = f"as are {stray.mean():.0%} of the boxes"
+        raise FileError(found.path, f"{problem}, {share}; were pictures of another size used?", int(found.lines[row]))
+
+
+def _check_matches(path: Path, detected: Agreement) -> None:
+    """Refuse boxes that have next to nothing to do with the labelled people, and warn of few."""
+    matched, found, labelled = detected.matched, detected.found, detected.labelled
+    if matched < LEAST_SHARE * labelled and matched < LEAST_SHARE * found:
+        problem = f"only {matched} of {found} boxes are on people, of whom there are {labelled} ({detected})"
+        hint = "are they of this sequence, with frames counted as in their format, in px of its pictures?"
+        raise FileError(path, f"{problem}; {hint}")
+    if matched < FEW * labelled:
+        problem = f"only {matched} of {labelled} labelled boxes of people are matched ({detected})"
+        warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
+
+
+def _linked(found: FoundBoxes, frames: int, dt: float) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Track ids [K], boxes [T, K, 4] and scores [T, K]."""
+    if (found.track != UNLINKED).all():
+        tracks, column = np.unique(found.track, return_inverse=True)
+        return tracks, *_dense(found, column, frames)
+    tracker, linked = ByteTracker(dt=dt), []
+    for frame in range(frames):
+        rows = found.frame == frame
+        linked.append(tracker.step(Detections(boxes=found.boxes[rows], scores=found.scores[rows])))
+    count = [len(ids) for ids, _ in linked]
+    ids = np.concatenate([ids for ids, _ in linked])
+    followed = FoundBoxes(
+        path=found.path,
+        frame=np.repeat(np.arange(frames), count),
+        track=ids,
+        boxes=np.concatenate([one.boxes for _, one in linked]),
+        scores=np.concatenate([one.scores for _, one in linked]),
+        lines=np.zeros(len(ids), np.int64),
+    )
+    tracks, column = np.unique(ids, return_inverse=True)
+    return tracks, *_dense(followed, column, frames)
+
+
+def _dense(found: FoundBoxes, column: IntArray, frames: int) -> tuple[FloatArray, FloatArray]:
+    """Boxes [T, K, 4] and scores [T, K], each row's in its ``column``; NaN without a box."""
+    count = int(column.max(initial=-1)) + 1
+    boxes, scores = np.full((frames, count, 4), np.nan), np.full((frames, count), np.nan)
+    boxes[found.frame, column], scores[found.frame, column] = found.boxes, found.scores
+    return boxes, scores
+
+
+def _places_in_frames(frame: IntArray) -> IntArray:
+    """[N] how many rows before each are of the same frame."""
+    order = np.argsort(frame, kind="stable")
+    first = np.searchsorted(frame[order], frame[order])
+    place = np.empty(len(frame), np.int64)
+    place[order] = np.arange(len(frame)) - first
+    return place
+
+
+def _persons(boxes: FloatArray, labels: FloatArray, people: IntArray, camera: Camera) -> IntArray:
+    return match_tracks(boxes, labels, people, camera, least=LEAST_OVERLAP)
+
+
+def _agreement(boxes: FloatArray, persons: IntArray, labels: FloatArray, people: IntArray) -> Agreement:
+    """How boxes [T, K, 4] of persons [T, K] agree with labels [T, P, 4] of people [P]."""
+    shared = []
+    for box, person, label in zip(boxes, persons, labels, strict=True):
+        paired = person != NOBODY
+        shared.append(overlaps(box[paired], label[np.searchsorted(people, person[paired])]).diagonal())
+    pairs = np.concatenate(shared)
+    return Agreement(
+        labelled=int((~np.isnan(labels[..., 0])).sum()),
+        found=int((~np.isnan(boxes[..., 0])).sum()),
+        matched=len(pairs),
+        overlap=float(pairs.mean()) if len(pairs) else 0.0,
+    )
