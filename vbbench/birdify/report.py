@@ -1,0 +1,185 @@
+"""How sure a map is: figures of its uncertainty, of its scale and of what does not fit, in words and as JSON."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from vbbench import __version__
+from vbbench.birdify.cues import Cues
+
+REPORT = "report.json"
+FEW_PEOPLE = 3
+"""Fewer people than this in a frame tell little of how the camera moves."""
+MISPLACED = 0.5
+"""A box farther from where its person is estimated, in box heights, does not fit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """A quantity over frames or boxes: median, 95th percentile, and the value in the last frame (its median there)."""
+
+    median: float
+    p95: float
+    last: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """Figures of a map; ``None`` = the solver does not say.
+
+    Parameters
+    ----------
+    name, solver : of the recording, and what solved it.
+    frames, dt, tracks, boxes : of the recording.
+    people_mean, people_max : seen in a frame.
+    few_people : share of frames with fewer than `FEW_PEOPLE`; ``empty`` those with nobody.
+    pixel_std : noise in px that boxes are taken to have.
+    camera_height, pitch : as the camera file has them.
+    height_mean, height_std : of people, as the solver is told.
+    travelled : length of the camera's path in m, over steps of about a second.
+    camera_speed, people_speed : in m/s, over about a second.
+    place_std, yaw_std : standard deviations of the pose, in m along the worst direction, and in rad.
+    position_std : of people's positions, in m.
+    converged, fallback : shares of frames where the solver's optimum was found, and where its prior decided.
+    cues : what feet and heights say together.
+    heights_median, heights_spread : people's heights in m by their boxes and places, over tracks.
+    column_error, height_error : of boxes against places and heights: median distance, as shares of the box height.
+    misfits : share of boxes farther than `MISPLACED` from where their person is.
+    odometry : share of frames with a measured motion; ``None`` without odometry.
+    warnings : what the user should know, a line each.
+    """
+
+    name: str
+    solver: str
+    frames: int
+    dt: float
+    tracks: int
+    boxes: int
+    people_mean: float
+    people_max: int
+    few_people: float
+    empty: float
+    pixel_std: float
+    camera_height: float
+    pitch: float
+    height_mean: float
+    height_std: float
+    travelled: float
+    camera_speed: Spread
+    people_speed: Spread
+    place_std: Spread | None
+    yaw_std: Spread | None
+    position_std: Spread | None
+    converged: float | None
+    fallback: float | None
+    cues: Cues | None
+    heights_median: float
+    heights_spread: float
+    column_error: float
+    height_error: float
+    misfits: float
+    odometry: float | None
+    warnings: tuple[str, ...] = ()
+    vbbench: str = __version__
+
+    def to_json(self) -> str:
+        """The text of ``report.json``; NaN as null."""
+        return json.dumps(_plain(asdict(self)), indent=2, ensure_ascii=False) + "\n"
+
+    def markdown(self) -> str:
+        """The text of ``report.md``."""
+        sections = [f"# {self.name}", *self._warning_lines(), _table(self._rows()), _EXPLAINED]
+        return "\n\n".join(sections) + "\n"
+
+    def summary(self) -> str:
+        """Two or three lines for the terminal."""
+        sure = "the solver reports no uncertainty"
+        if self.place_std is not None and self.position_std is not None:
+            last, people = self.place_std.last, self.position_std.median
+            sure = f"camera ±{last:.2g} m in the last frame, people ±{people:.2g} m"
+        scale = "scale by heights alone" if self.cues is None else f"scale: {_scale(self)}"
+        drift = (
+            "" if self.odometry is not None else "\nwithout odometry the map may drift with the crowd by more than that"
+        )
+        return f"{self.travelled:.3g} m travelled in {self.frames * self.dt:.3g} s; {sure}\n{scale}{drift}"
+
+    def _warning_lines(self) -> list[str]:
+        return ["## Warnings\n\n" + "\n".join(f"- {line}" for line in self.warnings)] if self.warnings else []
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        yield "recording", f"{self.frames} frames of {self.dt:g} s, {self.boxes} boxes of {self.tracks} tracks"
+        yield "people in a frame", f"{self.people_mean:.1f} on average, {self.people_max} at most"
+        yield f"frames with fewer than {FEW_PEOPLE} people", f"{self.few_people:.0%}; with nobody {self.empty:.0%}"
+        heights = plus_minus(self.height_mean, self.height_std)
+        yield "solver", f"{self.solver}, told: box noise {self.pixel_std:g} px, heights {heights} m"
+        if self.odometry is not None:
+            yield "odometry", f"in {self.odometry:.0%} of the frames"
+        yield "camera", f"{self.travelled:.3g} m travelled; {_spread(self.camera_speed, 'm/s', last=False)}"
+        yield "people's speed", _spread(self.people_speed, "m/s", last=False)
+        if self.place_std is not None:
+            yield "σ of the camera's place", _spread(self.place_std, "m")
+        if self.yaw_std is not None:
+            yield "σ of its yaw", _spread(self.yaw_std, "rad")
+        if self.position_std is not None:
+            yield "σ of people's positions", _spread(self.position_std, "m")
+        if self.converged is not None:
+            yield "frames whose optimum was found", f"{self.converged:.1%}"
+        if self.fallback is not None:
+            yield "frames decided by the prior alone", f"{self.fallback:.1%}"
+        yield "scale", _scale(self)
+        if self.cues is not None:
+            yield (
+                "tilt by feet and heights",
+                f"{plus_minus(self.cues.tilt, self.cues.tilt_std)} rad besides pitch = {self.pitch:g}",
+            )
+        yield "people's heights on the map", f"{plus_minus(self.heights_median, self.heights_spread)} m"
+        yield (
+            "boxes against the map",
+            f"columns off by {self.column_error:.3f} box heights, heights by {self.height_error:.1%} (medians); "
+            f"{self.misfits:.1%} of the boxes do not fit",
+        )
+
+
+_EXPLAINED = """\
+σ is what the solver believes, along the worst direction, if its model of people and boxes is right. Metres come from
+people's heights, and from the camera's height where the solver trusts feet: a camera file that is off by 10 % gives a
+map that is. How fast everybody moves together is hardly seen in boxes: without odometry the whole map may drift along
+the way the crowd goes, by more than σ says, while places relative to the camera hold."""
+
+
+def _scale(report: Report) -> str:
+    if report.cues is None:
+        return (
+            f"by heights of {report.height_mean:g} m on average; too few whole boxes to hold against the mount height"
+        )
+    found, std = report.cues.mount_height, report.cues.mount_height_std
+    return (
+        f"heights of {report.height_mean:g} m on average put the camera {plus_minus(found, std)} m above the ground; "
+        f"its file says {report.camera_height:g} m ({found / report.camera_height - 1.0:+.0%})"
+    )
+
+
+def plus_minus(value: float, std: float) -> str:
+    """A figure and its standard deviation in few characters."""
+    return f"{value:.3g} ± {std:.1g}"
+
+
+def _spread(spread: Spread, unit: str, *, last: bool = True) -> str:
+    ends = f", {spread.last:.2g} in the last frame" if last else ""
+    return f"{spread.median:.2g} {unit} (median), {spread.p95:.2g} (95 %){ends}"
+
+
+def _table(rows: Iterator[tuple[str, str]]) -> str:
+    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {text} |" for name, text in rows)])
+
+
+def _plain(value: Any) -> Any:
+    """Values that JSON has: no NaN."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
