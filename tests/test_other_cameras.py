@@ -17,7 +17,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
 from vbbench.pictures.film.captions import TITLE_HEIGHT
-from vbbench.pictures.film.frames import Film
+from vbbench.pictures.film.frames import Film, Rendered
 from vbbench.pictures.plotting import plot_sequence
 from vbbench.pictures.rendering import scene_of
 from vbbench.pictures.replay import load_replay
@@ -74,9 +74,10 @@ def test_distances_are_those_of_people_of_mean_height(dataset: Dataset):
 
 
 def test_a_film_has_the_map_beside_a_picture_with_borders_and_below_one_without(dataset: Dataset):
-    film, camera = Film(load_replay(dataset, 0)), dataset.info.camera
+    replay, camera = load_replay(dataset, 0), dataset.info.camera
+    film = Film(replay, Rendered(replay, FlatRenderer(scene_of(dataset, replay.sequence.scene))))
     width, height = camera.picture_size
-    frame = next(film.frames(FlatRenderer(scene_of(dataset, film.replay.sequence.scene)), [3]))
+    frame = next(film.frames([3]))
     assert frame.shape == (film.height, film.width, 3)
     assert (film.width > width) == (camera.period is None)
     assert (film.height > TITLE_HEIGHT + height + film.bird.height) == (camera.period is not None)

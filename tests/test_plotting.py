@@ -43,6 +43,9 @@ class Stub:
     def sequence(self, index: int) -> Sequence:
         return self.held
 
+    def camera(self, sequence: Sequence) -> Camera:
+        return self.info.camera
+
     def truth(self, sequence: Sequence) -> Truth | None:
         return self.real
 

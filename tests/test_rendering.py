@@ -21,7 +21,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.pictures.film.captions import TITLE_HEIGHT
-from vbbench.pictures.film.frames import Film
+from vbbench.pictures.film.frames import Film, Rendered
 from vbbench.pictures.rendering import Backend, render_to_file, scene_of
 from vbbench.pictures.replay import load_replay
 from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder
@@ -48,11 +48,8 @@ def submission(panorama: Dataset, tmp_path_factory: pytest.TempPathFactory) -> P
 
 
 def a_film(dataset: Dataset, number: int = 0, submission: Path | None = None) -> Film:
-    return Film(load_replay(dataset, number, [submission] if submission else []))
-
-
-def flat(film: Film) -> FlatRenderer:
-    return FlatRenderer(scene_of(film.replay.dataset, film.replay.sequence.scene))
+    replay = load_replay(dataset, number, [submission] if submission else [])
+    return Film(replay, Rendered(replay, FlatRenderer(scene_of(dataset, replay.sequence.scene))))
 
 
 def read_back(path: Path) -> tuple[list[Any], float]:
@@ -72,7 +69,7 @@ def test_an_mp4_has_every_frame_at_real_time(dataset, tmp_path):
     assert fps == pytest.approx(1.0 / dataset.info.dt)
     assert pictures[0].shape == (film.height, film.width, 3)
     assert film.width % 2 == film.height % 2 == 0
-    frame = next(film.frames(flat(film), [0]))
+    frame = next(film.frames([0]))
     assert cv2.PSNR(frame, np.ascontiguousarray(pictures[0])) > 25.0
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
 
@@ -87,9 +84,9 @@ def test_without_a_wish_the_codec_is_one_that_browsers_play(panorama, tmp_path):
 
 def test_the_ego_view_is_the_picture_with_boxes_where_people_are(dataset):
     film = a_film(dataset)
-    renderer = flat(film)
+    renderer = FlatRenderer.made[-1]
     sequence, camera = film.replay.sequence, dataset.info.camera
-    canvas = next(film.frames(renderer, [3]))
+    canvas = next(film.frames([3]))
     bare = renderer.render(sequence.first_frame + 3, camera, film.replay.known.poses[3], observer=sequence.observer).rgb
     width, height = camera.picture_size
     ego = canvas[TITLE_HEIGHT : TITLE_HEIGHT + height, :width]
@@ -110,8 +107,7 @@ def test_a_box_on_the_seam_is_drawn_at_both_ends():
 
 def test_an_estimate_changes_the_map_and_the_title(panorama, submission):
     plain, drawn = a_film(panorama), a_film(panorama, 0, submission)
-    renderer = flat(plain)
-    one, other = (next(film.frames(renderer, [5])) for film in (plain, drawn))
+    one, other = (next(film.frames([5])) for film in (plain, drawn))
     below = TITLE_HEIGHT + 480
     assert np.array_equal(one[TITLE_HEIGHT:below], other[TITLE_HEIGHT:below])
     assert (one[below : below + plain.bird.height] != other[below : below + plain.bird.height]).any()
@@ -129,8 +125,8 @@ def test_the_map_stands_still(panorama, submission):
 
 def test_frames_are_made_one_at_a_time_and_forgotten(panorama):
     film = a_film(panorama)
-    renderer = flat(film)
-    frames = film.frames(renderer, itertools.cycle(range(5)))
+    renderer = FlatRenderer.made[-1]
+    frames = film.frames(itertools.cycle(range(5)))
     next(frames)
     assert len(renderer.frames) == 1
     for _ in range(30):
@@ -242,7 +238,7 @@ def test_without_truth_it_is_one_clear_error(tmp_path, capsys):
 def test_false_alarms_are_marked(tmp_path):
     write_dataset(tmp_path / "tiny", Crowd(scenes=1, tier="tracked"))
     film = a_film(Dataset(tmp_path / "tiny"))
-    canvas = next(film.frames(flat(film), [3]))
+    canvas = next(film.frames([3]))
     assert np.all(canvas == (156, 42, 0), axis=-1).any()
 
 

@@ -10,7 +10,10 @@ import numpy as np
 
 from vbbench.geometry import relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common.cold_start import PEOPLE_SPEED
+from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
 from vbbench_baselines.common.motion import History, Spreads
+from vbbench_baselines.common.sightings import measure, sight
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect
 
 EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
@@ -18,7 +21,10 @@ EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
 
 
 class ConstantVelocity:
-    """x = 2x' − x''; people with one known past position stay there; the observer's yaw is held."""
+    """x = 2x' − x''; people with one known past position stay there; the observer's yaw is held.
+
+    After a cold start boxes also show, once, how everybody moves: in the first frame in which somebody is seen again.
+    """
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
@@ -29,6 +35,8 @@ class ConstantVelocity:
         """See `vbbench.solver.FrameSolver.step`."""
         history, problem = self._history, self._problem
         history.advance(frame.given)
+        if history.cold and not history.moving:
+            return self._set_moving(frame)
         everyone = np.ones(len(frame.observations), np.bool_)
         expected, _, walk, _ = expect(self.model(), history, everyone, EXACT, problem.dt)
         pose = np.where(np.isnan(history.poses[2]), walk, history.poses[2])
@@ -36,6 +44,18 @@ class ConstantVelocity:
         positions = np.where(np.isnan(expected), relative_to_world(boxes, pose), expected)
         positions[np.isnan(frame.observations[:, 2])] = np.nan
         return history.store(walk, positions)
+
+    def _set_moving(self, frame: Frame) -> FrameEstimate:
+        """The pose and everybody's places by the boxes of this frame and by where people were before."""
+        history, problem = self._history, self._problem
+        everyone = np.ones(len(frame.observations), np.bool_)
+        seen = sight(problem.camera, frame.observations, problem.pixel_std)
+        height, variance = np.full((2, len(everyone)), ((problem.height_mean,), (problem.height_std**2,)))
+        spreads = Spreads(motion=0.0, stay=PEOPLE_SPEED * problem.dt, estimate=0.0)
+        factors = Factors(*measure(seen, height, variance), *expect(self.model(), history, everyone, spreads, problem.dt))
+        history.moving = not np.isnan(factors.std + factors.relative[:, 0]).all()
+        pose = fit_pose(factors)
+        return history.store(pose, localise(pose, factors))
 
     def model(self) -> MotionModel:
         """How people walk."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, kept_velocities
 from vbbench_baselines.common.motion import History, Spreads, continue_observer, continue_people
 
 
@@ -110,8 +111,11 @@ def expect(
     Places [K, 2] of people and their standard deviations [K] in m, NaN = no expectation; the observer's pose [3], its
     yaw held, and the standard deviation in m of its place.
     """
-    people, std = continue_people(history.positions, history.position_given, spreads)
-    walk, walk_std = continue_observer(history.poses, history.pose_given, spreads)
+    kept, own_kept = kept_velocities(dt) if history.cold else (1.0, 1.0)
+    people, std = continue_people(history.positions, history.position_given, spreads, kept)
+    walk, walk_std = continue_observer(history.poses, history.pose_given, spreads, own_kept)
+    if history.cold and not history.moving:
+        walk_std = OBSERVER_SPEED * dt
     before, last = (
         np.concatenate((history.positions[row, chosen], history.poses[row : row + 1, :2])) for row in (0, 1)
     )

@@ -119,6 +119,7 @@ class Birdifier(ABC):
         relative, covariance = measure(self._seen, heights.mean, heights.variance)
         factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
         usable = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
+        history.moving = history.moving or bool(usable > 0)
         fallback = bool(usable < FEWEST) and not history.pose_given[2]
         if not self.ego_prior and not fallback:
             factors = factors._replace(walk_std=np.inf)

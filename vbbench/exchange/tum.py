@@ -72,32 +72,48 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
         roll or pitch, a timestamp between two frames or before the first, a repeated frame; or an empty file.
     """
     path = Path(path)
-    lines, values = _read_numbers(path)
-    _check_rotations(path, lines, values)
+    lines, values = read_tum_rows(path)
+    _check_level(path, lines, values)
     frames = _frames(path, lines, values[:, 0], dt)
     yaw = wrap_angle(2.0 * np.arctan2(values[:, 6], values[:, 7]))
     order = np.argsort(frames)
     return frames[order], np.stack([values[:, 1], values[:, 2], yaw], axis=-1)[order]
 
 
-def _read_numbers(path: Path) -> tuple[IntArray, FloatArray]:
-    """Line numbers [N], from 1, and values [N, 8]."""
+def read_tum_rows(path: Path, more: tuple[str, ...] = ()) -> tuple[IntArray, FloatArray]:
+    """Line numbers [N], from 1, and values [N, C] of a TUM file; quaternions are of unit length.
+
+    Lines may go on with the columns ``more``, if all of them do.
+
+    Raises
+    ------
+    FileError
+        With the line: wrong number of columns, text or NaN in a number, or another length; or an empty file.
+    """
     if not path.is_file():
         raise FileError(path, "the file is missing")
-    rows = {}
-    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1):
-        if text.strip() and not text.lstrip().startswith("#"):
-            rows[line] = _numbers(path, line, text.split())
-    if not rows:
+    texts = enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1)
+    cells = {line: text.split() for line, text in texts if text.strip() and not text.lstrip().startswith("#")}
+    if not cells:
         raise FileError(path, f"holds no pose; write lines of '{' '.join(_COLUMNS)}'")
-    return np.array(list(rows)), np.array(list(rows.values()))
+    extended = len(next(iter(cells.values()))) == len(_COLUMNS) + len(more)
+    names = (*_COLUMNS, *more) if extended else _COLUMNS
+    values = np.array([_numbers(path, line, row, names) for line, row in cells.items()])
+    lines = np.array(list(cells))
+    length = np.linalg.norm(values[:, 4:8], axis=-1)
+    wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
+    if len(wrong):
+        problem = f"the quaternion (qx qy qz qw) has length {length[wrong[0]]:.4g}; a rotation has length 1"
+        raise FileError(path, problem, int(lines[wrong[0]]))
+    return lines, values
 
 
-def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
-    if len(cells) != len(_COLUMNS):
-        raise FileError(path, f"{len(cells)} columns, wanted 8 with spaces between: {' '.join(_COLUMNS)}", line)
+def _numbers(path: Path, line: int, cells: list[str], names: tuple[str, ...]) -> list[float]:
+    if len(cells) != len(names):
+        problem = f"{len(cells)} columns, wanted {len(names)} with spaces between: {' '.join(names)}"
+        raise FileError(path, problem, line)
     numbers = []
-    for name, cell in zip(_COLUMNS, cells, strict=True):
+    for name, cell in zip(names, cells, strict=True):
         value = finite_number(path, line, name, cell)
         if abs(value) > _FARTHEST and name != "timestamp":
             raise FileError(path, f"{name} is {value:g}; it must be within ±{_FARTHEST:g} m", line)
@@ -105,14 +121,8 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
     return numbers
 
 
-def _check_rotations(path: Path, lines: IntArray, values: FloatArray) -> None:
-    length = np.linalg.norm(values[:, 4:], axis=-1)
-    wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
-    if len(wrong):
-        problem = f"the quaternion (qx qy qz qw) has length {length[wrong[0]]:.4g}; a rotation has length 1"
-        raise FileError(path, problem, int(lines[wrong[0]]))
-    # The body's z axis leans by acos(1 − 2(qx² + qy²)) from the world's, whatever the yaw.
-    tilt = 2.0 * np.arcsin(np.clip(np.hypot(values[:, 4], values[:, 5]) / length, 0.0, 1.0))
+def _check_level(path: Path, lines: IntArray, values: FloatArray) -> None:
+    tilt = leaning(values[:, 4:8])
     wrong = np.flatnonzero(tilt > _TILT_TOLERANCE)
     if len(wrong):
         problem = (
@@ -121,6 +131,16 @@ def _check_rotations(path: Path, lines: IntArray, values: FloatArray) -> None:
             "more), in a world whose z is up"
         )
         raise FileError(path, problem, int(lines[wrong[0]]))
+
+
+def leaning(quaternions: FloatArray) -> FloatArray:
+    """[N] how far the body's z axis leans from the world's, in rad; quaternions [N, 4] (x, y, z, w) of about length 1.
+
+    It is acos(1 − 2(qx² + qy²)), whatever the yaw.
+    """
+    length = np.linalg.norm(quaternions, axis=-1)
+    lean: FloatArray = 2.0 * np.arcsin(np.clip(np.hypot(quaternions[:, 0], quaternions[:, 1]) / length, 0.0, 1.0))
+    return lean
 
 
 def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:

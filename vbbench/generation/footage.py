@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -108,6 +108,29 @@ class Footage:
             odometry=self.odometry and joined_odometry(self.odometry, every),
             pictures=pictures,
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recordings:
+    """What a reader of footage found.
+
+    Parameters
+    ----------
+    footage : the recordings, every frame of them.
+    definition : what they were made from, as JSON: SHA-256 of the files, and the options that changed what was read.
+    calibration : what `DatasetInfo.calibration` says of them; its ``summary`` is printed.
+    caution : what users must know of these recordings.
+    height_mean, height_std : people's heights in m that solvers are told; ``None`` for those of the split.
+    pixel_std : noise in px of a box's column, top and bottom that solvers are told; ``None`` for that of the split.
+    """
+
+    footage: tuple[Footage, ...]
+    definition: dict[str, Any]
+    calibration: dict[str, Any] | None = None
+    caution: str | None = None
+    height_mean: float | None = None
+    height_std: float | None = None
+    pixel_std: float | None = None
 
 
 def joined_odometry(odometry: Odometry, every: int) -> Odometry:

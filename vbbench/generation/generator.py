@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.footage import FootageOptions
+from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.sources import Source
 from vbbench.geometry import IntArray
 from vbbench.parsing.numbers import Within, check_ranges
@@ -224,3 +224,6 @@ class FootageGenerator(Generator, Protocol):
     @property
     def height_mean(self) -> float:
         """Mean in m of the heights that solvers are told."""
+
+    def lay_out(self, found: Recordings, options: Options) -> FootagePlan:
+        """The sequences of recordings that were read, by this split or by somebody else."""

@@ -8,7 +8,6 @@ import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -27,7 +26,12 @@ from vbbench.scene import Scene
 from vbbench.sequence import Sequence
 
 if TYPE_CHECKING:
+    from vbbench.pictures.film.frames import View
+    from vbbench.pictures.replay import Replay
     from vbbench.pictures.video import Codec
+
+_WIDEST_BELOW, _WIDEST_BESIDE = 1920, 1280
+"""Width in px to which a film makes recorded pictures smaller, with the map below and beside them."""
 
 NOBODY = -1
 """The id of pixels that show no person."""
@@ -151,7 +155,12 @@ def pictures(
     """
     poses, camera = dataset.truth(sequence).poses, dataset.camera(sequence)
     for frame in range(sequence.frames) if wanted is None else wanted:
-        yield renderer.render(sequence.first_frame + frame, camera, poses[frame], observer=sequence.observer)
+        yield renderer.render(sequence.first_frame + frame, camera, poses[frame], observer=bearer(sequence))
+
+
+def bearer(sequence: Sequence) -> int | None:
+    """Who of the scene's people carries the camera; ``None`` in footage, whose observer is none of them."""
+    return sequence.observer if sequence.observer >= 0 else None
 
 
 def scene_of(dataset: Dataset, number: int) -> Scene:
@@ -160,8 +169,13 @@ def scene_of(dataset: Dataset, number: int) -> Scene:
     Raises
     ------
     VbbenchError
-        If the truth is withheld.
+        If the truth is withheld, or less is known than where camera and people are.
     """
+    if dataset.info.truth != "whole":
+        lacking = "where people really are" if dataset.info.truth == "poses" else "where the camera really is"
+        raise VbbenchError(
+            f"{dataset.folder} cannot be rendered: {lacking} was never measured; 'vbbench render --footage' needs none"
+        )
     people, positions, heights = dataset.scene(number)
     names = dataset.info.scenes
     name = names[number] if number < len(names) else f"{dataset.info.split}-{number}"
@@ -174,6 +188,7 @@ def render_to_file(
     out: Path | str,
     *,
     backend: Backend | None = None,
+    footage: bool = False,
     submission: Path | str | None = None,
     fps: float | None = None,
     codec: "Codec | None" = None,
@@ -186,14 +201,15 @@ def render_to_file(
 
     Parameters
     ----------
-    dataset : the dataset, with its truth.
+    dataset : the dataset; a renderer needs its truth.
     sequence : number of the sequence.
     out : an ``.mp4`` file, or a folder for one PNG file per frame.
     backend : the renderer; by default the best that works.
+    footage : show the pictures that the camera itself took, or a plain ground where there are none, without a renderer.
     submission : folder of a submission to draw over the truth.
     fps : frames per second of an mp4; ``None`` for real time, one frame every dt seconds.
     codec : of an mp4; see `write_mp4`.
-    announce : called once with a line that names the renderer.
+    announce : called once with a line that names the renderer, or says what stands in for pictures.
 
     Returns
     -------
@@ -202,8 +218,8 @@ def render_to_file(
     Raises
     ------
     VbbenchError
-        If there is no such sequence, backend or codec, the truth is withheld, the submission answers another dataset,
-        or ``out`` cannot be written.
+        If there is no such sequence, backend or codec, a renderer lacks truth, the submission answers another
+        dataset, or ``out`` cannot be written.
     """
     from vbbench.pictures.film.frames import Film
     from vbbench.pictures.replay import load_replay
@@ -214,17 +230,36 @@ def render_to_file(
         raise VbbenchError(f"{out}: a film is a file that ends in .mp4, or a folder of PNG files")
     if out.suffix == ".mp4" and out.is_dir():
         raise VbbenchError(f"{out} is a folder; name a file that ends in .mp4, or a folder that does not")
-    scene = scene_of(dataset, dataset.sequence(sequence).scene)
-    film = Film(load_replay(dataset, sequence, [] if submission is None else [submission]))
-    count = film.replay.sequence.frames
-    with open_renderer(backend, scene, announce) as renderer, progress_bar(count, "frames", unit="frame") as bar:
-        frames = partial(film.frames, renderer)
-        if out.suffix == ".mp4":
-            write_mp4(out, frames, count, 1.0 / dataset.info.dt if fps is None else fps, codec, bar.update)
-        else:
-            key = _key(dataset, sequence, submission, {**asdict(backend), "device": renderer.device})
-            write_png_folder(out, frames, count, key, bar.update)
+    replay = load_replay(dataset, sequence, [] if submission is None else [submission])
+    count = replay.sequence.frames
+    with _opened_view(replay, None if footage else backend, announce) as (view, made_by):
+        film = Film(replay, view)
+        with progress_bar(count, "frames", unit="frame") as bar:
+            if out.suffix == ".mp4":
+                write_mp4(out, film.frames, count, 1.0 / dataset.info.dt if fps is None else fps, codec, bar.update)
+            else:
+                key = _key(dataset, sequence, submission, made_by)
+                write_png_folder(out, film.frames, count, key, bar.update)
     return out
+
+
+@contextmanager
+def _opened_view(
+    replay: "Replay", backend: Backend | None, announce: Callable[[str], object]
+) -> Iterator[tuple["View", dict[str, Any]]]:
+    """What the observer sees, by a renderer or without one as it was recorded, and what determines its pictures."""
+    from vbbench.pictures.backdrop import Backdrop
+    from vbbench.pictures.film.frames import Rendered, is_wide
+
+    dataset, sequence = replay.dataset, replay.sequence
+    if backend is None:
+        shown = Backdrop(dataset, sequence, widest=_WIDEST_BELOW if is_wide(replay.camera) else _WIDEST_BESIDE)
+        if not dataset.info.pictures:
+            announce("no pictures came with this dataset; boxes are drawn on a plain ground")
+        yield shown, {"footage": shown.identity}
+        return
+    with open_renderer(backend, scene_of(dataset, sequence.scene), announce) as renderer:
+        yield Rendered(replay, renderer), {**asdict(backend), "device": renderer.device}
 
 
 def _key(dataset: Dataset, sequence: int, submission: Path | str | None, made_by: dict[str, Any]) -> str:

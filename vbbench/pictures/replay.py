@@ -17,8 +17,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.files.submission_rows import SubmittedEstimates
-from vbbench.geometry import BoolArray, FloatArray
-from vbbench.protocol import START_FRAMES, Protocol, get_protocol, scored_frames, scored_positions
+from vbbench.geometry import BoolArray, FloatArray, relative_to_world
+from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions
 from vbbench.scoring.metrics import METRICS, frame_errors
 from vbbench.sequence import Given, Sequence, Truth
 
@@ -33,13 +33,16 @@ class Answer:
     protocol : the protocol that it was solved under.
     estimate : its poses and positions, and those given; NaN = no answer.
     given : what its protocol gives.
-    errors : [T] of scored frames by metric, NaN elsewhere; empty without truth.
+    truth : what it is compared with, NaN where nothing is known; where people's places are known from the camera only,
+        they lie around its own poses.
+    errors : [T] of scored frames by metric, NaN elsewhere; only metrics of which the truth is known.
     """
 
     name: str
     protocol: Protocol
     estimate: Estimate
     given: Given
+    truth: Truth | None
     errors: dict[str, FloatArray]
 
     @property
@@ -58,7 +61,15 @@ class Answer:
 
 @dataclass(frozen=True, kw_only=True)
 class Replay:
-    """What is shown of a sequence; ``truth`` is ``None`` where it is withheld."""
+    """What is shown of a sequence.
+
+    Parameters
+    ----------
+    dataset, sequence : what it is of.
+    truth : what is known of the truth, NaN elsewhere; places known from the camera only lie around the poses of the
+        first answer, or of a camera that stays at the origin. ``None`` where it is withheld, or was never measured.
+    answers : of solvers.
+    """
 
     dataset: Dataset
     sequence: Sequence
@@ -73,18 +84,25 @@ class Replay:
         VbbenchError
             If there is no such protocol, or the estimate has another shape than the sequence.
         """
-        sequence, truth, rules = self.sequence, self.truth, get_protocol(protocol)
+        sequence, rules = self.sequence, get_protocol(protocol)
         found, wanted = list(estimate.positions.shape), [*sequence.observed.shape, 2]
         if found != wanted:
             raise VbbenchError(f"the estimate has positions {found}, sequence {sequence.index} has {wanted}")
         given = rules.select_given(sequence.given)
+        truth = _known_truth(self.dataset, sequence, estimate.poses)
         errors: dict[str, FloatArray] = {}
         if truth is not None:
             counted = scored_positions(sequence.observed, given)
-            every = frame_errors(estimate.poses, estimate.positions, truth.poses, truth.positions, counted)
-            errors = {key: np.where(scored_frames(sequence.observed), values, np.nan) for key, values in every.items()}
-        answer = Answer(name=name, protocol=rules, estimate=estimate, given=given, errors=errors)
-        return replace(self, answers=(*self.answers, answer))
+            poses = estimate.poses if self.info.truth == "relative" else truth.poses
+            every = frame_errors(estimate.poses, estimate.positions, poses, truth.positions, counted)
+            scored = scored_frames(sequence.observed)
+            errors = {
+                key: np.where(scored, values, np.nan)
+                for key, values in every.items()
+                if self.info.truth in METRICS[key].known
+            }
+        answer = Answer(name=name, protocol=rules, estimate=estimate, given=given, truth=truth, errors=errors)
+        return replace(self, truth=truth if self.answer is None else self.truth, answers=(*self.answers, answer))
 
     @property
     def info(self) -> DatasetInfo:
@@ -111,6 +129,52 @@ class Replay:
         """Poses and positions to draw as the real ones: truth if it is available, else what is given."""
         return self.given if self.truth is None else self.truth
 
+    @cached_property
+    def viewpoints(self) -> FloatArray:
+        """[T, 3] where the camera is drawn that sees: its true pose, else the first answer's, else NaN.
+
+        Where people's places are known from the camera only, and nothing is answered, it stays at the origin.
+        """
+        poses = self.known.poses
+        if self.answer is not None:
+            poses = np.where(np.isnan(poses), self.answer.estimate.poses, poses)
+        elif self.truth is not None and self.info.truth == "relative":
+            poses = np.zeros_like(poses)
+        return poses
+
+    @property
+    def poses_known(self) -> bool:
+        """Whether the observer's true poses are known."""
+        return self.truth is not None and self.info.truth != "relative"
+
+    @property
+    def places_known(self) -> bool:
+        """Whether people's true places are known, if only from the camera."""
+        return self.truth is not None and self.info.truth != "poses"
+
+    @property
+    def is_footage(self) -> bool:
+        """Whether a real camera saw it."""
+        return self.info.tier == FOOTAGE
+
+    @property
+    def caveat(self) -> str:
+        """What is not known of the truth, for readers of a picture; empty if everything is."""
+        if self.truth is None:
+            return "no truth was ever measured" if self.info.truth == "none" else "no truth available"
+        if self.info.truth == "poses":
+            return "where people really are is not known"
+        if self.info.truth == "relative":
+            return f"true places as seen from the {'camera' if self.answer is None else 'estimated camera'}"
+        return ""
+
+    @property
+    def title(self) -> str:
+        """Split and sequence, and the recording of footage."""
+        named = self.is_footage and self.sequence.scene < len(self.info.scenes)
+        recording = [self.info.scenes[self.sequence.scene]] if named else []
+        return "  ·  ".join([self.info.split, *recording, f"sequence {self.sequence.index}"])
+
     @property
     def bearings(self) -> dict[str, float]:
         """Columns in px that look behind, left, ahead and right, in a picture that closes on itself; else none."""
@@ -136,21 +200,21 @@ class Replay:
 
     @cached_property
     def false_alarms(self) -> BoolArray:
-        """[T, K] which boxes are known to show nobody."""
-        if self.truth is None:
+        """[T, K] which boxes are known to show nobody; in footage, nobody whose true place is known."""
+        if self.truth is None or not self.places_known:
             return np.zeros(self.sequence.observed.shape, np.bool_)
-        return np.asarray(self.sequence.observed & np.isnan(self.truth.positions[..., 0]))
+        placed = ~np.isnan(self.viewpoints[:, :1])
+        return np.asarray(self.sequence.observed & placed & np.isnan(self.truth.positions[..., 0]))
 
     @cached_property
     def bystanders(self) -> tuple[FloatArray, FloatArray]:
         """People of the scene without a box: positions [T, N, 2] in m, NaN while seen or absent, and heights [N] in m.
 
-        Raises
-        ------
-        VbbenchError
-            If the truth is withheld.
+        Nobody where people's places are not known.
         """
         sequence = self.sequence
+        if not self.places_known:
+            return np.empty((sequence.frames, 0, 2)), np.empty(0)
         people, positions, heights = self.dataset.scene(sequence.scene)
         places = positions[sequence.first_frame : sequence.first_frame + sequence.frames].copy()
         frame, track = np.nonzero(sequence.observed)
@@ -160,14 +224,39 @@ class Replay:
         places[frame[real], column[real]] = np.nan
         places[:, people == sequence.observer] = np.nan
         ever = np.isfinite(places[..., 0]).any(axis=0)
+        if self.info.truth == "relative":
+            places = relative_to_world(places, self.viewpoints)
         return places[:, ever], np.where(np.isfinite(heights), heights, self.info.height_mean)[ever]
 
     def headline(self, frame: int) -> str:
         """What is drawn, and the errors of the first answer in a frame."""
+        caveat = [self.caveat] if self.caveat else []
         if self.answer is None:
-            return "truth" if self.truth else "no truth available: what is given"
-        figures = self.answer.figures(frame) or (["given"] if frame < START_FRAMES else [])
-        return ",  ".join([self.answer.title, *figures, *([] if self.truth else ["no truth available"])])
+            return "truth" if not caveat else self.caveat + (": what is given" if self.truth is None else "")
+        figures = self.answer.figures(frame) or (["given"] if np.isfinite(self.given.poses[frame]).all() else [])
+        return ",  ".join([self.answer.title, *figures, *caveat])
+
+
+FOOTAGE = "footage"
+"""The tier of datasets that real cameras recorded."""
+
+
+def _known_truth(dataset: Dataset, sequence: Sequence, around: FloatArray | None = None) -> Truth | None:
+    """What is known of a sequence's truth; ``around`` are poses [T, 3] of the camera from which people were measured.
+
+    Without them it stays at the origin.
+    """
+    if not dataset.has_truth:
+        return None
+    if dataset.info.truth != "relative":
+        return dataset.truth(sequence)
+    places = dataset.relative_truth(sequence)
+    camera = np.zeros((sequence.frames, 3)) if around is None else around
+    return Truth(
+        poses=np.full((sequence.frames, 3), np.nan),
+        positions=relative_to_world(places, camera),
+        heights=np.full(len(sequence.tracks), np.nan),
+    )
 
 
 def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] = ()) -> Replay:
@@ -179,10 +268,9 @@ def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] =
         If there is no such sequence, or a submission cannot be read or answers another dataset.
     """
     sequence = dataset.sequence(index)
-    truth = dataset.truth(sequence) if dataset.has_whole_truth else None
     opened = [SubmittedEstimates(dataset, folder) for folder in submissions]
     names = _names([one.info for one in opened], [Path(folder).resolve().name for folder in submissions])
-    replay = Replay(dataset=dataset, sequence=sequence, truth=truth)
+    replay = Replay(dataset=dataset, sequence=sequence, truth=_known_truth(dataset, sequence))
     for name, one in zip(names, opened, strict=True):
         replay = replay.with_answer(name, one.info.protocol, one.of(sequence))
     return replay

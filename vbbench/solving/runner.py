@@ -63,7 +63,7 @@ def frames_of(sequence: Sequence, given: Given, known: Given) -> Iterator[Frame]
     """The frames as a solver sees them: ``known`` of the two before each, ``given`` of the frame itself."""
     for t in range(sequence.frames):
         poses, positions = _window(known.poses, given.poses, t), _window(known.positions, given.positions, t)
-        odometry = None if given.odometry is None else _window_of_odometry(given.odometry, t)
+        odometry = None if given.odometry is None else window_of_odometry(given.odometry, t)
         given_now = Given(poses=poses, positions=positions, odometry=odometry)
         yield Frame(index=t, observations=sequence.observations[t].copy(), given=given_now)
 
@@ -77,7 +77,7 @@ def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:
     return window
 
 
-def _window_of_odometry(odometry: Odometry, t: int) -> Odometry:
+def window_of_odometry(odometry: Odometry, t: int) -> Odometry:
     """The odometry of the frames t−2, t−1 and t; a frame measures its own motion when it is solved."""
     nothing = Odometry(motions=np.full((WINDOW, 3), np.nan), covariances=np.full((WINDOW, 3, 3), np.nan))
     shown = odometry.frames(slice(max(0, t - WINDOW), t + 1))

@@ -1,6 +1,6 @@
 """What a frame-by-frame solver remembers, and where it expects people and the observer next.
 
-Constant velocity: x = 2x' − x'' (arXiv 2111.05060, eq. 10). Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
+Constant velocity: x = x' + κ(x' − x''), κ = 1 (arXiv 2111.05060, eq. 10); less after a cold start. Its error has the variance σ_m² + σ_e²(4e' + e''), σ_m
 being the motion's, σ_e that of the solver's own estimates, and e', e'' one where the past position is such an estimate
 and zero where it was given.
 """
@@ -13,6 +13,7 @@ from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate
+from vbbench_baselines.common.cold_start import begins_cold
 
 ANCHOR_STD = 1e-3
 """Standard deviation in m of a position given at t itself."""
@@ -29,9 +30,12 @@ class History:
     positions : [3, K, 2] in m, NaN = unknown.
     pose_given : [3] whether the pose was given.
     position_given : [3, K] whether the position was given.
+    cold : whether nothing but the pose of frame 0 is given (`common.cold_start`).
+    moving : whether anybody seen twice has shown how the observer moves; the solver tells.
     """
 
     def __init__(self, people: int) -> None:
+        self.cold, self.moving, self._frames = False, False, 0
         self.poses: FloatArray = np.full((3, 3), np.nan)
         self.positions: FloatArray = np.full((3, people, 2), np.nan)
         self.pose_given: BoolArray = np.zeros(3, np.bool_)
@@ -39,6 +43,8 @@ class History:
 
     def advance(self, given: Given) -> None:
         """Move on by one frame; row t then holds only what is given at t."""
+        self.cold = self.cold or begins_cold(given, self._frames)
+        self._frames += 1
         for rows in (self.poses, self.positions, self.pose_given, self.position_given):
             rows[:2] = rows[1:]
         self.poses[2] = self.positions[2] = np.nan
@@ -77,13 +83,16 @@ class Spreads(NamedTuple):
 
 
 @kernel
-def continue_people(positions: FloatArray, given: BoolArray, spreads: Spreads) -> tuple[FloatArray, FloatArray]:
+def continue_people(
+    positions: FloatArray, given: BoolArray, spreads: Spreads, kept: float
+) -> tuple[FloatArray, FloatArray]:
     """Constant velocity, as far as the past is known.
 
     Parameters
     ----------
     positions : [3, K, 2] at t−2, t−1 and t in m, NaN = unknown. Row t is where people are, if known.
     given : [3, K] whether the position was given.
+    kept : κ, the share of velocities that is kept.
 
     Returns
     -------
@@ -102,14 +111,16 @@ def continue_people(positions: FloatArray, given: BoolArray, spreads: Spreads) -
         elif np.isnan(before[0]):
             x, y, std[k] = last[0], last[1], spreads.stay
         else:
-            x, y = 2.0 * last[0] - before[0], 2.0 * last[1] - before[1]
+            x, y = (1.0 + kept) * last[0] - kept * before[0], (1.0 + kept) * last[1] - kept * before[1]
             std[k] = _total_std(given[0, k], given[1, k], spreads)
         expected[k, 0], expected[k, 1] = x, y
     return expected, std
 
 
 @kernel
-def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads) -> tuple[FloatArray, float]:
+def continue_observer(
+    poses: FloatArray, given: BoolArray, spreads: Spreads, kept: float
+) -> tuple[FloatArray, float]:
     """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
 
     Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
@@ -121,7 +132,7 @@ def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads) -> 
         if np.isnan(last):
             pose[i] = 0.0 if np.isnan(before) else before
         elif i < 2 and not np.isnan(before):
-            pose[i] += last - before
+            pose[i] += kept * (last - before)
     return pose, _total_std(given[0], given[1], spreads)
 
 

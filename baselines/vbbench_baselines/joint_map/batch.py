@@ -9,11 +9,21 @@ import numpy as np
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
-from vbbench.solving.runner import WINDOW
+from vbbench.solving.runner import WINDOW, window_of_odometry
+from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, Report, Statures, inform, statures_of
+from vbbench_baselines.joint_map.measurement.boxes import (
+    BoxHeights,
+    Eye,
+    GroundCheck,
+    Report,
+    Statures,
+    inform,
+    statures_of,
+)
 from vbbench_baselines.joint_map.measurement.window import gather
+from vbbench_baselines.joint_map.motion.odometry import Motions, motions_of
 from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
@@ -57,6 +67,9 @@ class MapBatch:
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
+        cold = len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
+        if self.feet and cold and not GroundCheck(problem).look(observations):
+            return replace(self, feet=False).solve(problem, observations, given)
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
         start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet)
         if not np.isnan(given.poses[:-1, 2]).any():
@@ -78,7 +91,9 @@ class MapBatch:
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
         """The end of the descent from the answer of ``start``, block after block."""
         causal = _walk_through(start, task, covariances=False)
-        walk = walk_of(self.prior, task.problem.dt, self.ego_prior)
+        cold = begins_cold(task.given.frames(slice(2)), 1)
+        walk = walk_of(self.prior, task.problem.dt, self.ego_prior, cold)
+        motions = motions_of(task.given.odometry, len(task.given.poses))
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
         relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
@@ -86,10 +101,11 @@ class MapBatch:
         first, kept = 0, NOTHING_KEPT
         while True:
             rows = slice(first, min(first + self.block, len(poses)))
+            told = Motions(motions.moved[rows], motions.information[rows])
             data = gather(relative[rows], information[rows], given.positions[rows], task.statures)
-            joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk)
+            joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk, told)
             nowhere, ends = np.full_like(causal.positions[rows], np.nan), (self.rounds, self.tolerance, self.certain)
-            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends)
+            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends, cold)
             answer.take(settled, joint, first)
             if rows.stop == len(poses):
                 return answer
@@ -152,5 +168,6 @@ def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:
     answers = []
     for t, boxes in enumerate(map(Sightings, *task.seen)):
         shown = slice(t, t + WINDOW + 1)
-        answers.append(start.advance(boxes, Given(poses=poses[shown], positions=positions[shown])))
+        odometry = None if task.given.odometry is None else window_of_odometry(task.given.odometry, t)
+        answers.append(start.advance(boxes, Given(poses=poses[shown], positions=positions[shown], odometry=odometry)))
     return Estimate.of_frames(answers)

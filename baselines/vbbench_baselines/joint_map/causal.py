@@ -1,25 +1,35 @@
 """``map-causal``: the joint problem over a sliding window, solved in each frame; only the newest is reported."""
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
-from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, statures_of
-from vbbench_baselines.joint_map.measurement.window import Window
-from vbbench_baselines.joint_map.motion.learning import nothing_learned
+from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
+from vbbench_baselines.joint_map.measurement.window import Window, chosen
+from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
+from vbbench_baselines.joint_map.motion.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled
-from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of, marginalise, settle_anchored
+from vbbench_baselines.joint_map.optimiser.marginalisation import (
+    NOTHING_KEPT,
+    anchor_of,
+    convex_part,
+    marginalise,
+    settle_anchored,
+)
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 
@@ -60,61 +70,117 @@ class MapCausal:
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         people = len(problem.tracks)
-        self._eye, self._heights = Eye(problem, self.feet), BoxHeights(problem)
+        self._problem, self._eye, self._heights = problem, Eye(problem, self.feet), BoxHeights(problem)
+        self._ground = GroundCheck(problem) if self.feet else None
         self._walk = walk_of(self.prior, problem.dt, self.ego_prior)
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)
+        self._boxes: deque[FloatArray] = deque(maxlen=self._size)
         self._lessons = nothing_learned(people, self._walk)
         self._kept = NOTHING_KEPT
         self._covariances = problem.covariances
+        self._cold = self._picks = False
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
+        self._look_at_ground(frame)
         answer = self.advance(self._eye.sight(frame.observations), frame.given)
         if not self.feet:
             return answer
         self._heights.learn(frame.observations)
         return replace(answer, **self._heights.report())
 
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known.
+
+        Costs and memory of a step are those of the people in the window, however many columns there are and stood for
+        somebody before.
+        """
+        if self._rows.forget(columns):
+            self._kept = convex_part(self._kept)  # what is kept makes up for a beginning that now never comes
+        self._heights.forget(columns)
+        forget(columns, self._lessons)
+        if self._ground is not None:
+            self._ground.forget(columns)
+        self._picks = True
+
     def advance(self, seen: Sightings, given: Given) -> FrameEstimate:
         """The answer for the next frame, from the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
+        if begins_cold(given, rows.frames):
+            self._walk, self._cold, self._picks = walk_of(self.prior, self._problem.dt, self.ego_prior, True), True, True
         rows.push(seen, self.statures, given)
-        past, learns = slice(-1 - PAST, -1), self.learns and not math.isnan(rows.given_poses[-2, 0])
-        known = rows.places[past], rows.poses[past], rows.given[-1], rows.given_poses[-1]
-        located = locate(seen, self.statures, *known, self._walk, self._lessons, learns)
-        rows.poses[-1], rows.places[-1] = located.pose, located.places
+        learns = self.learns and not math.isnan(rows.given_poses[-2, 0])
+        picked = rows.present() if self._picks and not learns else None
+        located = self._locate(seen, picked, learns)
+        rows.poses[-1], rows.places[-1, _columns(picked)] = located.pose, located.places
         if rows.frames > START_FRAMES and math.isnan(rows.given_poses[-3, 0] + rows.given_poses[-2, 0]):
-            return self._settle()
-        report = self._report_located(located) if self._covariances else {}
-        return FrameEstimate(pose=located.pose, positions=located.places, converged=True, **report)
+            return self._settle(picked)
+        report = self._report_located(located, picked) if self._covariances else {}
+        return FrameEstimate(pose=located.pose, positions=rows.places[-1].copy(), converged=True, **report)
 
-    def _settle(self) -> FrameEstimate:
-        """Solve the window, and keep the information of the frame that leaves it next."""
+    def _look_at_ground(self, frame: Frame) -> None:
+        """After a cold start, go over from feet to box heights for good as soon as the ground is not what feet need."""
+        if self._ground is None:
+            return
+        self._boxes.append(frame.observations)
+        cold = self._cold or begins_cold(frame.given, self._rows.frames)
+        level = self._ground.look(frame.observations)
+        if self._rows.frames > 0 and (not cold or not level):
+            self._ground = None
+        if cold and not level:
+            self._eye, self.statures = Eye(self._problem, feet=False), statures_of(self._problem, feet=False)
+            self._rows.measure_again([self._eye.sight(boxes) for boxes in list(self._boxes)[:-1]], self.statures)
+
+    def _locate(self, seen: Sightings, picked: IntArray | None, learns: bool) -> Located:
+        """The newest frame on the past, of the people ``picked`` [M]."""
+        rows, past = self._rows, slice(-1 - PAST, -1)
+        known = chosen(rows.places[past], picked, 1), rows.poses[past], chosen(rows.given[-1], picked, 0)
+        seen = Sightings(*(chosen(values, picked, 0) for values in seen))
+        statures = Statures(*(chosen(values, picked, 0) for values in self.statures))
+        lessons = self._lessons if picked is None else only(picked, self._lessons)
+        motions = Motions(rows.motions.moved[-1:], rows.motions.information[-1:])
+        return locate(seen, statures, *known, rows.given_poses[-1], self._walk, lessons, learns, motions)
+
+    def _settle(self, picked: IntArray | None) -> FrameEstimate:
+        """Solve the window with the people ``picked`` [M], and keep the information of the frame that leaves it next."""
         rows = self._rows
-        used = rows.filled
-        poses = rows.poses[used]
+        used, columns = rows.filled, _columns(picked)
+        poses, places = rows.poses[used], chosen(rows.places[used], picked, 1)
         anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), poses, self._kept)
-        problem = JointProblem(rows.measurements(self.statures), anchor, self._walk)
+        motions = Motions(rows.motions.moved[used], rows.motions.information[used])
+        problem = JointProblem(rows.measurements(self.statures, picked), anchor, self._walk, motions)
         ends = self.rounds, self.tolerance, self.certain
-        settled, problem = settle_anchored(poses, rows.places[used], problem, ends)
-        rows.poses[used], rows.places[used] = settled.state.poses, settled.state.places
-        self._lessons.variances[:] = settled.state.variances
+        settled, problem = settle_anchored(poses, places, problem, ends, self._picks)
+        rows.poses[used], rows.places[used, columns] = settled.state.poses, settled.state.places
+        variances = settled.state.variances
+        self._lessons.variances[:-1][columns], self._lessons.variances[-1] = variances[:-1], variances[-1]
         if rows.frames >= self._size:
             self._kept = marginalise(settled.state, problem, 1)
-        pose, places = rows.poses[-1].copy(), rows.places[-1].copy()
-        report = self._report_settled(settled, problem) if self._covariances else {}
-        return FrameEstimate(pose=pose, positions=places, converged=bool(settled.converged), **report)
+        pose, now = rows.poses[-1].copy(), rows.places[-1].copy()
+        report = self._report_settled(settled, problem, picked) if self._covariances else {}
+        return FrameEstimate(pose=pose, positions=now, converged=bool(settled.converged), **report)
 
-    def _report_located(self, located: Located) -> dict[str, Any]:
+    def _report_located(self, located: Located, picked: IntArray | None) -> dict[str, Any]:
         pose, factors, sigma = located.pose, located.factors, np.zeros((3, 3))
         if np.isnan(self._rows.given_poses[-1, 0]):
             _, hessian = linearise_people(pose, factors)
             sigma[:] = np.linalg.inv(hessian + located.own)
-        return {"pose_covariance": sigma, "position_covariances": position_covariances(pose, sigma, factors)}
+        return self._report(sigma, position_covariances(pose, sigma, factors), picked)
 
-    def _report_settled(self, settled: Settled, problem: JointProblem) -> dict[str, Any]:
+    def _report_settled(self, settled: Settled, problem: JointProblem, picked: IntArray | None) -> dict[str, Any]:
         sigma, newest = pose_covariance_of(settled.state, problem), len(settled.state.poses) - 1
         places = place_covariances(settled.state, self._walk, sigma, newest)[newest]
-        return {"pose_covariance": sigma[-3:, -3:].copy(), "position_covariances": places}
+        return self._report(sigma[-3:, -3:].copy(), places, picked)
+
+    def _report(self, pose: FloatArray, places: FloatArray, picked: IntArray | None) -> dict[str, Any]:
+        """Covariances [3, 3] of the pose and of the places [M, 2, 2] of the people ``picked``."""
+        everyone = np.full((len(self._problem.tracks), 2, 2), np.nan)
+        everyone[_columns(picked)] = places
+        return {"pose_covariance": pose, "position_covariances": everyone}
+
+
+def _columns(picked: IntArray | None) -> IntArray | slice:
+    """As an index."""
+    return slice(None) if picked is None else picked

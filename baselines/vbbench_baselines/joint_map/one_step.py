@@ -20,7 +20,8 @@ from vbbench_baselines.common.uncertainty import linearise_people
 from vbbench_baselines.joint_map.measurement.boxes import FLOOR, Statures, farther
 from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope, surprise, turn, weigh
 from vbbench_baselines.joint_map.motion.learning import Lessons, known_before, learn, taught
-from vbbench_baselines.joint_map.motion.walks import REACH, Walk
+from vbbench_baselines.joint_map.motion.odometry import Motions, carried, measured, stray
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, observer_of
 
 PAST = REACH + 1
 """Frames before the newest that are used."""
@@ -59,6 +60,7 @@ def locate(
     fitted: Walk,
     lessons: Lessons,
     learns: bool,
+    motions: Motions,
 ) -> Located:
     """The pose and all places at t.
 
@@ -67,6 +69,7 @@ def locate(
     places, poses, given : as of `foresee_all`.
     known : [3] the pose where it is given, else NaN.
     fitted, lessons : the prior, and what was learned of it, to which the newest revealed frame adds if it ``learns``.
+    motions : the newest, one row.
     """
     if learns:
         learn(places, poses, fitted, lessons)
@@ -77,11 +80,17 @@ def locate(
     expected, std, walk_pose, own_std = foresee_all(places, poses, given, walk, lessons.variances)
     factors = Factors(relative.copy(), covariance.copy(), expected, std.copy(), walk_pose, own_std)
     free = np.isnan(known[2])
+    carries = measured(motions.information[0]) and not np.isnan(poses[-1, 0])
     pose = walk_pose if free else known.copy()
     _linearise_boxes(relative, covariance, expected, pose, factors)
     if free:
         facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
         pose = fit_pose(factors, facing)
+        if carries:
+            near, information = carried(poses[-1], motions.moved[0]), motions.information[0]
+            near_std = np.sqrt(2.0 / (information[0, 0] + information[1, 1]))
+            told = Factors(factors.relative, factors.covariance, expected, factors.std, near, near_std)
+            pose = fit_pose(told, max(information[2, 2], facing))
     own = np.zeros((3, 3))
     for _ in range(ROUNDS):
         found = localise(pose, factors)
@@ -90,6 +99,8 @@ def locate(
         if not free:
             break
         slope, own = own_terms(pose, poses[-1], walk_pose, own_std, walk)
+        if carries:
+            _add_motion(pose, poses[-1], motions, slope, own)
         gradient, hessian = linearise_people(pose, factors)
         step = np.linalg.solve(hessian + own, gradient + slope)
         length = np.max(np.abs(step))
@@ -125,6 +136,17 @@ def own_terms(
         for j in range(3):
             hessian[i, j] += curvature[3 + min(i, j), 3 + max(i, j)]
     return gradient, hessian
+
+
+@kernel
+def _add_motion(
+    pose: FloatArray, before: FloatArray, motions: Motions, gradient: FloatArray, hessian: FloatArray
+) -> None:
+    """Add what odometry says of the ``pose`` [3] to its gradient [3] and Hessian [3, 3]."""
+    error, slopes = stray(before, pose, motions.moved[0])
+    by_pose = np.ascontiguousarray(slopes[:, 3:])
+    gradient += by_pose.T @ (motions.information[0] @ error)
+    hessian += by_pose.T @ (motions.information[0] @ by_pose)
 
 
 @kernel
@@ -207,5 +229,5 @@ def foresee_all(
     pose = poses[-1].copy()
     if np.isnan(pose[0]):
         return expected, std, np.zeros(3), np.inf
-    pose[0], pose[1], own = foresee(poses[:, :2], walk, variances[-1])
+    pose[0], pose[1], own = foresee(poses[:, :2], observer_of(walk), variances[-1])
     return expected, std, pose, own

@@ -12,13 +12,13 @@ from vbbench.camera import PerspectiveCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning, suggestion
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
-from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
 from vbbench_generators.footage.motsynth_json import read_annotations
-from vbbench_generators.footage.split import FootageSplit, Recordings
+from vbbench_generators.footage.split import FootageSplit
 
 WHERE = (
     "unpack MOTSynth_coco_annotations.zip (motchallenge.net/data/MOTSynth-MOT-CVPR22) and name its folder, "

@@ -2,35 +2,18 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass, field
-from typing import Any
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures
-from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import Run, RunRules, find_runs
 from vbbench_generators.footage.sequences import FootageSequences, least_known
 
+__all__ = ["REVISION", "FootageSplit", "Recordings"]
+
 REVISION = 1
 """Raised whenever the same recordings give other sequences, so that dataset ids differ too."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Recordings:
-    """What a reader found.
-
-    Parameters
-    ----------
-    footage : the recordings, every frame of them.
-    definition : what they were made from, as JSON: SHA-256 of the files, and the options that changed what was read.
-    calibration : what `DatasetInfo.calibration` says of them; its ``summary`` is printed.
-    caution : what users must know of these recordings.
-    """
-
-    footage: tuple[Footage, ...]
-    definition: dict[str, Any]
-    calibration: dict[str, Any] | None = None
-    caution: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,8 +49,11 @@ class FootageSplit(ABC):
     def plan(self, options: Options) -> FootageSequences:
         """Read the recordings and lay out the sequences."""
         self._check(options)
-        asked = options.footage or FootageOptions()
-        found, every = self.recordings(options), asked.every or self.every
+        return self.lay_out(self.recordings(options), options)
+
+    def lay_out(self, found: Recordings, options: Options) -> FootageSequences:
+        """The sequences of recordings that were read, by this split or by somebody else."""
+        every = (options.footage or FootageOptions()).every or self.every
         footage = tuple(one.thinned(every) for one in found.footage)
         if len({round(one.dt, 6) for one in footage}) > 1:
             raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
@@ -100,9 +86,9 @@ class FootageSplit(ABC):
             tier="footage",
             seed=options.seed,
             dt=footage[0].dt,
-            height_mean=self.height_mean,
-            height_std=self.height_std,
-            pixel_std=self.pixel_std,
+            height_mean=found.height_mean or self.height_mean,
+            height_std=self.height_std if found.height_std is None else found.height_std,
+            pixel_std=self.pixel_std if found.pixel_std is None else found.pixel_std,
             scenes=tuple(one.name for one in footage),
             definition={
                 "generator": f"footage/{REVISION}",

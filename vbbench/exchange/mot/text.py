@@ -1,7 +1,8 @@
 """MOTChallenge text: one box a line, ``frame,id,left,top,width,height,conf,class,visibility``.
 
 Frames and boxes are 1-based in it: frame 1 is a sequence's frame 0, and left = 1 is the left edge of the picture
-(MOT16, arXiv 1603.00831, section 3.2). Here both count from 0.
+(MOT16, arXiv 1603.00831, section 3.2). Here both count from 0. A first line of names is skipped, and decimal numbers in
+place of frames are time stamps in s, 0 that of the first frame.
 """
 
 import re
@@ -29,6 +30,10 @@ _DEFAULTS = (1.0, -1.0, -1.0)
 _LARGEST_ID = 2**31 - 1
 FARTHEST = 1e6
 """Largest side or size of a box in px."""
+_NAMES_OF_FRAMES = ("frame", "frame_id", "frame_number", "time", "timestamp")
+_NAMES_OF_IDS = ("id", "track", "track_id", "object_id", "identity")
+_OFF_FRAME = 0.25
+"""How far a time stamp may be from its frame, in frames."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,34 @@ class MotTable:
         """[N, 4] (left, top, width, height) in px from 0."""
         boxes: FloatArray = self.values[:, 2:6] - np.array([1.0, 1.0, 0.0, 0.0])
         return boxes
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether the first column holds time stamps: numbers that are not whole."""
+        return bool((self.values[:, 0] != np.round(self.values[:, 0])).any())
+
+    def in_frames(self, dt: float) -> "MotTable":
+        """The same with the frame nearest to each time stamp; ``dt`` seconds per frame.
+
+        Raises
+        ------
+        FileError
+            At the first stamp that lies between two frames.
+        """
+        exact = self.values[:, 0] / dt
+        wrong = np.abs(exact - np.round(exact)) > _OFF_FRAME
+        if wrong.any():
+            row = int(wrong.argmax())
+            problem = f"time {self.values[row, 0]:.10g} s lies between two frames; frame n is at n x {dt:g} s, from 0"
+            raise FileError(self.path, problem, int(self.lines[row]))
+        values = self.values.copy()
+        values[:, 0] = np.round(exact) + 1.0
+        return MotTable(self.path, values, self.lines)
+
+    def of_pedestrians(self) -> "MotTable":
+        """The rows that the evaluation of MOTChallenge counts: class 1 or unknown, not ignored, not wholly hidden."""
+        confidence, kind, visible = self.values[:, 6:].T
+        return self.select((kind == UNLINKED) | ((kind == PEDESTRIAN) & (confidence != 0.0) & (visible != 0.0)))
 
     def check(self, frames: int) -> None:
         """Check that every row can be of a sequence of ``frames`` frames.
@@ -123,7 +156,7 @@ class MotTable:
 
 
 def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> MotTable:
-    """Parse MOTChallenge text; blank lines and comments (``#``) are skipped.
+    """Parse MOTChallenge text; blank lines, comments (``#``) and a first line of names are skipped.
 
     Parameters
     ----------
@@ -134,17 +167,30 @@ def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> 
     Raises
     ------
     FileError
-        At the first line with another number of columns, or with something other than finite numbers.
+        At the first line with another number of columns, or with something other than finite numbers; or if names in
+        the first line are in another order.
     """
+    content, begin = _after_names(path, content)
     values = _read_even(content, least, most)
     if values is not None:
-        return MotTable(path, values, np.arange(1, len(values) + 1))
+        return MotTable(path, values, np.arange(begin, begin + len(values)))
     rows, lines = [], []
-    for line, text in enumerate(re.split("\r\n|\r|\n", content.decode("utf-8-sig", errors="replace")), 1):
+    for line, text in enumerate(re.split("\r\n|\r|\n", content.decode("utf-8-sig", errors="replace")), begin):
         if text.strip() and not text.lstrip().startswith("#"):
             rows.append(_row(path, line, text, least, most))
             lines.append(line)
     return MotTable(path, np.array(rows, np.float64).reshape(-1, len(COLUMNS)), np.array(lines, np.int64))
+
+
+def _after_names(path: Path, content: bytes) -> tuple[bytes, int]:
+    """The text after a first line of names, and the number of its first line."""
+    first, _, rest = content.partition(b"\n")
+    names = [cell.strip(" \t\r\"'\ufeff").lower() for cell in first[:1000].decode("utf-8", "replace").split(",")]
+    if names[0] not in _NAMES_OF_FRAMES:
+        return content, 1
+    if len(names) < 2 or names[1] not in _NAMES_OF_IDS:
+        raise FileError(path, f"the first line names columns in another order; write {','.join(COLUMNS)}", 1)
+    return rest, 2
 
 
 def _read_even(content: bytes, least: int, most: int) -> FloatArray | None:
@@ -227,8 +273,15 @@ def write_mot(path: Path, rows: MotRows) -> None:
     write_text_atomically(path, "".join(lines))
 
 
-def read_mot(path: Path, frames: int) -> MotRows:
-    """Read MOTChallenge text of a sequence of ``frames`` frames.
+def read_mot_table(path: Path) -> MotTable:
+    """The rows of a file as they are; see `parse_mot`."""
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    return parse_mot(path, path.read_bytes())
+
+
+def read_mot(path: Path, frames: int, dt: float | None = None) -> MotRows:
+    """Read MOTChallenge text of a sequence of ``frames`` frames; with ``dt`` s per frame, time stamps are read, too.
 
     Lines have 6 to 10 columns. In those with 9, as in ground truth, rows of conf 0, of another class than 1 (or -1),
     and of visibility 0 are left out, as in the evaluation of MOTChallenge; in others class and visibility are unknown
@@ -237,15 +290,14 @@ def read_mot(path: Path, frames: int) -> MotRows:
     Raises
     ------
     FileError
-        With the line: wrong number of columns, text or NaN in a number, or as in `MotTable.check` and
-        `MotTable.refuse_repetition`.
+        With the line: wrong number of columns, text or NaN in a number, or as in `MotTable.in_frames`,
+        `MotTable.check` and `MotTable.refuse_repetition`.
     """
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
-    table = parse_mot(path, path.read_bytes())
+    table = read_mot_table(path)
+    if dt is not None and table.is_timed:
+        table = table.in_frames(dt)
     table.check(frames)
-    confidence, kind, visible = table.values[:, 6:].T
-    table = table.select((kind == UNLINKED) | ((kind == PEDESTRIAN) & (confidence != 0.0) & (visible != 0.0)))
+    table = table.of_pedestrians()
     table.refuse_repetition()
     confidence, _, visible = table.values[:, 6:].T
     return MotRows(

@@ -1,6 +1,7 @@
-"""The bird's-eye view of a film: the whole sequence in one fixed window."""
+"""The bird's-eye view of a film: the whole sequence in one fixed window, or a window that goes with the observer."""
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.film import paint
@@ -16,6 +17,10 @@ _TAIL_SECONDS = 3.0
 _ARROW = 44.0  # px
 _LABEL = 12  # px
 _FIELD = 12.0  # m that the field of view is drawn deep, at most
+_LEAST_SCALE = 12.0  # px for a metre; where the whole sequence needs less, the window moves
+_LEAST_SPAN = 8.0  # m that a map shows at least
+_AHEAD = 8.0  # m before the observer lies the middle of a window that moves
+_CALM_SECONDS = 2.0  # over which its way is averaged
 _STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Lengths in m that the grid and the scale bar may have."""
 
@@ -23,9 +28,11 @@ _STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 class BirdsEyeView:
     """Draws frames on a map of ``width`` x ``height`` px.
 
+    The window is the same in all frames, unless the sequence is so long that nobody could be told from another.
+
     Parameters
     ----------
-    replay : the sequence, with its truth.
+    replay : the sequence.
     farthest : distance in m at the light end of the colours.
     width, height : size in px.
     """
@@ -34,21 +41,27 @@ class BirdsEyeView:
         self._replay, self.width, self.height = replay, width, height
         self._field = min(farthest, _FIELD)
         low, high = _extent(replay)
-        self.scale = float(min((width, height) / (high - low)))
+        whole = float(min((width, height) / (high - low)))
+        self.scale = max(whole, _LEAST_SCALE)
         """Pixels per metre."""
-        self._middle = (low + high) / 2.0
+        self.moves = whole < _LEAST_SCALE
+        """Whether the window goes with the observer."""
+        half = np.array([width, height]) / (2.0 * self.scale)
+        self._middles = _window_path(replay, low, high, half)
+        self._middle = self._middles[0]
         self._step = next((s for s in _STEPS if s * self.scale >= 60.0), _STEPS[-1])
         self._tail = max(style.TAIL_FRAMES, round(_TAIL_SECONDS / replay.info.dt))
-        self._ground = self._draw_ground()
+        self._ground = None if self.moves else self._draw_ground()
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Column and row [..., 2] in px of world positions in m; north is up."""
+        """Column and row [..., 2] in px of world positions in m, on the map drawn last; north is up."""
         offset = (points - self._middle) * self.scale
         return np.stack([0.5 * self.width + offset[..., 0], 0.5 * self.height - offset[..., 1]], axis=-1)
 
     def draw(self, frame: int, people: list[Colour]) -> Canvas:
         """The map of one frame, people in their colours [K]."""
-        canvas = self._ground.copy()
+        self._middle = self._middles[frame]
+        canvas = self._draw_ground() if self._ground is None else self._ground.copy()
         self._draw_field_of_view(canvas, frame)
         self._draw_paths(canvas, frame, people)
         self._draw_people(canvas, frame, people)
@@ -58,7 +71,7 @@ class BirdsEyeView:
         return canvas
 
     def _draw_ground(self) -> Canvas:
-        """The part that is the same in all frames: the grid, and the whole track of everybody."""
+        """What is the same in all frames, but for the window: the grid, and the whole track of everybody."""
         canvas = paint.blank(self.width, self.height)
         half = np.array([self.width, self.height]) / (2.0 * self.scale)
         low, high = self._middle - half, self._middle + half
@@ -72,8 +85,8 @@ class BirdsEyeView:
         return canvas
 
     def _draw_field_of_view(self, canvas: Canvas, frame: int) -> None:
-        camera, pose = self._replay.camera, self._replay.known.poses[frame]
-        if camera.view is None:
+        camera, pose = self._replay.camera, self._replay.viewpoints[frame]
+        if camera.view is None or np.isnan(pose).any():
             return
         left, right = camera.view
         angles = pose[2] - np.linspace(right, left, 25)
@@ -111,8 +124,9 @@ class BirdsEyeView:
             paint.draw_disc(canvas, guessed[track], 4.5, people[track])
 
     def _draw_observers(self, canvas: Canvas, frame: int) -> None:
-        poses = [(self._replay.known.poses[frame], paint.TRUTH)]
+        poses = [(self._replay.viewpoints[frame], paint.TRUTH)]
         if self._replay.answer is not None:
+            poses = [(self._replay.known.poses[frame], paint.TRUTH)]
             poses.append((self._replay.answer.estimate.poses[frame], paint.ESTIMATE))
             ends = self.place(np.stack([pose[:2] for pose, _ in poses]))
             paint.draw_lines(canvas, ends[None], paint.INK, 2)
@@ -134,7 +148,7 @@ class BirdsEyeView:
         shown = np.flatnonzero(replay.sequence.observed[frame] & inside)
         order = shown[np.argsort(replay.distances[frame, shown])]
         texts = [str(track) for track in replay.sequence.tracks[order]]
-        poses = replay.known.poses if replay.answer is None else replay.answer.estimate.poses
+        poses = replay.viewpoints if replay.answer is None else replay.answer.estimate.poses
         tail, tip = self._arrow(poses[frame])
         bar = np.array([40.0, self.height - 20.0]) + np.linspace(0.0, 1.0, 8)[:, None] * np.array([110.0, 0.0])
         arrow = tail + np.linspace(0.0, 1.0, 6)[:, None] * (tip - tail)
@@ -153,14 +167,29 @@ class BirdsEyeView:
 
 
 def _extent(replay: Replay) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest (x, y) in m that the map shows in every frame."""
-    path, seen = replay.known.poses[:, :2], replay.sequence.observed
-    reach = path.min(axis=0) - _REACH, path.max(axis=0) + _REACH
+    """Lowest and highest (x, y) in m of what is worth seeing in any frame."""
+    path, seen = replay.viewpoints[:, :2], replay.sequence.observed
+    reach = np.nanmin(path, axis=0) - _REACH, np.nanmax(path, axis=0) + _REACH
     real = np.vstack([path, replay.known.positions[seen].clip(*reach)])
     points = [real]
     if replay.answer is not None:
         limits = np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER
         estimate = replay.answer.estimate
-        points += [estimate.positions[seen].clip(*limits), estimate.poses[:, :2].clip(*limits)]
+        points += [estimate.positions[seen].clip(*(limits if replay.places_known else reach))]
+        points += [estimate.poses[:, :2].clip(*limits)]
     every = np.vstack(points)
-    return np.nanmin(every, axis=0) - _MARGIN, np.nanmax(every, axis=0) + _MARGIN
+    low, high = np.nanmin(every, axis=0) - _MARGIN, np.nanmax(every, axis=0) + _MARGIN
+    more = 0.5 * np.maximum(_LEAST_SPAN - (high - low), 0.0)
+    return low - more, high + more
+
+
+def _window_path(replay: Replay, low: FloatArray, high: FloatArray, half: FloatArray) -> FloatArray:
+    """[T, 2] the middle of a window of half size ``half`` in every frame: before the observer, within low and high."""
+    poses = replay.viewpoints
+    known = np.flatnonzero(np.isfinite(poses).all(axis=1))
+    ahead = poses[:, :2] + _AHEAD * np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=-1)
+    frames = np.arange(len(poses))
+    filled = np.stack([np.interp(frames, known, values) for values in ahead[known].T], axis=-1)
+    calm = uniform_filter1d(filled, max(1, round(_CALM_SECONDS / replay.info.dt)), axis=0, mode="nearest")
+    fits = 2.0 * half >= high - low
+    return np.where(fits, 0.5 * (low + high), calm.clip(np.minimum(low + half, high - half), high - half))

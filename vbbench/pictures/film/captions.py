@@ -22,7 +22,7 @@ def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
     """What is shown, the time, and the errors of the estimate in this frame."""
     canvas, info = paint.blank(width, TITLE_HEIGHT), replay.info
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
-    title = "  ·  ".join([info.split, f"sequence {replay.sequence.index}", replay.camera.kind, tier])
+    title = "  ·  ".join([replay.title, replay.camera.kind, tier])
     paint.draw_text(canvas, title, (_EDGE, 19), 18, paint.INK, bold=True)
     time = f"frame {frame} / {replay.sequence.frames - 1}    {frame * info.dt:.2f} s"
     paint.draw_text(canvas, time, (width - _EDGE, 19), 18, paint.INK, align="right")
@@ -57,23 +57,25 @@ def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
 
 def _entries(replay: Replay, farthest: float) -> list[tuple[Mark, str]]:
     some = paint.distance_hues(np.array([0.35]), 1.0)[0]
-    entries: list[tuple[Mark, str]] = [
-        (_scale, f"distance by the box, 0 to {farthest:g} m"),
-        (partial(_arrow, colour=paint.TRUTH), "true observer"),
-        (partial(_line, colour=paint.TRUTH_TAIL), "true path"),
-    ]
+    entries: list[tuple[Mark, str]] = [(_scale, f"distance by the box, 0 to {farthest:g} m")]
+    if replay.poses_known or replay.answer is None:
+        whose = "true" if replay.poses_known else "given" if replay.truth is None else "the"
+        entries.append((partial(_arrow, colour=paint.TRUTH), f"{whose} observer"))
+    if replay.truth is not None:
+        entries.append((partial(_line, colour=paint.TRUTH_TAIL), "true path"))
     if replay.answer is None:
         entries.append((partial(_disc, colour=some, rim=paint.TRUTH), "person"))
     else:
-        entries += [
-            (partial(_disc, colour=paint.WHITE, rim=paint.TRUTH), "true place"),
-            (partial(_arrow, colour=paint.ESTIMATE), "estimated observer"),
-            (partial(_disc, colour=some, rim=some), "estimated place"),
-            (partial(_line, colour=paint.INK), "error"),
-        ]
-    entries.append((partial(_disc, colour=paint.WHITE, rim=paint.UNSEEN, radius=3.5), "present, without a box"))
+        if replay.places_known:
+            entries.append((partial(_disc, colour=paint.WHITE, rim=paint.TRUTH), "true place"))
+        entries.append((partial(_arrow, colour=paint.ESTIMATE), "estimated observer"))
+        entries.append((partial(_disc, colour=some, rim=some), "estimated place"))
+        if replay.truth is not None:
+            entries.append((partial(_line, colour=paint.INK), "error"))
+    if replay.bystanders[1].size:
+        entries.append((partial(_disc, colour=paint.WHITE, rim=paint.UNSEEN, radius=3.5), "present, without a box"))
     if replay.false_alarms.any():
-        entries.append((_false_alarm, "false alarm"))
+        entries.append((_false_alarm, "no true place known" if replay.is_footage else "false alarm"))
     if replay.camera.view is not None:
         entries.append((_wedge, "field of view"))
     return entries

@@ -1,16 +1,19 @@
 """Frames of a film: the observer's view and the map, a title above and a legend below."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from vbbench.boxes import rectangles, with_seam_copies
+from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.film import paint
 from vbbench.pictures.film.bird import BirdsEyeView
 from vbbench.pictures.film.captions import TITLE_HEIGHT, draw_legend, draw_title
 from vbbench.pictures.film.paint import Canvas, Colour
-from vbbench.pictures.rendering import Renderer
+from vbbench.pictures.rendering import Renderer, bearer
 from vbbench.pictures.replay import Replay
 
 _LABEL = 13  # px
@@ -18,17 +21,61 @@ _ROW = 15  # px from one line of labels to the next
 _ROWS = 5  # lines over a head in which a free place is sought
 
 
-def draw_ego(picture: Canvas, replay: Replay, frame: int, colours: list[Colour]) -> Canvas:
-    """The picture with boxes in the people's ``colours`` [K] and their ids; false alarms are marked as such.
+class View(Protocol):
+    """Makes the pictures of what the observer sees, all of one size."""
+
+    @property
+    def width(self) -> int:
+        """In px."""
+
+    @property
+    def height(self) -> int:
+        """In px."""
+
+    @property
+    def zoom(self) -> float:
+        """Pixels of a picture for a pixel of the camera."""
+
+    def picture(self, frame: int) -> Canvas:
+        """[height, width, 3] of a frame of the sequence; the caller may draw on it."""
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """What a renderer draws of a sequence whose truth is known."""
+
+    replay: Replay
+    renderer: Renderer
+    zoom: float = 1.0
+
+    @property
+    def width(self) -> int:
+        """The camera's."""
+        return self.replay.camera.picture_size[0]
+
+    @property
+    def height(self) -> int:
+        """The camera's."""
+        return self.replay.camera.picture_size[1]
+
+    def picture(self, frame: int) -> Canvas:
+        """See `View.picture`."""
+        sequence, pose = self.replay.sequence, self.replay.known.poses[frame]
+        place = sequence.first_frame + frame
+        return np.array(self.renderer.render(place, self.replay.camera, pose, observer=bearer(sequence)).rgb)
+
+
+def draw_ego(canvas: Canvas, replay: Replay, frame: int, colours: list[Colour], zoom: float = 1.0) -> None:
+    """Draw boxes in the people's ``colours`` [K] and their ids on a picture; false alarms are marked as such.
 
     Boxes have no fill, and small ones lie on top, so that no box hides another. A box that crosses the seam of a
     panorama is drawn at both ends.
     """
-    canvas, camera = np.array(picture), replay.camera
-    seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame]
+    camera = replay.camera
+    seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame] * zoom
     near_to_far = np.flatnonzero(seen)[np.argsort(-observations[seen, 2])]
-    boxes = rectangles(observations)
-    for box, order in zip(*with_seam_copies(boxes[near_to_far], camera.period), strict=True):
+    boxes, period = rectangles(observations), camera.period and camera.period * zoom
+    for box, order in zip(*with_seam_copies(boxes[near_to_far], period), strict=True):
         track = near_to_far[order]
         colour = paint.CAUTION if replay.false_alarms[frame, track] else colours[track]
         thin = box[3] < 60.0
@@ -37,9 +84,8 @@ def draw_ego(picture: Canvas, replay: Replay, frame: int, colours: list[Colour])
     _draw_labels(canvas, boxes, replay, near_to_far)
     for text, column in replay.bearings.items():
         if text != "behind":
-            place = (column, 0.8 * _ROW)
+            place = (column * zoom, 0.8 * _ROW)
             paint.draw_text(canvas, text, place, _LABEL, paint.WHITE, halo=paint.INK, align="centre")
-    return canvas
 
 
 def _draw_labels(canvas: Canvas, boxes: FloatArray, replay: Replay, order: IntArray) -> None:
@@ -73,48 +119,53 @@ def _is_free(column: float, row: float, half: float, taken: list[tuple[float, fl
 _MAP = 560  # px, least height of a map
 _LEAST_WIDTH = 960  # px, for the words
 _FARTHEST = 30.0  # m up to which colours show distances
+_WIDE = 2.0
+"""Width over height of a picture from which on the map is below it."""
+
+
+def is_wide(camera: Camera) -> bool:
+    """Whether the map goes below a camera's picture, and not beside it."""
+    width, height = camera.picture_size
+    return camera.period is not None or width >= _WIDE * height
 
 
 class Film:
     """The frames of a sequence as pictures of one size; none is kept in memory.
 
-    A picture with borders has the map beside it, a panorama below it.
+    A picture with borders has the map beside it; a panorama or another wide picture has it below.
 
     Parameters
     ----------
-    replay : what to show, with its truth.
+    replay : what to show.
+    view : what the observer sees.
     """
 
-    def __init__(self, replay: Replay) -> None:
-        self.replay = replay
+    def __init__(self, replay: Replay, view: View) -> None:
+        self.replay, self.view = replay, view
         self.farthest = float(np.clip(np.ceil(np.nanmax(replay.distances, initial=1.0)), 1.0, _FARTHEST))
         """Distance in m at the light end of the colours."""
-        width, height = replay.camera.picture_size
-        self._beside = replay.camera.period is None
+        self._beside = not is_wide(replay.camera)
         if self._beside:
-            middle = max(height, _MAP)
-            self.bird = BirdsEyeView(replay, self.farthest, max(middle, _LEAST_WIDTH - width), middle)
-            self.width = width + self.bird.width
+            middle = max(view.height, _MAP)
+            self.bird = BirdsEyeView(replay, self.farthest, max(middle, _LEAST_WIDTH - view.width), middle)
+            self.width = view.width + self.bird.width
         else:
-            self.width = max(width, _LEAST_WIDTH)
+            self.width = max(view.width, _LEAST_WIDTH)
             self.bird = BirdsEyeView(replay, self.farthest, self.width, _MAP)
-            middle = height + _MAP
+            middle = view.height + _MAP
         self.width += self.width % 2  # codecs take pairs of columns and rows
         self._legend = draw_legend(self.width, replay, self.farthest)
         self.height = TITLE_HEIGHT + middle + len(self._legend)
         self.height += self.height % 2
 
-    def frames(self, renderer: Renderer, wanted: Iterable[int]) -> Iterator[Canvas]:
+    def frames(self, wanted: Iterable[int]) -> Iterator[Canvas]:
         """Pictures [height, width, 3] of the wanted frames of the sequence, each made when it is needed."""
-        sequence, replay = self.replay.sequence, self.replay
-        for frame in wanted:
-            pose = replay.known.poses[frame]
-            seen = renderer.render(sequence.first_frame + frame, replay.camera, pose, observer=sequence.observer)
-            yield self._compose(seen.rgb, frame)
+        return map(self._compose, wanted)
 
-    def _compose(self, picture: Canvas, frame: int) -> Canvas:
+    def _compose(self, frame: int) -> Canvas:
         colours = paint.distance_hues(self.replay.distances[frame], self.farthest)
-        ego, bird = draw_ego(picture, self.replay, frame, colours), self.bird.draw(frame, colours)
+        ego, bird = self.view.picture(frame), self.bird.draw(frame, colours)
+        draw_ego(ego, self.replay, frame, colours, self.view.zoom)
         canvas = paint.blank(self.width, self.height)
         canvas[:TITLE_HEIGHT] = draw_title(self.width, self.replay, frame)
         rows, columns = ego.shape[:2]

@@ -18,6 +18,7 @@ from vbbench.pictures.replay import Replay
 _MARGIN = 1.0  # m around everything drawn
 _ARROW = 0.11  # of the height of the map
 _OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
+_REACH = 30.0  # m from the observer; what is farther away may be outside
 
 
 def draw_bird(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -> None:
@@ -34,12 +35,13 @@ def draw_bird(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -
 def _set_window(axes: Axes, replay: Replay, frame: int) -> None:
     seen = replay.sequence.observed[frame]
     known = replay.known
-    real = np.vstack([known.positions[frame, seen], known.poses[frame, None, :2], replay.given.poses[:, :2]])
-    guessed = replay.estimated[frame, seen]
-    if replay.truth is not None:
-        real = np.vstack([real, replay.truth.poses[:, :2]])
-        guessed = guessed.clip(np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER)
-    points = np.vstack([real, guessed])
+    here = replay.viewpoints[frame, :2]
+    near = np.nan_to_num(here - _REACH, nan=-np.inf), np.nan_to_num(here + _REACH, nan=np.inf)
+    paths = np.vstack([replay.given.poses[:, :2], replay.viewpoints[:, :2]]).clip(*near)
+    real = np.vstack([known.positions[frame, seen], paths])
+    if replay.places_known:
+        near = np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER
+    points = np.vstack([real, replay.estimated[frame, seen].clip(*near)])
     low, high = np.nanmin(points, axis=0) - _MARGIN, np.nanmax(points, axis=0) + _MARGIN
     # The window fills the axes at equal scale, so that places in points are known before anything is drawn.
     box = axes.get_window_extent()
@@ -55,9 +57,7 @@ def _set_window(axes: Axes, replay: Replay, frame: int) -> None:
 
 
 def _draw_field_of_view(axes: Axes, replay: Replay, frame: int) -> None:
-    camera, pose = replay.camera, replay.known.poses[frame]
-    if np.isnan(pose[0]) and replay.answer is not None:
-        pose = replay.answer.estimate.poses[frame]
+    camera, pose = replay.camera, replay.viewpoints[frame]
     if camera.view is None or np.isnan(pose).any():
         return
     left, right = np.degrees(camera.view)
@@ -112,7 +112,7 @@ def _draw_lines(axes: Axes, lines: FloatArray, colours: Any, width: float, zorde
 
 
 def _draw_observer(axes: Axes, replay: Replay, frame: int) -> None:
-    _draw_pose(axes, replay.known.poses[frame], style.TRUTH, "observer-truth")
+    _draw_pose(axes, (replay.known.poses if replay.answer else replay.viewpoints)[frame], style.TRUTH, "observer-truth")
     if replay.answer is not None:
         pose = replay.answer.estimate.poses[frame]
         ends = np.stack([replay.known.poses[frame][:2], pose[:2]])
@@ -143,7 +143,7 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int) -> None:
     shown = np.flatnonzero(replay.sequence.observed[frame] & np.array(inside, bool))
     order = shown[np.argsort(replay.distances[frame, shown])][: style.MOST_LABELS]
     texts = [str(track) for track in replay.sequence.tracks[order]]
-    pose = replay.known.poses[frame] if replay.answer is None else replay.answer.estimate.poses[frame]
+    pose = (replay.viewpoints if replay.answer is None else replay.answer.estimate.poses)[frame]
     along_arrow = pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose)
     offsets = labels.beside(
         _in_points(axes, places[order]),

@@ -19,7 +19,7 @@ _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
     """Over everything: what is shown, the errors of the estimate in this frame, and the split's caution."""
     info, sequence = replay.info, replay.sequence
-    what = [info.split, f"sequence {sequence.index}", f"frame {frame} (0–{sequence.frames - 1})"]
+    what = [replay.title, f"frame {frame} (0–{sequence.frames - 1})"]
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
     top, left = 1.0 - 0.32 / figure.get_figheight(), 0.6 / figure.get_figwidth()
     figure.text(left, top, "  ·  ".join([*what, replay.camera.kind, tier]), fontsize=12.5, weight="bold")
@@ -68,10 +68,10 @@ def _handles(replay: Replay, frame: int) -> list[Line2D]:
     if replay.truth is not None:
         handles += _truth_handles(replay, frame)
     elif replay.answer is None:
-        handles += [
-            _line("given observer and its viewing direction", color=style.TRUTH, marker="o", markersize=6),
-            _line("given position now", **_POINT, color=style.distance_colours()(0.35), markersize=5),
-        ]
+        handles.append(_line("given observer and its viewing direction", color=style.TRUTH, marker="o", markersize=6))
+        if np.isfinite(replay.given.positions).any():
+            some = style.distance_colours()(0.35)
+            handles.append(_line("given position now", **_POINT, color=some, markersize=5))
     if replay.answer is not None:
         handles += [
             _line("estimated observer and its path", color=style.ESTIMATE, marker="o", markersize=6),
@@ -86,11 +86,15 @@ def _handles(replay: Replay, frame: int) -> list[Line2D]:
 
 def _truth_handles(replay: Replay, frame: int) -> list[Line2D]:
     now = {"color": style.TRUTH, "fill": False} if replay.answer else {"color": style.distance_colours()(0.35)}
-    handles = [
-        _line("true observer and its path", color=style.TRUTH, marker="o", markersize=6),
-        _line(f"true tracks, last {style.TAIL_FRAMES} frames darker", color=style.TRUTH_TAIL, linewidth=1.0),
-        _line("true position now", **_POINT, markersize=6, **now),
-    ]
+    handles = []
+    if replay.poses_known or replay.answer is None:
+        text = "true observer and its path" if replay.poses_known else "observer, wherever it is"
+        handles.append(_line(text, color=style.TRUTH, marker="o", markersize=6))
+    if replay.places_known:
+        where = "" if replay.poses_known else ", as seen from there"
+        tracks = f"true tracks, last {style.TAIL_FRAMES} frames darker"
+        handles.append(_line(tracks, color=style.TRUTH_TAIL, linewidth=1.0))
+        handles.append(_line(f"true position now{where}", **_POINT, markersize=6, **now))
     if np.isfinite(replay.known.positions[frame][~replay.sequence.observed[frame]]).any():
         handles.append(_line("there, but not observed now", **_POINT, color=style.UNSEEN, markersize=4, fill=False))
     return handles

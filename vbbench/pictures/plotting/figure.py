@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
+from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.plotting.bird import draw_bird
 from vbbench.pictures.plotting.captions import draw_facts, draw_legend, draw_scale, draw_title
 from vbbench.pictures.plotting.ego import STRIP_ASPECT, draw_ego
@@ -18,14 +19,16 @@ from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Sequence
 
-_STRIP_SIZE = (11.0, 9.3)
-_STRIP: Rectangles = {
-    "ego": (0.6, 0.55, 10.2, STRIP_ASPECT * 10.2),
-    "bird": (0.6, 3.65, 7.3, 4.95),
-    "scale": (8.25, 8.1, 2.5, 0.14),
-    "legend": (8.15, 5.3, 2.7, 2.4),
-    "facts": (8.15, 3.65, 2.7, 1.75),
+_STACKED_SIZE = (11.0, 7.056)
+_STACKED: Rectangles = {
+    "ego": (0.6, 0.55, 10.2, 0.0),
+    "bird": (0.6, 1.406, 7.3, 4.95),
+    "scale": (8.25, 5.856, 2.5, 0.14),
+    "legend": (8.15, 3.056, 2.7, 2.4),
+    "facts": (8.15, 1.406, 2.7, 1.75),
 }
+"""The map over a wide picture, which has no height yet."""
+_WIDE = 2.0  # width of a picture over its height from which on it is wide
 _BESIDE_SIZE = (13.0, 6.3)
 _BESIDE: Rectangles = {
     "bird": (0.6, 0.55, 5.6, 5.1),
@@ -71,11 +74,11 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
     """Draw one frame of a replay; see `plot_sequence`."""
     frame = _checked(replay, frame)
     colours = person_colours(replay, frame)
-    strip = replay.camera.period is not None
-    figure = lay_out(_STRIP_SIZE, _STRIP) if strip else lay_out(_BESIDE_SIZE, _BESIDE)
+    backdrop = Backdrop(replay.dataset, replay.sequence, [frame])
+    figure = _laid_out(replay, backdrop)
     parts = {axes.get_label(): axes for axes in figure.axes}
     draw_bird(parts["bird"], replay, frame, colours)
-    draw_ego(parts["ego"], replay, frame, colours)
+    draw_ego(parts["ego"], replay, frame, colours, backdrop)
     draw_scale(parts["scale"], colours)
     draw_legend(parts["legend"], replay, frame)
     draw_facts(parts["facts"], replay, frame)
@@ -83,11 +86,24 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
     return figure
 
 
+def _laid_out(replay: Replay, backdrop: Backdrop) -> Figure:
+    """The map over a wide picture and beside another."""
+    if replay.camera.period is None and backdrop.width < _WIDE * backdrop.height:
+        return lay_out(_BESIDE_SIZE, _BESIDE)
+    bare_strip = replay.camera.period is not None and not backdrop.is_recorded
+    height = _STACKED["ego"][2] * (STRIP_ASPECT if bare_strip else backdrop.height / backdrop.width)
+    raised: Rectangles = {
+        name: (left, bottom, width, height) if name == "ego" else (left, bottom + height, width, high)
+        for name, (left, bottom, width, high) in _STACKED.items()
+    }
+    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised)
+
+
 def _checked(replay: Replay, frame: int | None) -> int:
     """The frame to draw; by default the fullest of the middle third, or without truth and answers the last given."""
     sequence = replay.sequence
     if frame is None:
-        bare = replay.truth is None and not replay.answers
+        bare = replay.truth is None and not replay.answers and np.isfinite(replay.given.positions).any()
         return min(START_FRAMES, sequence.frames) - 1 if bare else middle_frame(sequence)
     if not 0 <= frame < sequence.frames:
         raise VbbenchError(f"sequence {sequence.index} has frames 0 to {sequence.frames - 1}, not {frame}")

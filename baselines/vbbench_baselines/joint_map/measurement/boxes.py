@@ -20,7 +20,7 @@ from typing import NamedTuple, TypedDict
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench.solver import Problem
 from vbbench_baselines.common.ego_motion import invert
@@ -34,6 +34,10 @@ HEIGHT_FLOOR = 1e-4
 
 LOWEST_FOOT = 1.0
 """Boxes that end less than so many px below the horizon are too far away, or too high, to measure anybody's height."""
+
+MOST_SURPRISING, SURPRISED, EXPECTING = 25.0, 3.0, 2.0
+"""Squared deviations of implied heights: most that one box counts, the mean from which on feet are not trusted, and the
+number of people as which the expectation, one, counts."""
 
 FARTHEST = 1.5
 """Nobody is taken to be more than so many times as far, or as near, as measured."""
@@ -69,6 +73,43 @@ class Eye:
             return sight(self._camera, boxes, self._pixel_std)
         rays, sideways, stretch = sight(self._camera, self._camera.to_horizon(boxes), self._pixel_std)
         return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+
+
+class GroundCheck:
+    """Whether the ground is as flat and the camera as level as feet need, by the heights that feet imply.
+
+    Feet that stand elsewhere than the camera's model says make people at a distance giants or dwarfs. The squared
+    deviations of implied heights from N(μ_h, σ_h²) and the boxes' noise, averaged over each person's boxes and then
+    over people, are about one where the model holds.
+
+    Parameters
+    ----------
+    problem : tells camera, noise and the prior of heights.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._camera, self._pixel_std = problem.camera, problem.pixel_std
+        self._mean, self._variance = problem.height_mean, max(problem.height_std, HEIGHT_FLOOR) ** 2
+        self._surprises, self._boxes = np.zeros((2, len(problem.tracks)))
+
+    def look(self, boxes: FloatArray) -> bool:
+        """Whether feet can still be trusted after the boxes [..., K, 3] in px; NaN = none."""
+        feet, heights = self._camera.statures(boxes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            noise = (self._pixel_std / feet) ** 2 * (self._camera.mount_height**2 + (self._camera.mount_height - heights) ** 2)
+            squared = np.minimum((heights - self._mean) ** 2 / (self._variance + noise), MOST_SURPRISING)
+        squared[feet < LOWEST_FOOT] = MOST_SURPRISING
+        shown = ~np.isnan(squared)
+        over = tuple(range(boxes.ndim - 2))
+        self._surprises += np.where(shown, squared, 0.0).sum(axis=over)
+        self._boxes += shown.sum(axis=over)
+        seen = self._boxes > 0
+        surprises = self._surprises[seen] / self._boxes[seen]
+        return bool(EXPECTING + surprises.sum() < SURPRISED * (EXPECTING + len(surprises)))
+
+    def forget(self, columns: IntArray) -> None:
+        """The columns [M] stand for new people."""
+        self._surprises[columns] = self._boxes[columns] = 0.0
 
 
 def statures_of(problem: Problem, feet: bool) -> Statures:
@@ -118,9 +159,10 @@ class BoxHeights:
     """
 
     def __init__(self, problem: Problem) -> None:
-        people, known = len(problem.tracks), 1.0 / max(problem.height_std, HEIGHT_FLOOR) ** 2
-        self.precision = np.full(people, known)
-        self.weighted = np.full(people, known * problem.height_mean)
+        people = len(problem.tracks)
+        self._known, self._mean = 1.0 / max(problem.height_std, HEIGHT_FLOOR) ** 2, problem.height_mean
+        self.precision = np.full(people, self._known)
+        self.weighted = np.full(people, self._known * self._mean)
         self._camera, self._pixel_std = problem.camera, problem.pixel_std
 
     def learn(self, boxes: FloatArray) -> None:
@@ -128,6 +170,10 @@ class BoxHeights:
         boxes = boxes if boxes.ndim == 3 else boxes[None]
         feet, heights = map(np.ascontiguousarray, self._camera.statures(boxes))  # a slice would compile once more
         _learn(feet, heights, self._camera.mount_height, self._pixel_std, self.precision, self.weighted)
+
+    def forget(self, columns: IntArray) -> None:
+        """The columns [M] stand for new people."""
+        self.precision[columns], self.weighted[columns] = self._known, self._known * self._mean
 
     def report(self) -> Report:
         """What is believed so far."""

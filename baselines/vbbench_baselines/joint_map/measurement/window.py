@@ -8,6 +8,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.sequence import Given
 from vbbench_baselines.common.sightings import Sightings
 from vbbench_baselines.joint_map.measurement.boxes import Statures, inform
+from vbbench_baselines.joint_map.motion.odometry import motions_of
 
 
 class Measurements(NamedTuple):
@@ -48,6 +49,7 @@ class Window:
     poses, places : [n, 3] and [n, K, 2] as believed.
     given_poses, given : [n, 3] and [n, K, 2].
     relative, information : [n, K, 2] and [n, K, 3], see `Measurements`.
+    motions : [n] what odometry says of the motion into each frame.
     frames : how many were pushed.
     """
 
@@ -56,6 +58,7 @@ class Window:
         self.poses, self.given_poses = np.full((2, size, 3), np.nan)
         self.places, self.given, self.relative = np.full((3, size, people, 2), np.nan)
         self.information = np.full((size, people, 3), np.nan)
+        self.motions = motions_of(None, size)
 
     def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
         """Add a frame, and what is given of the two before it."""
@@ -71,13 +74,43 @@ class Window:
             (self.given, given.positions),
         ):
             np.copyto(rows[-3:], window, where=~np.isnan(window))
+        for rows, newest in zip(self.motions, motions_of(given.odometry, len(given.poses)), strict=True):
+            rows[:-1] = rows[1:]
+            rows[-1] = newest[-1]
 
     @property
     def filled(self) -> slice:
         """The rows in use."""
         return slice(max(self.size - self.frames, 0), self.size)
 
-    def measurements(self, statures: Statures) -> Measurements:
-        """The rows in use as the kernels take them."""
+    def measure_again(self, seen: list[Sightings], statures: Statures) -> None:
+        """Take what was ``seen`` in the last frames in place of what was measured in them."""
+        for row, sightings in zip(range(-len(seen), 0), seen, strict=True):
+            gone = np.isnan(self.relative[row, :, 0])
+            self.relative[row], self.information[row] = inform(sightings, statures.mean)
+            self.relative[row, gone] = self.information[row, gone] = np.nan
+
+    def present(self) -> IntArray:
+        """The columns [M] of people of whom anything is known, ascending."""
+        known = ~(np.isnan(self.relative[..., 0]) & np.isnan(self.given[..., 0]) & np.isnan(self.places[..., 0]))
+        return np.flatnonzero(known.any(axis=0))
+
+    def forget(self, columns: IntArray) -> bool:
+        """The ``columns`` [M] stand for new people from now on; returns whether anything was known of the old ones."""
+        known = not np.isnan(self.places[:, columns, 0]).all()
+        for rows in (self.places, self.given, self.relative, self.information):
+            rows[:, columns] = np.nan
+        return known
+
+    def measurements(self, statures: Statures, columns: IntArray | None = None) -> Measurements:
+        """The rows in use as the kernels take them; only these ``columns`` [M], if any are named."""
         rows = self.filled
-        return gather(self.relative[rows], self.information[rows], self.given[rows], statures)
+        relative, information, given = (
+            chosen(values[rows], columns, 1) for values in (self.relative, self.information, self.given)
+        )
+        return gather(relative, information, given, Statures(*(chosen(values, columns, 0) for values in statures)))
+
+
+def chosen(values: FloatArray, columns: IntArray | None, axis: int) -> FloatArray:
+    """The ``columns`` [M] of values along an axis, in memory of their own; all of them as they are for ``None``."""
+    return values if columns is None else values.take(columns, axis=axis)

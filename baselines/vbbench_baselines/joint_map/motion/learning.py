@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import Head, evidence
 from vbbench_baselines.joint_map.motion.walks import REACH, UNKNOWN, Walk, filters_of, innovation
@@ -59,6 +59,17 @@ def nothing_learned(people: int, walk: Walk) -> Lessons:
     return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(1))
 
 
+def only(columns: IntArray, lessons: Lessons) -> Lessons:
+    """The lessons as of the people in the ``columns`` [M] and the observer alone, to be read."""
+    rows = np.append(columns, -1)
+    return lessons._replace(scales=lessons.scales[rows], variances=lessons.variances[rows])
+
+
+def forget(columns: IntArray, lessons: Lessons) -> None:
+    """Drop what was learned of single people: the ``columns`` [M] stand for new ones."""
+    lessons.scales[columns], lessons.variances[columns] = 0.0, lessons.sigma[0] ** 2
+
+
 @kernel
 def taught(fitted: Walk, lessons: Lessons) -> Walk:
     """The prior ``fitted`` with what was learned."""
@@ -68,7 +79,8 @@ def taught(fitted: Walk, lessons: Lessons) -> Walk:
     filters, spreads = filters_of(b1, b2, fitted.spreads[1])
     head = fitted.head
     head = Head(head.gain, head.slow, head.following, head.wandering, head.odds + lessons.odds[0])
-    return Walk(filters, spreads, lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, head)
+    sigma, nu, a0, own, pace = lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, fitted.own_pace
+    return Walk(filters, spreads, sigma, nu, a0, own, head, fitted.rest, fitted.own_rest, pace)
 
 
 @kernel

@@ -8,6 +8,9 @@ velocity. Student-t innovations with ν degrees of freedom and scale σ_k in the
 
 where κ is the spread of a lower order in units of the full one's. This is the expectation–maximisation of the t
 distribution (Lange, Little and Taylor 1989), with σ_k² drawn towards σ² by a_0.
+
+After a cold start (`vbbench_baselines.common.cold_start`) each displacement d counts ½ r‖d‖² besides: velocities are
+those of people, N(0, `PEOPLE_SPEED`²), told anew every `FADE` seconds. The observer may be a vehicle.
 """
 
 from typing import NamedTuple
@@ -16,6 +19,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED
 from vbbench_baselines.joint_map.motion.heads import Head, head_of
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
@@ -41,6 +45,8 @@ class Walk(NamedTuple):
     sigma, nu, a0 : σ in m, ν, a_0.
     own : σ in m of the observer; as of all people, or `UNKNOWN`.
     head : how the observer's head turns.
+    rest, own_rest : r in 1/m² of people and of the observer; 0 unless the start is cold.
+    own_pace : as κ of order 1, of the observer.
     """
 
     filters: FloatArray
@@ -50,14 +56,34 @@ class Walk(NamedTuple):
     a0: float
     own: float
     head: Head
+    rest: float
+    own_rest: float
+    own_pace: float
 
 
-def walk_of(prior: Prior, dt: float, ego_prior: bool = True) -> Walk:
-    """The numbers of ``prior`` at frames of ``dt`` seconds; without ``ego_prior`` the observer need not be a person."""
-    prior = prior.at(dt)
+def walk_of(prior: Prior, dt: float, ego_prior: bool = True, cold: bool = False) -> Walk:
+    """The numbers of ``prior`` at frames of ``dt`` seconds; without ``ego_prior`` the observer need not be a person.
+
+    ``cold``: whether no velocity is ever given.
+    """
+    prior, pace = prior.at(dt), prior.speed * dt
     nu, a0, own = min(prior.nu, 1e9), min(prior.a0, 1e9), prior.sigma if ego_prior else UNKNOWN
-    filters, spreads = filters_of(*prior.b, prior.speed * dt)
-    return Walk(filters, spreads, prior.sigma, nu, a0, own, head_of(prior, ego_prior))
+    filters, spreads = filters_of(*prior.b, pace)
+    rest, own_rest, own_pace = 0.0, 0.0, pace
+    if cold:
+        own_pace = OBSERVER_SPEED * dt
+        rest, own_rest = dt / FADE / (PEOPLE_SPEED * dt) ** 2, dt / FADE / own_pace**2
+    head = head_of(prior, ego_prior)
+    return Walk(filters, spreads, prior.sigma, nu, a0, own, head, rest, own_rest, own_pace)
+
+
+@kernel
+def observer_of(walk: Walk) -> Walk:
+    """The same numbers for the observer as for a person."""
+    spreads = walk.spreads.copy()
+    spreads[1] = walk.own_pace
+    sigma, nu, a0, own, head = walk.sigma, walk.nu, walk.a0, walk.own, walk.head
+    return Walk(walk.filters, spreads, sigma, nu, a0, own, head, walk.own_rest, walk.own_rest, walk.own_pace)
 
 
 @kernel
@@ -107,6 +133,9 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
         if abs(variance - before) < SETTLED_SCALE * variance:
             break
     deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
+    if walk.rest > 0.0:
+        for i in range(1, n):
+            deviance += 0.5 * walk.rest * ((track[i, 0] - track[i - 1, 0]) ** 2 + (track[i, 1] - track[i - 1, 1]) ** 2)
     for i in range(2, n):
         deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
         weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
@@ -118,6 +147,10 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
 def add_walk(weights: FloatArray, walk: Walk, band: FloatArray) -> None:
     """Add DᵀWD of a track with weights [n] to ``band`` [n, 5], which couples frame i with i, i−1, … i−4."""
     for i in range(1, len(weights)):
+        if walk.rest > 0.0:
+            band[i, 0] += walk.rest
+            band[i, 1] -= walk.rest
+            band[i - 1, 0] += walk.rest
         order = min(i, REACH)
         precision = (1.0 if order == 1 else weights[i]) / walk.spreads[order] ** 2
         for d in range(order + 1):

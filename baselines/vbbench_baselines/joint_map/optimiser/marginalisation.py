@@ -14,7 +14,7 @@ This is exact at the same weights; but a Student-t law flattens out, a quadratic
 fall without bound. A descent that went there is repeated without those directions.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import evidence
+from vbbench_baselines.joint_map.motion.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.optimiser.poses import linearise
@@ -45,6 +46,8 @@ class Marginal(NamedTuple):
     odds: float
 
 
+Constraint = TypeVar("Constraint", Anchor, Marginal)
+
 NOTHING_KEPT = Marginal(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), 0.0)
 
 
@@ -59,19 +62,29 @@ def anchor_of(fixed: BoolArray, poses: FloatArray, marginal: Marginal) -> Anchor
 
 
 def settle_anchored(
-    poses: FloatArray, places: FloatArray, problem: JointProblem, ends: tuple[int, float, float]
+    poses: FloatArray, places: FloatArray, problem: JointProblem, ends: tuple[int, float, float], careful: bool
 ) -> tuple[Settled, JointProblem]:
-    """`settle`, again with the anchor's `convex_part` if poses ran away; and the problem that was solved."""
+    """`settle`, again with the anchor's `convex_part` if poses ran away; and the problem that was solved.
+
+    Where little is known of the poses, a descent that is on its way into the abyss may not have gone far yet. If
+    ``careful``, it counts as a runaway as soon as its end is no minimum.
+    """
     settled = settle(poses, places, problem, *ends)
     moved = np.abs(settled.state.poses - unwrapped(poses))[:, :2].max()
-    if moved < RUNAWAY:
+    if moved < RUNAWAY and not (careful and _falls(settled.state, problem)):
         return settled, problem
     problem = problem._replace(anchor=convex_part(problem.anchor))
     return settle(poses, places, problem, *ends), problem
 
 
-def convex_part(anchor: Anchor) -> Anchor:
-    """The anchor without its directions of negative curvature."""
+def _falls(state: State, problem: JointProblem) -> bool:
+    """Whether the energy falls in some direction to both sides of a point."""
+    _, hessian = linearise(state, problem)
+    return bool(np.linalg.eigvalsh(hessian)[0] < 0.0)
+
+
+def convex_part(anchor: Constraint) -> Constraint:
+    """The constraint without its directions of negative curvature."""
     values, vectors = np.linalg.eigh(anchor.information)
     kept = np.ascontiguousarray(vectors[:, values >= 0.0])
     information = (kept * values[values >= 0.0]) @ kept.T
@@ -96,8 +109,9 @@ def schur_complement(state: State, problem: JointProblem, count: int) -> tuple[F
     weights = _begin_anew(state, walk, count)
     later = State(poses, places, state.heights, weights, yaw_weights, state.variances, shorter, np.nan)
     nothing = Anchor(problem.anchor.fixed[count:], poses, np.zeros(size), np.zeros((size, size)), 0.0)
+    motions = Motions(problem.motions.moved[count:], problem.motions.information[count:])
     slope, whole = linearise(state, problem)
-    rest_slope, rest = linearise(later, JointProblem(shorter, nothing, walk))
+    rest_slope, rest = linearise(later, JointProblem(shorter, nothing, walk, motions))
     across = np.ascontiguousarray(whole[gone:, :gone])
     before = np.ascontiguousarray(whole[:gone, :gone])
     share = np.ascontiguousarray(np.linalg.solve(before, np.ascontiguousarray(across.T)).T)

@@ -11,7 +11,8 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope
-from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
+from vbbench_baselines.joint_map.motion.odometry import add_motion_curvature, add_motions
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk, observer_of
 from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
 from vbbench_baselines.joint_map.optimiser.people import Person, arms_of, axes_of, eliminate, to_poses, weighed
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
@@ -39,7 +40,7 @@ def gradient_of(people: list[Person], state: State, problem: JointProblem) -> Fl
     frames = len(poses)
     gradient = anchor.slope + anchor.information @ (poses - anchor.poses).ravel()
     band = np.zeros((frames, REACH + 1))
-    add_walk(state.weights[-1], walk, band)
+    add_walk(state.weights[-1], observer_of(walk), band)
     for i in range(frames):
         for d in range(min(i, REACH) + 1):
             for a in range(2):
@@ -47,6 +48,7 @@ def gradient_of(people: list[Person], state: State, problem: JointProblem) -> Fl
                 if d > 0:
                     gradient[3 * (i - d) + a] += band[i, d] * poses[i, a]
     add_slope(poses, walk.head, state.yaw_weights, gradient)
+    add_motions(poses, problem.motions, gradient)
     for person in people:
         pull = weighed(person.information, (person.measured - person.track).ravel())
         rows = slice(3 * person.first, 3 * (person.first + len(person.track)))
@@ -64,12 +66,13 @@ def hessian_of(people: list[Person], state: State, problem: JointProblem) -> Flo
     frames = len(poses)
     hessian = anchor.information.copy()
     band, inverse = np.zeros((frames, REACH + 1)), np.zeros((2 * frames + BAND, 2 * frames))
-    add_walk(state.weights[-1], walk, band)
+    add_walk(state.weights[-1], observer_of(walk), band)
     for i in range(frames):
         for d in range(min(i, REACH) + 1):
             hessian[3 * (i - d), 3 * i] += band[i, d]
             hessian[3 * (i - d) + 1, 3 * i + 1] += band[i, d]
     add_curvature(poses, walk.head, state.yaw_weights, hessian)
+    add_motion_curvature(poses, problem.motions, hessian)
     for person in people:
         invert(person.lower, inverse)
         _add_hessian(person, arms_of(person, poses), inverse, hessian)

@@ -14,7 +14,8 @@ from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.measurement.boxes import farther
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import judge
-from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
+from vbbench_baselines.joint_map.motion.odometry import Motions, disagreement
+from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh
 from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
 
 
@@ -37,11 +38,12 @@ class Anchor(NamedTuple):
 
 
 class JointProblem(NamedTuple):
-    """The measurements of a window or block, what constrains its poses, and the motion prior."""
+    """The measurements of a window or block, what constrains its poses, the motion prior and odometry."""
 
     data: Measurements
     anchor: Anchor
     walk: Walk
+    motions: Motions
 
 
 class State(NamedTuple):
@@ -72,7 +74,7 @@ def believe(
     poses: FloatArray, places: FloatArray, heights: FloatArray, problem: JointProblem, variances: FloatArray
 ) -> State:
     """The state at a point; the search for scales begins with ``variances`` [K + 1]."""
-    boxes, anchor, walk = problem
+    boxes, anchor, walk, motions = problem
     frames, people = len(poses), len(boxes.first)
     weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
     weights[-1] = 1.0 / walk.own**2
@@ -89,10 +91,12 @@ def believe(
         variances[k], improbable = reweigh(track, walk, walk.sigma, weights[k], variances[k])
         total, smooth = total + improbable, True
     if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
-        variances[-1], improbable = reweigh(poses[:, :2].copy(), walk, walk.own, weights[-1], variances[-1])
+        walked = poses[:, :2].copy()
+        variances[-1], improbable = reweigh(walked, observer_of(walk), walk.own, weights[-1], variances[-1])
         total += improbable
     yaw_weights = np.empty((frames, 2))
     total += judge(poses, walk.head, anchor.odds, yaw_weights)
+    total += disagreement(poses, motions)
     data = rescaled(boxes, poses, places, heights)
     return State(poses, places, heights, weights, yaw_weights, variances, data, total)
 

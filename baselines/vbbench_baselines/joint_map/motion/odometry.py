@@ -1,0 +1,110 @@
+"""What the observer measures of its own motion: one more term on every two poses in a row.
+
+Odometry says that the observer moved by m = (forward, left, turn) in the axes of the frame before, with covariance C. Two
+poses p (x', y', θ') and q (x, y, θ) differ from that by
+
+    e = (Rᵀ(θ')(q − p), θ − θ') − m,
+
+and the energy has ½ eᵀC⁻¹e. Where nothing was measured C⁻¹ is zero. It stands beside the priors of the observer's walk
+and head, not in their place.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+from vbbench.sequence import Odometry
+from vbbench_baselines.common.ego_motion import wrapped
+
+SMALLEST = 1e-6
+"""Least standard deviation in m and rad of a measured motion: what is said to be exact must not divide by zero."""
+
+
+class Motions(NamedTuple):
+    """The motion into each frame.
+
+    Attributes
+    ----------
+    moved : [T, 3] m in m and rad; zero where nothing was measured.
+    information : [T, 3, 3] C⁻¹, likewise.
+    """
+
+    moved: FloatArray
+    information: FloatArray
+
+
+def motions_of(odometry: Odometry | None, frames: int) -> Motions:
+    """What ``odometry`` of this number of frames says."""
+    moved, information = np.zeros((frames, 3)), np.zeros((frames, 3, 3))
+    if odometry is not None:
+        known = np.isfinite(odometry.motions).all(axis=1) & np.isfinite(odometry.covariances).all(axis=(1, 2))
+        moved[known] = odometry.motions[known]
+        information[known] = np.linalg.inv(odometry.covariances[known] + SMALLEST**2 * np.eye(3))
+    return Motions(moved, information)
+
+
+@kernel
+def measured(information: FloatArray) -> bool:
+    """Whether anything was measured, by the information [3, 3]."""
+    return bool(information[0, 0] + information[1, 1] + information[2, 2] > 0.0)
+
+
+@kernel
+def stray(before: FloatArray, now: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """e [3] of two poses [3], and its derivatives [3, 6] by both, ``before`` first."""
+    cos, sin = np.cos(before[2]), np.sin(before[2])
+    dx, dy = now[0] - before[0], now[1] - before[1]
+    forward, left = cos * dx + sin * dy, cos * dy - sin * dx
+    error, slopes = np.empty(3), np.zeros((3, 6))
+    error[0], error[1] = forward - moved[0], left - moved[1]
+    error[2] = wrapped(now[2] - before[2] - moved[2])
+    slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3], slopes[0, 4] = -cos, -sin, left, cos, sin
+    slopes[1, 0], slopes[1, 1], slopes[1, 2], slopes[1, 3], slopes[1, 4] = sin, -cos, -forward, -sin, cos
+    slopes[2, 2], slopes[2, 5] = -1.0, 1.0
+    return error, slopes
+
+
+@kernel
+def carried(before: FloatArray, moved: FloatArray) -> FloatArray:
+    """The pose [3] after a motion [3] from ``before`` [3]."""
+    cos, sin = np.cos(before[2]), np.sin(before[2])
+    pose = before.copy()
+    pose[0] += cos * moved[0] - sin * moved[1]
+    pose[1] += sin * moved[0] + cos * moved[1]
+    pose[2] += moved[2]
+    return pose
+
+
+@kernel
+def disagreement(poses: FloatArray, motions: Motions) -> float:
+    """½ Σ eᵀC⁻¹e over poses [T, 3]."""
+    total = 0.0
+    for t in range(1, len(poses)):
+        if measured(motions.information[t]):
+            error, _ = stray(poses[t - 1], poses[t], motions.moved[t])
+            total += 0.5 * float(error @ (motions.information[t] @ error))
+    return total
+
+
+@kernel
+def add_motions(poses: FloatArray, motions: Motions, gradient: FloatArray) -> None:
+    """Add the slope of `disagreement` to the gradient [3T] by poses [T, 3]."""
+    for t in range(1, len(poses)):
+        if measured(motions.information[t]):
+            error, slopes = stray(poses[t - 1], poses[t], motions.moved[t])
+            gradient[3 * t - 3 : 3 * t + 3] += slopes.T @ (motions.information[t] @ error)
+
+
+@kernel
+def add_motion_curvature(poses: FloatArray, motions: Motions, hessian: FloatArray) -> None:
+    """Add the upper half of its Gauss–Newton curvature to the Hessian [3T, 3T]."""
+    for t in range(1, len(poses)):
+        if measured(motions.information[t]):
+            _, slopes = stray(poses[t - 1], poses[t], motions.moved[t])
+            curvature = slopes.T @ (motions.information[t] @ slopes)
+            first = 3 * t - 3
+            for i in range(6):
+                for j in range(i, 6):
+                    hessian[first + i, first + j] += curvature[i, j]

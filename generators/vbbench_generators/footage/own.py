@@ -1,0 +1,74 @@
+"""Split ``own``: recordings of the user's own camera; docs/own.md says what files they are."""
+
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning
+from vbbench.exchange.own.recording import CAMERA, RecordingFiles, as_recordings, files_in, read_recording
+from vbbench.generation.footage import FootageOptions, Recordings
+from vbbench.generation.generator import Card, Options
+from vbbench_generators.footage.runs import RunRules
+from vbbench_generators.footage.split import FootageSplit
+
+CARD = Card(
+    name="own",
+    title="Your own recording: boxes, a camera file, and whatever else was measured",
+    licence="your own",
+    citation="your own",
+    sources=(),
+    caution="a folder of yours, named by --source: camera.toml, and boxes.csv, gt.txt or det.txt; see docs/own.md",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnSplit(FootageSplit):
+    """Recordings in a folder, or in the folders inside it; each is one sequence."""
+
+    card: Card = CARD
+    rules: RunRules = field(default_factory=lambda: RunRules(fewest=0, longest=None))
+
+    def recordings(self, options: Options) -> Recordings:
+        """See `FootageSplit.recordings`; what does not look right is a warning."""
+        asked = options.footage or FootageOptions()
+        found = [_files(folder, asked) for folder in _folders(options.source, asked.sequences)]
+        read = [read_recording(files, dt=options.dt) for files in found]
+        for files, one in zip(found, read, strict=True):
+            for note in one.notes:
+                warnings.warn(VbbenchWarning(f"{files.name}: {note}"), stacklevel=2)
+        return as_recordings(read)
+
+
+def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
+    """The folders of recordings, by name; those that are asked for."""
+    if source is None:
+        raise VbbenchError(f"own: name the folder of your recording with --source; {CARD.caution}")
+    if not source.is_dir():
+        raise FileError(source, f"is not a folder; name {CARD.caution}")
+    if (source / CAMERA).is_file():
+        return [source]
+    inside = {path.parent.name: path.parent for path in sorted(source.glob(f"*/{CAMERA}"))}
+    if not inside:
+        raise FileError(source, f"holds no {CAMERA}, nor does a folder in it; docs/own.md says what to write")
+    for name in names or ():
+        if name not in inside:
+            raise UnknownNameError("recording", name, inside)
+    return [inside[name] for name in names or inside]
+
+
+def _files(folder: Path, asked: FootageOptions) -> RecordingFiles:
+    name = folder.resolve().name
+    return files_in(folder, boxes=_instead(asked.boxes, name), poses=_instead(asked.poses, name))
+
+
+def _instead(path: Path | None, name: str) -> Path | None:
+    """The file that is asked for in place of a recording's own: itself, or the one of its name in a folder."""
+    if path is None or not path.is_dir():
+        return path
+    found = next((path / f"{name}{end}" for end in (".csv", ".txt") if (path / f"{name}{end}").is_file()), None)
+    if found is None:
+        raise FileError(path, f"holds neither {name}.csv nor {name}.txt")
+    return found
+
+
+own = OwnSplit()

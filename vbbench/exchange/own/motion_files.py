@@ -1,0 +1,128 @@
+"""Where the camera was, and how its bearer moved by its own measurement: TUM files at any rate.
+
+Lines of ``timestamp tx ty tz qx qy qz qw``, the clock that of the boxes; the body's x axis points forward, z up. Lines
+of ``odometry.txt`` may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn turn_turn
+(forward, left, turn), in m², m·rad and rad².
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.exchange.own.camera_file import OdometryNoise
+from vbbench.exchange.own.timing import Timeline
+from vbbench.exchange.tum import leaning, read_tum_rows
+from vbbench.files.tables import MOTION_COVARIANCE
+from vbbench.geometry import FloatArray, IntArray, world_to_relative, wrap_angle
+from vbbench.sequence import Odometry
+
+STEEPEST = 0.6
+"""Rad by which a body may lean; more is another convention of axes."""
+LONGEST_HOLE = 1.0
+"""Poses farther apart, in s, are not interpolated between."""
+
+
+def read_poses(path: Path, timeline: Timeline) -> FloatArray:
+    """Poses [T, 3] (x, y, yaw) of the frames.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, or some frame has no pose: truth is whole, or it is none.
+    """
+    lines, values = read_tum_rows(path)
+    times, poses = _planar(path, lines, values)
+    found = _at(times, poses, timeline.times)
+    missing = np.isnan(found[:, 0])
+    if missing.any():
+        frame = int(missing.argmax())
+        problem = (
+            f"{int(missing.sum())} of {len(missing)} frames have no pose: frame {frame} is at "
+            f"{timeline.times[frame]:.10g} s, the poses reach from {times[0]:.10g} to {times[-1]:.10g} s"
+        )
+        raise FileError(path, f"{problem}; both need one clock, and no hole over {LONGEST_HOLE:g} s")
+    return found
+
+
+def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple[Odometry, tuple[str, ...]]:
+    """The motion from frame to frame with its covariance, NaN where it was not measured, and notes.
+
+    Poses are interpolated at the times of the frames. Stated covariances are added up over the time of a frame, parts
+    of intervals in proportion to time; otherwise they follow from ``noise``.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, a covariance is not positive, or hardly any frame has a motion.
+    """
+    lines, values = read_tum_rows(path, MOTION_COVARIANCE)
+    times, poses = _planar(path, lines, values[:, :8])
+    at = _at(times, poses, timeline.times)
+    motions = np.full((timeline.frames, 3), np.nan)
+    motions[1:, :2] = world_to_relative(at[1:, None, :2], at[:-1])[:, 0, ::-1] * np.array([1.0, -1.0])
+    motions[1:, 2] = wrap_angle(at[1:, 2] - at[:-1, 2])
+    seconds = np.diff(timeline.times, prepend=np.nan)
+    covariances = noise.covariances(motions, seconds)
+    if values.shape[1] > 8:
+        covariances = _stated(path, lines, times, values[:, 8:], timeline.times)
+    measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
+    motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
+    notes: tuple[str, ...] = ()
+    if not measured.any():
+        problem = f"reaches from {times[0]:.10g} to {times[-1]:.10g} s, the boxes from {timeline.times[0]:.10g} to "
+        raise FileError(path, f"{problem}{timeline.times[-1]:.10g} s: no frame has a motion; both need one clock")
+    if not measured.all():
+        notes = (f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}",)
+    return Odometry(motions=motions, covariances=covariances), notes
+
+
+def _planar(path: Path, lines: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Times [N], ascending, and poses [N, 3] of the body's x axis on the ground."""
+    order = np.argsort(values[:, 0], kind="stable")
+    again = np.flatnonzero(np.diff(values[order, 0]) == 0.0)
+    if len(again):
+        line = int(lines[order[again[0] + 1]])
+        raise FileError(path, f"time {values[order[again[0]], 0]:.10g} s stands twice; leave one of them out", line)
+    x, y, z, w = values[:, 4:].T
+    lean = leaning(values[:, 4:])
+    if (lean > STEEPEST).any():
+        row = int((lean > STEEPEST).argmax())
+        problem = (
+            f"the body leans by {np.degrees(lean[row]):.3g}°; write it with x forward and z up, in a world with z up"
+        )
+        raise FileError(path, problem, int(lines[row]))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return values[order, 0], np.stack([values[:, 1], values[:, 2], yaw], axis=-1)[order]
+
+
+def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Poses [T, 3] at the times ``wanted`` [T], interpolated; NaN outside, and in holes."""
+    if len(times) < 2:
+        return np.full((len(wanted), 3), np.nan)
+    turned = np.column_stack([poses[:, :2], np.unwrap(poses[:, 2])])
+    found = np.stack([np.interp(wanted, times, column) for column in turned.T], axis=-1)
+    found[:, 2] = wrap_angle(found[:, 2])
+    after = np.searchsorted(times, wanted).clip(1, len(times) - 1)
+    slack = 0.5 * float(np.median(np.diff(times)))
+    outside = (wanted < times[0] - slack) | (wanted > times[-1] + slack)
+    hole = (times[after] - times[after - 1] > LONGEST_HOLE) & (wanted > times[after - 1] + slack)
+    found[outside | (hole & (wanted < times[after] - slack))] = np.nan
+    return found
+
+
+def _stated(path: Path, lines: IntArray, times: FloatArray, triangles: FloatArray, wanted: FloatArray) -> FloatArray:
+    """[T, 3, 3] covariances of the motions since the frame before, from those [N, 6] since the line before."""
+    matrices = np.empty((len(triangles), 3, 3))
+    i, j = np.triu_indices(3)
+    matrices[:, i, j] = matrices[:, j, i] = triangles
+    smallest = np.linalg.eigvalsh(matrices)[:, 0]
+    wrong = smallest[1:] <= 0.0
+    if wrong.any():
+        row = 1 + int(wrong.argmax())
+        raise FileError(path, f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite", int(lines[row]))
+    grown = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(matrices[1:], axis=0)]).reshape(-1, 9)
+    at = np.stack([np.interp(wanted, times, column) for column in grown.T], axis=-1).reshape(-1, 3, 3)
+    covariances = np.full((len(wanted), 3, 3), np.nan)
+    covariances[1:] = np.diff(at, axis=0)
+    return covariances

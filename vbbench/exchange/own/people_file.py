@@ -1,0 +1,56 @@
+"""``people.csv``: where people truly were, as far as somebody measured it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.exchange.own.box_files import named_frames
+from vbbench.exchange.own.named_columns import read_named
+from vbbench.exchange.own.timing import Timeline
+from vbbench.geometry import IntArray
+from vbbench.scene import Scene
+
+
+def read_people(path: Path, name: str, timeline: Timeline) -> tuple[Scene, tuple[str, ...]]:
+    """The people of ``people.csv`` (frame or time, id, x, y, height), and notes.
+
+    Positions are in the world of the poses, in m; without poses (right, forward) of the camera. A height that is not
+    said anywhere is NaN.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read; with the line, if an id is not whole, or somebody is at two places in a frame; if no row
+        is of a frame of the boxes, or it has time stamps where they have frames, or the other way round.
+    """
+    table = read_named(path, [("frame", "time"), ("id",), ("x",), ("y",)], ("height",))
+    ids = table["id"]
+    wrong = (ids != np.round(ids)) | (ids < 0) | (ids > 2**31 - 1)
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise FileError(path, f"id {ids[row]:.10g} is not a whole number from 0 on", int(table.lines[row]))
+    frame = named_frames(table, timeline)
+    there = np.flatnonzero(frame >= 0)
+    if not len(there):
+        times = timeline.times
+        raise FileError(path, f"no row is of a frame of the boxes, which are of {times[0]:.10g} to {times[-1]:.10g} s")
+    people, column = np.unique(ids[there].astype(np.int64), return_inverse=True)
+    _refuse_repetition(path, frame[there], column, table.lines[there])
+    positions, heights = np.full((timeline.frames, len(people), 2), np.nan), np.full(len(people), np.nan)
+    positions[frame[there], column] = np.stack([table["x"][there], table["y"][there]], axis=-1)
+    if "height" in table:
+        said = ~np.isnan(table["height"][there])
+        heights[column[said]] = table["height"][there][said]
+    left = len(frame) - len(there)
+    notes = (f"{left} of {len(frame)} rows of {path.name} are of no frame of the boxes",) if left else ()
+    return Scene(name=name, dt=timeline.dt, people=people, positions=positions, heights=heights), notes
+
+
+def _refuse_repetition(path: Path, frame: IntArray, column: IntArray, lines: IntArray) -> None:
+    key = frame * (int(column.max()) + 1) + column
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[place] != np.arange(len(key)))
+    if len(again):
+        before = int(lines[first[place[again[0]]]])
+        raise FileError(path, f"this id already has a place in this frame, in line {before}", int(lines[again[0]]))

@@ -1,0 +1,117 @@
+"""Whether boxes can be of the camera's picture: what does not fit is said with numbers, or refused."""
+
+import configparser
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.exchange.own.box_files import BoxRows
+from vbbench.exchange.own.camera_file import OwnCamera
+from vbbench.geometry import BoolArray, FloatArray
+
+MOST_OUTSIDE = 0.2
+"""A larger share of boxes whose middle is outside the picture means that they are of another picture."""
+UNFILLED, ENOUGH = 0.6, 200
+"""Boxes that reach no farther into the picture than this share of it, if there are so many, are worth a note."""
+LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
+"""Seconds without a box, and the share of frames without one, from which a note says so."""
+
+
+def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
+    """The boxes whose middle lies in the picture, and notes.
+
+    Raises
+    ------
+    FileError
+        If they are shares of the picture in place of px, too many lie outside it, or a ``seqinfo.ini`` beside the file
+        names another size.
+    """
+    _check_sequence_info(rows.path, own)
+    across, down = rows.boxes[:, 0] + 0.5 * rows.boxes[:, 2], rows.boxes[:, 1] + 0.5 * rows.boxes[:, 3]
+    width, height = own.facts.picture
+    shown = f"{width:g} x {height:g} px"
+    if (np.abs(rows.boxes) <= 1.5).all():
+        problem = f"all boxes are within 1.5 px: they seem to be shares of the picture; write px of {shown}"
+        raise FileError(rows.path, problem)
+    beside = (across < 0.0) | (across >= width)
+    outside = np.asarray((down < 0.0) | (down >= height) | (beside & (own.camera.period is None)))
+    count, lost = len(outside), int(outside.sum())
+    if lost > MOST_OUTSIDE * count:
+        right, bottom = np.quantile(rows.boxes[:, 0] + rows.boxes[:, 2], 0.99), np.quantile(down, 0.99)
+        raise FileError(
+            rows.path,
+            f"the middle of {lost} of {count} boxes is outside the picture of {shown} ({own.path.name}): they reach "
+            f"column {right:.0f} and row {bottom:.0f}; write the size of the picture that the boxes are of",
+        )
+    notes = [f"{lost} of {count} boxes are left out: their middle is outside the picture of {shown}"] if lost else []
+    inside = rows.select(~outside)
+    reach = (inside.boxes[:, :2] + inside.boxes[:, 2:]).max(axis=0) / (width, height)
+    if count >= ENOUGH and (reach < UNFILLED).all():
+        share = " x ".join(f"{part:.0%}" for part in reach)
+        notes.append(f"boxes fill only the upper left {share} of {shown}; is that the size of the picture they are of?")
+    return inside, tuple(notes)
+
+
+def _check_sequence_info(path: Path, own: OwnCamera) -> None:
+    """Refuse another size, or another frame rate, than MOTChallenge's ``seqinfo.ini`` beside the boxes has."""
+    found = next((place for place in (path.parent, path.parent.parent) if (place / "seqinfo.ini").is_file()), None)
+    if found is None:
+        return
+    size = picture_size_of(found / "seqinfo.ini")
+    facts = own.facts
+    if size is not None and (facts.width, facts.height or size[1]) != size:
+        raise FileError(
+            own.path,
+            f"says {facts.width} x {facts.height} px, {found / 'seqinfo.ini'} says {size[0]} x {size[1]}; write the "
+            "size of the picture that the boxes are of, with the focal length that belongs to it",
+        )
+
+
+def picture_size_of(path: Path) -> tuple[int, int] | None:
+    """Width and height in px that a ``seqinfo.ini`` names; ``None`` if it does not.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    """
+    text = configparser.ConfigParser(strict=False, interpolation=None)
+    try:
+        text.read_string(path.read_text("utf-8-sig"))
+        section = text["Sequence"]
+        return int(section["imWidth"]), int(section["imHeight"])
+    except KeyError:
+        return None
+    except (OSError, ValueError, configparser.Error) as error:
+        raise FileError(path, f"cannot be read: {str(error).splitlines()[0]}") from error
+
+
+def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:
+    """A note on frames in which nobody is seen, [T, K], if there are many of them or many in a row."""
+    empty = np.asarray(~observed.any(axis=1))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], empty, [False]]).astype(np.int8)))
+    runs = edges.reshape(-1, 2)
+    longest = runs[np.diff(runs, axis=1)[:, 0].argmax()] if len(runs) else np.zeros(2, np.int64)
+    seconds = float(longest[1] - longest[0]) * dt
+    if seconds < LONGEST_GAP and empty.mean() < MOST_EMPTY:
+        return ()
+    most = f"the longest gap is {seconds:.3g} s, from frame {longest[0]}"
+    return (
+        f"{int(empty.sum())} of {len(empty)} frames have no box ({most}): nothing but motion priors carries over it",
+    )
+
+
+def box_noise(boxes: FloatArray, width: float, period: float | None) -> float | None:
+    """Standard deviation in px of the columns, tops and bottoms of boxes [T, K, 3], by their third differences.
+
+    Noise that is white from frame to frame has third differences of variance 20 σ², and whoever walks hardly any. What
+    changes slowly, as a limb that sticks out for a second, is not seen in them. ``None`` if there are too few.
+    """
+    u, v, length = np.moveaxis(boxes, -1, 0)
+    edges = np.stack([u, v - 0.5 * length, v + 0.5 * length])
+    thirds = np.diff(edges, n=3, axis=1)
+    if period is not None:
+        thirds[0][np.abs(thirds[0]) > 0.5 * width] = np.nan
+    thirds = thirds[np.isfinite(thirds)]
+    return float(1.4826 * np.median(np.abs(thirds)) / np.sqrt(20.0)) if len(thirds) >= 100 else None

@@ -1,0 +1,287 @@
+"""A recording of the user's own: its files as `Footage`, with notes on whatever does not look right."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.boxes import observations_of, rectangles
+from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.detection import Detections, TrackerFactory
+from vbbench.exchange.matching import match_tracks
+from vbbench.exchange.own.box_files import BoxRows, read_boxes
+from vbbench.exchange.own.camera_file import OwnCamera, read_camera
+from vbbench.exchange.own.distortion import straighten_boxes
+from vbbench.exchange.own.motion_files import read_odometry, read_poses
+from vbbench.exchange.own.people_file import read_people
+from vbbench.exchange.own.plausibility import box_noise, fitting, gaps
+from vbbench.files.dataset_info import Pictures
+from vbbench.files.tables import file_sha256
+from vbbench.generation.footage import NOBODY, Footage, Recordings
+from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.registry import load
+from vbbench.scene import Scene
+
+CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "det/det.txt")
+POSES, ODOMETRY, PEOPLE = "poses.txt", "odometry.txt", "people.csv"
+"""Names of the files in a folder; the first of `BOXES` that is there counts."""
+FEWEST_FRAMES = 5
+MOST_CELLS = 50_000_000
+"""Frames times tracks that fit into memory."""
+LEAST_NOISE, ASSUMED_NOISE = 1.0, 2.0
+"""Noise in px of a box that is never fallen below, and that is assumed where it cannot be measured."""
+LEAST_FIT = 0.1
+"""Share of boxes that must be about where their person's box is expected."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingFiles:
+    """Where a recording is; ``None`` = there is none."""
+
+    name: str
+    camera: Path
+    boxes: Path
+    poses: Path | None = None
+    odometry: Path | None = None
+    people: Path | None = None
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of every file, by what it is."""
+        parts = ("camera", "boxes", "poses", "odometry", "people")
+        return {part: file_sha256(path) for part in parts if (path := getattr(self, part)) is not None}
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnRecording:
+    """What was read of a recording.
+
+    Parameters
+    ----------
+    footage : the recording.
+    files : where it was read.
+    own : its camera file.
+    pixel_std : noise in px of boxes, stated or measured.
+    notes : what the user should know, a line each.
+    """
+
+    footage: Footage
+    files: RecordingFiles
+    own: OwnCamera
+    pixel_std: float
+    notes: tuple[str, ...]
+
+
+def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = None) -> RecordingFiles:
+    """The files of a recording in a folder; ``boxes`` and ``poses`` are taken in place of its own.
+
+    Raises
+    ------
+    FileError
+        If camera or boxes are missing.
+    """
+    found = boxes or next((folder / name for name in BOXES if (folder / name).is_file()), None)
+    if not (folder / CAMERA).is_file():
+        raise FileError(folder / CAMERA, "the file is missing; docs/own.md says what to write")
+    if found is None:
+        raise FileError(folder, f"holds no boxes; write {', '.join(BOXES[:-1])} or {BOXES[-1]}")
+    beside = {name: path if (path := folder / name).is_file() else None for name in (POSES, ODOMETRY, PEOPLE)}
+    return RecordingFiles(
+        name=folder.resolve().name,
+        camera=folder / CAMERA,
+        boxes=found,
+        poses=poses or beside[POSES],
+        odometry=beside[ODOMETRY],
+        people=beside[PEOPLE],
+    )
+
+
+def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: Pictures | None = None) -> OwnRecording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    files : where it is.
+    dt : seconds per frame where neither camera file nor time stamps say it, such as those of a film.
+    pictures : where the pictures are.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be used: it is named, with the line and what to do.
+    """
+    own = read_camera(files.camera)
+    rows = read_boxes(files.boxes, own.facts.seconds or dt)
+    rows, misfits = fitting(rows, own)
+    timeline, notes = rows.timeline, [*rows.timeline.notes, *rows.notes, *misfits]
+    linked_here = not rows.linked
+    if linked_here:
+        rows, linking = _linked(rows, own)
+        notes.append(linking)
+    rows, straightening = _straight(rows, own)
+    notes += straightening
+    tracks, boxes, visible = _dense(rows, own)
+    notes += gaps(~np.isnan(boxes[..., 2]), timeline.dt)
+    scene, odometry = None, None
+    poses = None if files.poses is None else read_poses(files.poses, timeline)
+    if files.people is not None:
+        scene, lost = read_people(files.people, files.name, timeline)
+        notes += lost
+    if files.odometry is not None:
+        odometry, holes = read_odometry(files.odometry, timeline, own.facts.odometry)
+        notes += holes
+    footage = Footage(
+        name=files.name,
+        camera=own.camera,
+        dt=timeline.dt,
+        tracks=tracks,
+        boxes=boxes,
+        visible=visible,
+        poses=poses,
+        scene=scene,
+        odometry=odometry,
+        pictures=pictures,
+    )
+    if scene is not None and files.people is not None:
+        footage, fit = _with_persons(footage, scene, own.facts.height_mean, files.people, linked_here)
+        notes.append(fit)
+    noise = _noise(boxes, own)
+    return OwnRecording(footage=footage, files=files, own=own, pixel_std=noise, notes=tuple(notes))
+
+
+def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
+    """One or several of them as a split of footage wants them.
+
+    Raises
+    ------
+    VbbenchError
+        If their camera files tell of people of other heights.
+    """
+    heights = {(one.own.facts.height_mean, one.own.facts.height_std) for one in read}
+    if len(heights) > 1:
+        raise VbbenchError("camera files differ in height_mean or height_std; make a dataset of each recording")
+    mean, std = heights.pop()
+    worst = max(one.pixel_std for one in read)
+    count = "1 recording" if len(read) == 1 else f"{len(read)} recordings"
+    return Recordings(
+        footage=tuple(one.footage for one in read),
+        definition={"recordings": {one.footage.name: one.files.digests for one in read}},
+        calibration={
+            "summary": f"{count} of the user's own, boxes taken to be off by {worst:g} px",
+            "notes": {one.footage.name: list(one.notes) for one in read},
+        },
+        caution="a recording of somebody's own; nobody has checked its camera file",
+        height_mean=mean,
+        height_std=std,
+        pixel_std=worst,
+    )
+
+
+def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
+    """The tracks that the bundled tracker makes of detections."""
+    factory: TrackerFactory = load("tracker", "byte")
+    tracker = factory(dt=rows.timeline.dt, period=own.camera.period)
+    order = np.argsort(rows.frame, kind="stable")
+    edges = np.searchsorted(rows.frame[order], np.arange(rows.timeline.frames + 1))
+    scores = _shares(rows.scores)
+    found: list[tuple[IntArray, Detections]] = []
+    for first, last in pairwise(edges.tolist()):
+        here = order[first:last]
+        found.append(tracker.step(Detections(boxes=rows.boxes[here], scores=scores[here])))
+    track = np.concatenate([ids for ids, _ in found])
+    if not len(track):
+        raise FileError(rows.path, "has no ids, and the tracker links none of its boxes; are frames close in time?")
+    count, people = len(track), len(np.unique(track))
+    linked = BoxRows(
+        path=rows.path,
+        frame=np.repeat(np.arange(rows.timeline.frames), [len(ids) for ids, _ in found]),
+        track=track,
+        boxes=np.concatenate([one.boxes for _, one in found]),
+        scores=np.concatenate([one.scores for _, one in found]),
+        visible=np.full(count, np.nan),
+        lines=np.zeros(count, np.int64),
+        timeline=rows.timeline,
+    )
+    return linked, f"boxes without ids: the tracker links {count} of {len(rows.frame)} of them to {people} tracks"
+
+
+def _shares(scores: FloatArray) -> FloatArray:
+    """Scores from 0 to 1, as trackers want them: 1 where there is none, per cent or logits made shares."""
+    known = scores[~np.isnan(scores)]
+    if len(known) and (known.min() < 0.0):
+        scores = 1.0 / (1.0 + np.exp(-scores))
+    elif len(known) and known.max() > 1.0:
+        scores = scores / max(100.0, float(known.max()))
+    return np.where(np.isnan(scores), 1.0, scores)
+
+
+def _straight(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, list[str]]:
+    """The boxes without the lens's distortion."""
+    if own.facts.distortion is None or own.camera.intrinsics is None:
+        return rows, []
+    boxes = straighten_boxes(rows.boxes, own.facts.distortion, own.camera.intrinsics)
+    kept = np.asarray(np.isfinite(boxes).all(axis=1) & (boxes[:, 2:] > 0.0).all(axis=1))
+    lost, count = int((~kept).sum()), len(kept)
+    if lost > 0.5 * count:
+        problem = (
+            f"[distortion] leaves {lost} of {count} boxes without a place in the picture; are these its coefficients?"
+        )
+        raise FileError(own.path, problem)
+    notes = [f"{lost} of {count} boxes are left out: the lens shows them too far from its axis"] if lost else []
+    return replace(rows, boxes=boxes).select(kept), notes
+
+
+def _dense(rows: BoxRows, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Track ids [K], boxes [T, K, 3] and visible fractions [T, K]."""
+    tracks, column = np.unique(rows.track, return_inverse=True)
+    frames = rows.timeline.frames
+    if frames < FEWEST_FRAMES:
+        raise FileError(rows.path, f"has {frames} frames; a map needs {FEWEST_FRAMES} or more")
+    if frames * len(tracks) > MOST_CELLS:
+        raise FileError(rows.path, f"has {frames:,} frames of {len(tracks):,} tracks; split the recording")
+    boxes, visible = np.full((frames, len(tracks), 3), np.nan), np.full((frames, len(tracks)), np.nan)
+    boxes[rows.frame, column] = observations_of(rows.boxes, own.camera)
+    certain = np.where(np.isnan(rows.visible), _shares(rows.scores), rows.visible)
+    visible[rows.frame, column] = np.clip(certain, 0.01, 1.0)
+    return np.asarray(tracks, np.int64), boxes, visible
+
+
+def _with_persons(
+    footage: Footage, scene: Scene, height_mean: float, path: Path, linked_here: bool
+) -> tuple[Footage, str]:
+    """The footage with the person behind each track, and a note on how well their boxes fit where they are.
+
+    Ids of the boxes are those of the people, unless the tracker gave them: then people are matched by overlap.
+    """
+    heights = np.where(np.isnan(scene.heights), height_mean, scene.heights)
+    relative = scene.positions if footage.poses is None else world_to_relative(scene.positions, footage.poses)
+    expected = footage.camera.project_unbounded(relative, np.broadcast_to(heights, relative.shape[:2]))
+    if linked_here:
+        found = rectangles(footage.boxes)
+        footage = replace(footage, persons=match_tracks(found, rectangles(expected), scene.people, footage.camera))
+    _, persons = footage.positions()
+    frame, track = np.nonzero((persons != NOBODY) & ~np.isnan(footage.boxes[..., 2]))
+    boxes = int((~np.isnan(footage.boxes[..., 2])).sum())
+    if not len(frame):
+        how = "overlaps the box that anybody would have" if linked_here else "has the id of a person in its frame"
+        raise FileError(path, f"none of {boxes} boxes {how}; are axes, units and clock those of docs/own.md?")
+    seen, real = footage.boxes[frame, track], expected[frame, np.searchsorted(scene.people, persons[frame, track])]
+    aside = seen[:, 0] - real[:, 0]
+    if footage.camera.period is not None:
+        aside -= footage.camera.period * np.round(aside / footage.camera.period)
+    near = (np.abs(aside) < 0.5 * seen[:, 2]) & (np.abs(np.log(seen[:, 2] / real[:, 2])) < np.log(1.5))
+    share, known = float(near.mean()), len(frame) / boxes
+    fit = f"{known:.0%} of {boxes} boxes have a person; {share:.0%} of these are where that person's box would be"
+    if share < LEAST_FIT:
+        problem = f"{fit}: are these places in m, x and y of the world of the poses, or (right, forward) without poses?"
+        raise FileError(path, problem)
+    return footage, fit
+
+
+def _noise(boxes: FloatArray, own: OwnCamera) -> float:
+    if own.facts.pixel_std is not None:
+        return own.facts.pixel_std
+    measured = box_noise(boxes, own.camera.picture_size[0], own.camera.period)
+    return ASSUMED_NOISE if measured is None else max(LEAST_NOISE, round(measured, 2))

@@ -1,0 +1,138 @@
+"""Frames from frame numbers and from time stamps."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.geometry import FloatArray, IntArray
+
+SAME_FRAME = 0.1
+"""Time stamps that differ by less, in frames, are of one frame."""
+UNEVEN = 0.25
+"""How far the time between two frames may be from a whole number of frames before it is worth a note."""
+LONGEST_GAP = 60.0
+"""A clock that goes on by more seconds from one box to the next has jumped."""
+DRIFT = 0.02
+"""How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """When the frames of a recording were taken.
+
+    Parameters
+    ----------
+    frames : how many there are, T.
+    dt : seconds per frame.
+    times : [T] in s by the clock of the boxes' file: what poses and odometry refer to.
+    first_number : number of frame 0 in the file, and ``step`` from a frame to the next; of time stamps 0 and 1.
+    notes : what the user should know.
+    """
+
+    frames: int
+    dt: float
+    times: FloatArray
+    first_number: int = 0
+    step: int = 1
+    notes: tuple[str, ...] = ()
+
+    def frame_of_number(self, number: FloatArray) -> FloatArray:
+        """The frame of numbers in a file beside the boxes; not whole, or outside, where there is none."""
+        return (number - self.first_number) / self.step
+
+    def frame_of_time(self, time: FloatArray) -> FloatArray:
+        """The nearest frame of time stamps; −1 where none is within half a frame."""
+        nearest = _nearest(self.times, time)
+        near = np.abs(self.times[nearest] - time) <= 0.5 * self.dt + 1e-9
+        return np.where(near, nearest, -1.0)
+
+
+def number_frames(
+    path: Path, numbers: FloatArray, lines: IntArray, dt: float | None, base: int
+) -> tuple[IntArray, Timeline]:
+    """The frame of each row by its frame number; ``base`` is the number of the first frame of the film.
+
+    Frames that are numbered in steps, as of a film of which every fourth frame was used, are counted.
+
+    Raises
+    ------
+    FileError
+        If a number is not whole, or nothing says how long a frame lasts.
+    """
+    wrong = (numbers != np.round(numbers)) | (numbers < 0)
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise FileError(path, f"frame {numbers[row]:.10g} is not a whole number from 0 on", int(lines[row]))
+    if dt is None:
+        raise FileError(
+            path, "its frames are numbered, and nothing says how long one lasts: write dt or fps in camera.toml"
+        )
+    different = np.unique(numbers.astype(np.int64))
+    step = max(1, int(np.gcd.reduce(np.diff(different)))) if len(different) > 1 else 1
+    first = int(different[0])
+    frame = (numbers.astype(np.int64) - first) // step
+    count = int(frame.max()) + 1
+    notes = []
+    if step > 1:
+        notes.append(f"frames are numbered in steps of {step}: one every {step} x {dt:g} = {step * dt:g} s is used")
+    times = np.asarray((first - min(base, first) + step * np.arange(count)) * dt, np.float64)
+    return frame, Timeline(count, step * dt, times, first, step, tuple(notes))
+
+
+def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None) -> tuple[IntArray, Timeline]:
+    """The frame of each row by its time stamp in s, in whatever order the rows are.
+
+    The time from a frame to the next is rounded to whole frames, so that a clock that runs a little faster or slower
+    than is stated does no harm.
+
+    Raises
+    ------
+    FileError
+        If the clock jumps, two frames are less than half a frame apart, or there is one stamp only.
+    """
+    order = np.argsort(times, kind="stable")
+    begins = np.concatenate([[True], np.diff(times[order]) > SAME_FRAME * (dt or 0.001)])
+    stamps, group = times[order][begins], np.cumsum(begins) - 1
+    if len(stamps) < 2:
+        raise FileError(path, "all boxes are of one time; a map needs a film")
+    apart = np.diff(stamps)
+    said = dt or float(np.median(apart))
+    steps = apart / said
+    row_of = order[np.flatnonzero(begins)]
+    wrong = (np.round(steps) < 1) | (apart > LONGEST_GAP)
+    if wrong.any():
+        after = int(wrong.argmax())
+        line = int(lines[row_of[after + 1]])
+        if apart[after] > LONGEST_GAP:
+            problem = f"the clock jumps by {apart[after]:.6g} s, from {stamps[after]:.10g} s; split the recording there"
+        else:
+            late = f"{apart[after]:.3g} s after the frame before"
+            problem = f"time {stamps[after + 1]:.10g} s is {late}, a frame lasts {said:g} s; write the dt of the stamps"
+        raise FileError(path, problem, line)
+    number = np.concatenate([[0], np.cumsum(np.round(steps).astype(np.int64))])
+    frame = np.empty(len(times), np.int64)
+    frame[order] = number[group]
+    count = int(number[-1]) + 1
+    mean = float((stamps[-1] - stamps[0]) / number[-1])
+    notes = []
+    lasts = said if abs(mean / said - 1.0) <= DRIFT else round(mean, 6)
+    if lasts != said:
+        notes.append(
+            f"time stamps come every {mean:.4g} s, and dt is {said:g} s: motions are taken to last {mean:.4g} s"
+        )
+    uneven = int((np.abs(steps - np.round(steps)) > UNEVEN).sum())
+    if uneven:
+        notes.append(
+            f"{uneven} of {len(steps)} time stamps are more than {UNEVEN:g} frames from an even grid of {said:g} s"
+        )
+    return frame, Timeline(count, lasts, np.interp(np.arange(count), number, stamps), notes=tuple(notes))
+
+
+def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
+    place = (
+        np.searchsorted(times, wanted).clip(1, len(times) - 1) if len(times) > 1 else np.zeros(len(wanted), np.int64)
+    )
+    before = np.maximum(place - 1, 0)
+    return np.where(np.abs(times[before] - wanted) <= np.abs(times[place] - wanted), before, place)
