@@ -70,8 +70,8 @@ class Film:
         names = (f"{first[1]}{start + n:0{digits}d}{first[3]}" for n in range(len(found)))
         if any(file.name != name for file, name in zip(self.files, names, strict=True)):
             return None
-        folder = str(self.path.resolve() / first[1]).replace("{", "{{").replace("}", "}}")
-        return Pictures(pattern=f"{folder}{{:0{digits}d}}{first[3]}", first=start, step=1)
+        before = f"{self.path.resolve()}/{first[1]}".replace("{", "{{").replace("}", "}}")
+        return Pictures(pattern=f"{before}{{:0{digits}d}}{first[3]}", first=start, step=1)
 
     def _files(self) -> Iterator[tuple[Path, NDArray[np.uint8]]]:
         for file in self.files:
