@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vbbench import __version__
-from vbbench.cli import data, evaluation, exchange, reproduce, views
+from vbbench.cli import birdify, data, evaluation, exchange, reproduce, views
 from vbbench.cli.mistakes import in_options
 from vbbench.cli.parsing import parse
 from vbbench.cli.plugins import plugin_commands
@@ -35,6 +35,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "render": views.render,
     "view": views.view,
     "detect": exchange.detect,
+    "birdify": birdify.birdify,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
     "reproduce table4": reproduce.table4,

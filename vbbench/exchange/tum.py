@@ -35,20 +35,21 @@ _LAST_FRAME = 2**31 - 1
 """The largest frame that the tables hold."""
 
 
-def export_tum(poses: FloatArray, dt: float, mount_height: float, path: Path | str) -> None:
+def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, path: Path | str) -> None:
     """Write poses [T, 3] (x, y, yaw) in m and rad as a TUM trajectory; frames whose pose is NaN are left out.
 
     Parameters
     ----------
     poses : pose of frame t in row t.
-    dt : seconds per frame.
+    dt : seconds per frame; or the times [T] of the frames in s.
     mount_height : the camera's height in m, written as tz.
     path : the file.
     """
     frames = np.flatnonzero(np.isfinite(poses).all(axis=-1))
     x, y, yaw = poses[frames].T
     zero = np.zeros(len(frames))
-    rows = np.stack([frames * dt, x, y, zero + mount_height, zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=-1)
+    times = frames * dt if np.ndim(dt) == 0 else np.asarray(dt)[frames]
+    rows = np.stack([times, x, y, zero + mount_height, zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=-1)
     lines = [" ".join(map(repr, row)) + "\n" for row in rows.tolist()]
     write_text_atomically(Path(path), _HEADER + "".join(lines))
 

@@ -17,6 +17,7 @@ from vbbench.exchange.own.distortion import straighten_boxes
 from vbbench.exchange.own.motion_files import read_odometry, read_poses
 from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.plausibility import box_noise, fitting, gaps
+from vbbench.exchange.own.timing import Timeline
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import NOBODY, Footage, Recordings
@@ -32,8 +33,8 @@ MOST_CELLS = 50_000_000
 """Frames times tracks that fit into memory."""
 LEAST_NOISE, ASSUMED_NOISE = 1.0, 2.0
 """Noise in px of a box that is never fallen below, and that is assumed where it cannot be measured."""
-LEAST_FIT = 0.1
-"""Share of boxes that must be about where their person's box is expected."""
+LEAST_FIT, GOOD_FIT = 0.1, 0.9
+"""Shares of boxes that must, and should, be about where the box of their person is expected."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +62,7 @@ class OwnRecording:
     Parameters
     ----------
     footage : the recording.
+    timeline : when its frames were taken.
     files : where it was read.
     own : its camera file.
     pixel_std : noise in px of boxes, stated or measured.
@@ -68,6 +70,7 @@ class OwnRecording:
     """
 
     footage: Footage
+    timeline: Timeline
     files: RecordingFiles
     own: OwnCamera
     pixel_std: float
@@ -146,9 +149,9 @@ def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: 
     )
     if scene is not None and files.people is not None:
         footage, fit = _with_persons(footage, scene, own.facts.height_mean, files.people, linked_here)
-        notes.append(fit)
+        notes += fit
     noise = _noise(boxes, own)
-    return OwnRecording(footage=footage, files=files, own=own, pixel_std=noise, notes=tuple(notes))
+    return OwnRecording(footage=footage, timeline=timeline, files=files, own=own, pixel_std=noise, notes=tuple(notes))
 
 
 def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
@@ -250,8 +253,8 @@ def _dense(rows: BoxRows, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatAr
 
 def _with_persons(
     footage: Footage, scene: Scene, height_mean: float, path: Path, linked_here: bool
-) -> tuple[Footage, str]:
-    """The footage with the person behind each track, and a note on how well their boxes fit where they are.
+) -> tuple[Footage, list[str]]:
+    """The footage with the person behind each track, and a note if their boxes do not fit well where they are.
 
     Ids of the boxes are those of the people, unless the tracker gave them: then people are matched by overlap.
     """
@@ -277,7 +280,7 @@ def _with_persons(
     if share < LEAST_FIT:
         problem = f"{fit}: are these places in m, x and y of the world of the poses, or (right, forward) without poses?"
         raise FileError(path, problem)
-    return footage, fit
+    return footage, [fit] if min(share, known) < GOOD_FIT else []
 
 
 def _noise(boxes: FloatArray, own: OwnCamera) -> float:

@@ -1,0 +1,187 @@
+"""The one call behind ``vbbench birdify``: reads a recording, solves it, and writes whatever one wants to know.
+
+OUT/report.md, report.json            how sure it is: see `vbbench.birdify.report`
+OUT/poses.parquet, poses.csv          frame, time, x, y, yaw, and standard deviations
+OUT/poses.txt                         the same as a TUM trajectory
+OUT/positions.parquet, positions.csv  frame, time, id, x, y, and standard deviation
+OUT/map.png, film.mp4                 the map beside the boxes
+OUT/recording                         the files that it was made from: 'vbbench generate own' reads the folder
+OUT/dataset, OUT/submission           the same as a dataset and an answer to it: plot, render, view, export
+"""
+
+import shutil
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from vbbench.birdify.report import REPORT, Report, make_report
+from vbbench.birdify.tables import write_tables
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.estimate import Estimate
+from vbbench.exchange.own.recording import (
+    CAMERA,
+    ODOMETRY,
+    OwnRecording,
+    RecordingFiles,
+    as_recordings,
+    read_recording,
+)
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import Pictures
+from vbbench.files.submission import SubmissionInfo, SubmissionWriter
+from vbbench.files.submission_rows import answer_rows
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.folders.work_folder import WorkFolder, check_free
+from vbbench.generation import write_dataset
+from vbbench.generation.generator import FootageGenerator, Options
+from vbbench.pictures.rendering import silent
+from vbbench.protocol import get_protocol
+from vbbench.registry import load, make_solver
+from vbbench.sequence import Sequence
+from vbbench.solving.provenance import hardware, solver_version
+from vbbench.solving.runner import run_sequence
+
+PROTOCOL = "cold-start"
+DATASET, SUBMISSION, RECORDING = "dataset", "submission", "recording"
+FILMED = 300
+"""Most frames of which a film is made without being asked for: more take longer than all the rest."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Birdified:
+    """What was made.
+
+    Parameters
+    ----------
+    folder : where it is.
+    report : how sure it is.
+    """
+
+    folder: Path
+    report: Report
+
+
+def birdify(
+    boxes: Path | str,
+    camera: Path | str,
+    out: Path | str,
+    *,
+    odometry: Path | str | None = None,
+    solver: str = "map-causal",
+    film: bool | None = None,
+    dt: float | None = None,
+    pictures: Pictures | None = None,
+    overwrite: bool = False,
+    announce: Callable[[str], object] = silent,
+) -> Birdified:
+    """Make a map of where a camera and the people around it were, from the boxes of the people alone.
+
+    The map's origin is where the camera is in the first frame, its x axis where the camera looks then.
+
+    Parameters
+    ----------
+    boxes : MOTChallenge text or CSV (`vbbench.exchange.own.box_files`).
+    camera : camera file (`vbbench.exchange.own.camera_file`).
+    out : folder to make; it appears when it is whole.
+    odometry : TUM file of the observer's own measurement of its motion.
+    solver : a registered name, or ``module:attribute``.
+    film : whether to make a film; ``None`` for one of at most `FILMED` frames.
+    dt : seconds per frame where neither camera file nor boxes say it.
+    pictures : where the pictures of the frames are, to draw over.
+    overwrite : replace a folder that birdify made.
+    announce : called with a line for each stage.
+
+    Raises
+    ------
+    VbbenchError
+        If a file cannot be used, the solver is unknown or fails, or ``out`` exists.
+    """
+    out = Path(out)
+    with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
+        recording = _read(Path(boxes), Path(camera), None if odometry is None else Path(odometry), dt, pictures)
+        work.begin()
+        _keep_files(recording.files, work.new / RECORDING)
+        announce(_described(recording))
+        dataset = _dataset(recording, work.new / DATASET)
+        sequence = dataset.sequence(0)
+        announce(f"solving with {solver} ({PROTOCOL})")
+        answer = _solve(dataset, sequence, solver, work.new / SUBMISSION)
+        write_tables(work.new, sequence, recording.timeline, answer, dataset.camera(sequence).mount_height)
+        report = make_report(dataset, recording, answer, solver)
+        _draw(dataset, work.new, sequence.frames <= FILMED if film is None else film, announce)
+        write_text_atomically(work.new / "report.md", report.markdown())
+        write_text_atomically(work.new / REPORT, report.to_json())
+        work.publish()
+    for warning in report.warnings:
+        warnings.warn(VbbenchWarning(warning), stacklevel=2)
+    return Birdified(folder=out, report=report)
+
+
+def _read(
+    boxes: Path, camera: Path, odometry: Path | None, dt: float | None, pictures: Pictures | None
+) -> OwnRecording:
+    for path in filter(None, (boxes, camera, odometry)):
+        if not path.is_file():
+            raise FileError(path, "there is no such file")
+    files = RecordingFiles(name=boxes.stem, camera=camera, boxes=boxes, odometry=odometry)
+    return read_recording(files, dt=dt, pictures=pictures)
+
+
+def _described(recording: OwnRecording) -> str:
+    seen = recording.footage.boxes[..., 2] > 0.0
+    return (
+        f"{recording.footage.frames} frames of {recording.footage.dt:g} s, {len(recording.footage.tracks)} tracks, "
+        f"{int(seen.sum())} boxes, {seen.sum() / len(seen):.1f} people a frame"
+    )
+
+
+def _keep_files(files: RecordingFiles, folder: Path) -> None:
+    """Copy what was read, under the names that a recording of split ``own`` has."""
+    folder.mkdir(parents=True)
+    named = files.boxes.suffix.lower() == ".csv"
+    kept = {CAMERA: files.camera, "boxes.csv" if named else "gt.txt": files.boxes, ODOMETRY: files.odometry}
+    for name, path in kept.items():
+        if path is not None:
+            shutil.copyfile(path, folder / name)
+
+
+def _dataset(recording: OwnRecording, folder: Path) -> Dataset:
+    generator = load("generator", "own")
+    if not isinstance(generator, FootageGenerator):
+        raise VbbenchError("split 'own' is not installed as it comes with vbbench; install vbbench again")
+    return write_dataset(generator.lay_out(as_recordings([recording]), Options()), folder)
+
+
+def _solve(dataset: Dataset, sequence: Sequence, solver: str, folder: Path) -> Estimate:
+    """The answer of every frame, and the part of it that is scored as a submission."""
+    protocol = get_protocol(PROTOCOL)
+    with threadpool_limits(1):
+        problem = dataset.problem(sequence, covariances=True)
+        answer, seconds = run_sequence(make_solver(solver), problem, sequence, protocol, None)
+    info = SubmissionInfo(
+        solver=solver,
+        version=solver_version(solver),
+        dataset=dataset.info.id,
+        protocol=PROTOCOL,
+        seconds_per_frame=seconds / sequence.frames,
+        hardware=hardware(),
+    )
+    rows = answer_rows(sequence, protocol, answer, covariance=False)
+    with SubmissionWriter(folder, info, fallback=answer.fallback is not None) as writer:
+        writer.add(0, rows["poses"], rows["positions"])
+    return answer
+
+
+def _draw(dataset: Dataset, folder: Path, film: bool, announce: Callable[[str], object]) -> None:
+    from vbbench.pictures.plotting import plot_to_file
+
+    submission = folder / SUBMISSION
+    plot_to_file(dataset, 0, folder / "map.png", submission=submission)
+    if film:
+        from vbbench.pictures.rendering import render_to_file
+
+        render_to_file(dataset, 0, folder / "film.mp4", footage=True, submission=submission, announce=announce)
