@@ -26,12 +26,15 @@ class FilmBoxes:
     path : the boxes, MOTChallenge text; frame 1 is the film's first.
     dt : seconds per frame of the film.
     frames : number of its pictures.
+    first, step : the film's frame, from 0, of the first boxes, and from one with boxes to the next.
     detections, boxes, tracks : numbers of what the detector found, of what the tracker kept of it, and of its tracks.
     """
 
     path: Path
     dt: float
     frames: int
+    first: int
+    step: int
     detections: int
     boxes: int
     tracks: int
@@ -88,10 +91,13 @@ def find_boxes(
         advice = "a better detector (--detector FILE.onnx) or a film with people nearer may help"
         raise FileError(film.path, f"{detector} finds {detections} boxes, and none of them lasts; {advice}")
     write_mot(out, rows)
+    shown = np.unique(rows.frame)
     return FilmBoxes(
         path=out,
         dt=1.0 / rate,
         frames=len(found),
+        first=int(shown[0]),
+        step=int(np.gcd.reduce(np.diff(shown))) if len(shown) > 1 else 1,
         detections=detections,
         boxes=len(rows.frame),
         tracks=len(np.unique(rows.track)),
