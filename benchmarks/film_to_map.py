@@ -1,8 +1,8 @@
 """How good a map made from a rendered film is: ``vbbench birdify`` on pictures of a dataset, against its truth.
 
 ``python -m benchmarks.film_to_map MAP --dataset DIR [--sequence 0]``, where MAP was made by ``vbbench birdify`` from
-what ``vbbench export mot DIR --frames --sequence 0`` writes. Prints how many boxes are right, and how far people and camera
-are from the truth: no alignment but of the first frame, where the map's origin is.
+what ``vbbench export mot DIR --frames --sequence 0`` writes. Prints how many boxes are right, and how far people and
+camera are from the truth: no alignment but of the first frame, where the map's origin is.
 """
 
 import argparse

@@ -109,6 +109,7 @@ def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
         assert pictures is None
 
 
+@pytest.mark.filterwarnings("ignore:frames are numbered in steps of 2")
 def test_every_second_frame_and_the_command(folder, tmp_path, capsys):
     out = tmp_path / "map"
     command = ["birdify", str(folder / "pictures"), "--camera", str(folder / "timed.toml"), "--out", str(out)]
