@@ -1,8 +1,9 @@
 """How good a map made from a rendered film is: ``vbbench birdify`` on pictures of a dataset, against its truth.
 
-``python -m benchmarks.film_to_map MAP --dataset DIR [--sequence 0]``, where MAP was made by ``vbbench birdify`` from
-what ``vbbench export mot DIR --frames --sequence 0`` writes. Prints how many boxes are right, and how far people and
-camera are from the truth: no alignment but of the first frame, where the map's origin is.
+``python -m benchmarks.film_to_map MAP --dataset DIR [--sequence 0] [--first 0]``, where MAP was made by
+``vbbench birdify`` from what ``vbbench export mot DIR --frames --sequence 0`` writes, or from those of its pictures
+from frame ``first`` on. Prints how many boxes are right, and how far people and camera are from the truth: no alignment
+but of the first frame, where the map's origin is.
 """
 
 import argparse
@@ -23,20 +24,20 @@ def table(path: Path, *names: str) -> FloatArray:
     return np.column_stack([columns[name].to_numpy() for name in names]).astype(np.float64)
 
 
-def report(folder: Path, dataset: Dataset, number: int) -> str:
+def report(folder: Path, dataset: Dataset, number: int, start: int) -> str:
     """The figures as text."""
     sequence = dataset.sequence(number)
     truth, camera = dataset.truth(sequence), dataset.camera(sequence)
     real = true_rectangles(truth.positions, truth.heights, truth.poses, camera)
-    rows = read_mot(folder / "recording" / "gt.txt", sequence.frames)
-    poses = {int(row[0]) - 1: row[1:] for row in table(folder / "poses.csv", "frame", "x", "y", "yaw")}
+    rows = read_mot(folder / "recording" / "gt.txt", sequence.frames - start)
+    poses = {int(row[0]) - 1 + start: row[1:] for row in table(folder / "poses.csv", "frame", "x", "y", "yaw")}
     positions = table(folder / "positions.csv", "frame", "id", "x", "y")
-    places = {(int(frame) - 1, int(track)): place for frame, track, *place in positions}
+    places = {(int(frame) - 1 + start, int(track)): place for frame, track, *place in positions}
     found = people = 0
     off, depth, seen_by = [], [], {}
     first = min(poses)
-    for frame in sorted(set(rows.frame.tolist()) & poses.keys()):
-        here, shown = np.flatnonzero(rows.frame == frame), np.flatnonzero(sequence.observed[frame])
+    for frame in sorted({n + start for n in rows.frame.tolist()} & poses.keys()):
+        here, shown = np.flatnonzero(rows.frame == frame - start), np.flatnonzero(sequence.observed[frame])
         mine, theirs = match_boxes(rows.boxes[here], real[frame, shown], camera)
         found, people = found + len(mine), people + len(shown)
         for row, person in zip(here[mine], shown[theirs], strict=True):
@@ -50,10 +51,9 @@ def report(folder: Path, dataset: Dataset, number: int) -> str:
             depth.append(np.linalg.norm(actual))
     path = np.array([poses[frame] for frame in sorted(poses)])
     true_path = truth.poses[sorted(poses)]
-    start = true_path[0]
-    moved = world_to_relative(true_path[:, :2], start)[:, ::-1] * [1.0, -1.0]
+    moved = world_to_relative(true_path[:, :2], true_path[0])[:, ::-1] * [1.0, -1.0]
     away = np.linalg.norm(path[:, :2] - path[0, :2] - moved, axis=1)
-    turned = np.abs(wrap_angle(path[:, 2] - path[0, 2] - (true_path[:, 2] - start[2])))
+    turned = np.abs(wrap_angle(path[:, 2] - path[0, 2] - (true_path[:, 2] - true_path[0, 2])))
     travelled = np.linalg.norm(np.diff(true_path[:, :2], axis=0), axis=1).sum()
     switches = sum(len(set(tracks)) - 1 for tracks in seen_by.values())
     relative = np.array(off) / np.array(depth)
@@ -75,8 +75,9 @@ def main() -> None:
     parser.add_argument("map", type=Path)
     parser.add_argument("--dataset", type=Path, required=True)
     parser.add_argument("--sequence", type=int, default=0)
+    parser.add_argument("--first", type=int, default=0)
     asked = parser.parse_args()
-    print(report(asked.map, Dataset(asked.dataset), asked.sequence))
+    print(report(asked.map, Dataset(asked.dataset), asked.sequence, asked.first))
 
 
 if __name__ == "__main__":
