@@ -16,7 +16,7 @@ from tests.make_dataset import Crowd, write_dataset
 from vbbench.boxes import cut_to_picture, observations_of, overlaps, rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.matching import NOBODY, match_boxes, match_tracks
 from vbbench.exchange.mot import MotRows, export_mot, import_mot, read_mot, write_mot
 from vbbench.exchange.mot.importing import PIXEL_STD
@@ -207,7 +207,8 @@ def test_a_switch_a_break_and_a_false_alarm_are_told_apart(dataset, tmp_path):
     lines += [(seen[0], 200, 3.0, 30.0, 9.0, 20.0)]
     text = "".join(f"{t + 1},{','.join(map(str, row))},1,-1,-1,-1\n" for t, *row in lines)
     (tmp_path / f"sequence-{sequence.index:06d}.txt").write_text(text)
-    made = import_mot(tmp_path, dataset, tmp_path / "made")
+    with pytest.warns(VbbenchWarning, match=f"only {len(seen)} of {2 * len(seen) + 1} boxes match a person"):
+        made = import_mot(tmp_path, dataset, tmp_path / "made", least_matched=0.4)
     after, expected = made.sequence(0), [100, 200]
     assert after.tracks.tolist() == expected
     persons = made.track_persons(after)
@@ -264,6 +265,72 @@ def test_files_that_are_of_no_use_are_refused(dataset, tmp_path, name, text, pro
     with pytest.raises(FileError, match=problem):
         import_mot(tmp_path / "files", dataset, tmp_path / "made")
     assert not (tmp_path / "made").exists()
+
+
+def rewritten(files: Path, number: int, folder: Path, line: Any) -> Path:
+    """The boxes of one sequence with every line changed by a function of its cells."""
+    rows = (files / f"sequence-{number:06d}" / "gt" / "gt.txt").read_text().splitlines()
+    folder.mkdir()
+    text = "".join(f"{line(*row.split(',')[:6])}\n" for row in rows)
+    (folder / f"sequence-{number:06d}.txt").write_text(text)
+    return folder
+
+
+def test_boxes_of_another_picture_are_refused_with_numbers(dataset, files, tmp_path):
+    number = fullest(dataset)
+    count, size = dataset.sequence(number).observed.sum(), dataset.info.camera.picture_size
+    half = rewritten(
+        files, number, tmp_path / "half", lambda *row: ",".join([*row[:2], *(str(float(cell) / 2) for cell in row[2:])])
+    )
+    with pytest.raises(
+        FileError, match=rf"of {count} boxes match a person; .* {size[0]} x {size[1]}, and numbered|no tra"
+    ):
+        import_mot(half, dataset, tmp_path / "made")
+    assert not (tmp_path / "made").exists()
+
+
+def test_few_matches_are_a_loud_warning(dataset, files, tmp_path):
+    number, every = fullest(dataset), iter(range(10**6))
+    folder = rewritten(
+        files,
+        number,
+        tmp_path / "some",
+        lambda *row: ",".join([*row[:2], "1" if next(every) % 4 == 0 else row[2], *row[3:]]),
+    )
+    with pytest.warns(VbbenchWarning, match=r"only \d+ of \d+ boxes match a person; are they in px"):
+        import_mot(folder, dataset, tmp_path / "made")
+
+
+def test_pictures_of_another_size_are_refused(dataset, files, tmp_path):
+    folder = shutil.copytree(files, tmp_path / "files")
+    info = folder / "sequence-000001" / "seqinfo.ini"
+    width, height = dataset.info.camera.picture_size
+    info.write_text(info.read_text().replace(f"imWidth={width}", "imWidth=1920"))
+    with pytest.raises(FileError, match=f"have 1920 x {height} px, those of the dataset {width} x {height}"):
+        import_mot(folder, dataset, tmp_path / "made")
+
+
+def test_a_line_of_names_time_stamps_and_gaps_are_read(dataset, files, tmp_path):
+    number, dt = fullest(dataset), dataset.info.dt
+    plain = rewritten(files, number, tmp_path / "plain", lambda *row: ",".join(row))
+    timed = rewritten(
+        files, number, tmp_path / "timed", lambda *row: ",".join([f"{(int(row[0]) - 1) * dt + 0.03:.3f}", *row[1:]])
+    )
+    path = next(timed.iterdir())
+    path.write_text("time,id,bb_left,bb_top,bb_width,bb_height\n" + path.read_text())
+    one, other = (import_mot(folder, dataset, tmp_path / f"{folder.name}-made") for folder in (plain, timed))
+    np.testing.assert_array_equal(one.sequence(0).observations, other.sequence(0).observations)
+    path.write_text(path.read_text() + f"{0.5 * dt:.3f},1,1,1,20,60\n")
+    with pytest.raises(FileError, match="lies between two frames; frame n is at n x"):
+        import_mot(timed, dataset, tmp_path / "made")
+    path.write_text("id,frame,left\n")
+    with pytest.raises(FileError, match="3 columns"):
+        import_mot(timed, dataset, tmp_path / "made")
+    path.write_text("frame,left,id\n")
+    with pytest.raises(FileError, match="names columns in another order"):
+        import_mot(timed, dataset, tmp_path / "made")
+    with pytest.raises(VbbenchError, match="least_matched is a share"):
+        import_mot(plain, dataset, tmp_path / "made", least_matched=2.0)
 
 
 def test_sequences_with_a_scene_each_keep_it(tmp_path):

@@ -109,6 +109,7 @@ def import_mot(
     dataset: Path,
     out: Path,
     pixel_std: float | None = None,
+    least_matched: float = 0.5,
     truth: Path | None = None,
     overwrite: bool = False,
 ) -> None:
@@ -120,13 +121,22 @@ def import_mot(
         out: Dataset folder to make.
         pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, for solvers;
             default: 9, panorama 2.4.
+        least_matched: Share of the boxes that must match people; fewer are refused.
         truth: Folder with the truth tables, if they are not in the dataset.
         overwrite: Replace an existing dataset.
     """
     from vbbench.exchange.mot import import_mot as make
     from vbbench.files.dataset import Dataset
 
-    made = make(files, Dataset(dataset, truth), out, pixel_std=pixel_std, overwrite=overwrite, announce=announce)
+    made = make(
+        files,
+        Dataset(dataset, truth),
+        out,
+        pixel_std=pixel_std,
+        least_matched=least_matched,
+        overwrite=overwrite,
+        announce=announce,
+    )
     print(made.folder)
 
 

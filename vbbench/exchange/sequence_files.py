@@ -1,11 +1,13 @@
 """Files of one sequence each, as MOTChallenge and TUM folders hold them: their names, and ``seqinfo.ini``."""
 
+import configparser
 import re
 from collections.abc import Mapping
 from pathlib import Path
 
 from vbbench.errors import FileError
 
+SEQUENCE_INFO = "seqinfo.ini"
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -49,3 +51,24 @@ def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], exte
         "imExt": extension,
     }
     return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
+
+
+def picture_size_of(path: Path) -> tuple[int, int] | None:
+    """Width and height in px of the pictures that a ``seqinfo.ini`` is about; ``None`` if it is missing or silent.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    """
+    if not path.is_file():
+        return None
+    text = configparser.ConfigParser(strict=False, interpolation=None)
+    try:
+        text.read_string(path.read_text("utf-8-sig"))
+        section = text["Sequence"]
+        return int(section["imWidth"]), int(section["imHeight"])
+    except KeyError:
+        return None
+    except (OSError, ValueError, configparser.Error) as error:
+        raise FileError(path, f"cannot be read: {str(error).splitlines()[0]}") from error

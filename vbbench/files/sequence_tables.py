@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from numpy.typing import ArrayLike, NDArray
 
 from vbbench.errors import FileError
-from vbbench.files.tables import OPTIONAL, SCHEMAS, column_values, table_schema
+from vbbench.files.tables import OPTIONAL, SCHEMAS, arrow_array, column_values, table_schema
 
 KEYS_AT_ONCE = 1 << 20
 """Rows of the key column that are read together if the footer is not trusted."""
@@ -172,7 +172,7 @@ class SequenceTable:
 
 
 _F = pa.float64()
-_ZERO_ONE = pa.array([0.0, 1.0])
+_ZERO_ONE = arrow_array([0.0, 1.0], pa.float64())
 
 
 def _may_hold(there: pa.DataType, wanted: pa.DataType) -> bool:

@@ -93,6 +93,10 @@ def arrow_array(values: ArrayLike, kind: pa.DataType) -> pa.Array:
     `pyarrow.array` is slower, and imports pandas, which takes half a second.
     """
     array = np.asarray(values)
+    if pa.types.is_string(kind) and array.dtype.kind == "U":
+        texts = [text.encode() for text in array.tolist()]
+        ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
+        return pa.Array.from_buffers(kind, len(texts), [None, pa.py_buffer(ends), pa.py_buffer(b"".join(texts))])
     if not (pa.types.is_primitive(kind) and array.dtype.kind in "biuf"):
         return pa.array(values, type=kind)
     if pa.types.is_boolean(kind):

@@ -15,7 +15,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges, part_ranges
-from vbbench.files.tables import CAMERA, SCENE_TABLES, TRACK_TABLE, TableWriter, table_schema, to_arrow
+from vbbench.files.tables import CAMERA, SCENE_TABLES, TRACK_TABLE, TableWriter, arrow_array, table_schema, to_arrow
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
@@ -154,7 +154,8 @@ def _build_part(plan: Plan, first: int, last: int) -> Part:
         rows.append(sequence_row(data, plan.info.split))
         seen.append(data.sequence.observed.sum(axis=1))
     schema = table_schema("sequences", [CAMERA] if plan.info.cameras else [])
-    groups["sequences"].append(pa.Table.from_pylist(rows, schema=schema))
+    cells = [arrow_array([row[field.name] for row in rows], field.type) for field in schema]
+    groups["sequences"].append(pa.Table.from_arrays(cells, schema=schema))
     people = np.concatenate(seen)
     people = people[people > 0]
     facts = {"sequences": len(rows), "frames": len(people), "observations": int(people.sum())}

@@ -8,7 +8,7 @@ import numpy as np
 
 from vbbench.boxes import rectangles
 from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
-from vbbench.exchange.sequence_files import sequence_info, sequence_name
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, sequence_info, sequence_name
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
@@ -57,7 +57,7 @@ def export_mot(
             write_mot(folder / "gt" / "gt.txt", tracks)
             write_mot(folder / "det" / "det.txt", replace(tracks, track=np.full(len(tracks.frame), UNLINKED)))
             info = sequence_info(name, dataset.info.dt, one.frames, dataset.camera(one).picture_size, ".png")
-            write_text_atomically(folder / "seqinfo.ini", info)
+            write_text_atomically(folder / SEQUENCE_INFO, info)
             if backend is not None:
                 _write_pictures(dataset, one, folder / "img1", backend, announce)
     return out

@@ -1,18 +1,19 @@
 """Any tracker's MOTChallenge files as a dataset of tier `tracked`: its boxes, matched to people by their overlap."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vbbench.boxes import observations_of
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.matching import LEAST_FRAMES, LEAST_OVERLAP, NOBODY, lasting_tracks, match_tracks, true_rectangles
 from vbbench.exchange.mot.text import UNLINKED, MotRows, read_mot
-from vbbench.exchange.sequence_files import files_by_sequence
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_size_of
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
@@ -25,6 +26,8 @@ from vbbench.sequence import Sequence, SequenceData, Truth
 
 REVISION = 1
 """Incremented whenever the same files give another dataset, so that ids differ too."""
+LEAST_MATCHED, GOOD_MATCH = 0.5, 0.9
+"""Shares of the boxes that must match a person, unless less is asked for, and below which a warning says so."""
 PIXEL_STD = {"perspective": 9.0, "panorama": 2.4}
 """Noise in px of a tracker's columns, tops and bottoms that the dataset declares, as in docs/tiers.md."""
 
@@ -35,6 +38,7 @@ def import_mot(
     out: Path | str,
     *,
     pixel_std: float | None = None,
+    least_matched: float = LEAST_MATCHED,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Dataset:
@@ -42,7 +46,7 @@ def import_mot(
 
     Tracks are matched to people frame by frame (`match_boxes`); those matched in fewer than three frames are left out.
     Given is where the person behind a track is in its first two matched frames. Sequences without a file are left out,
-    and the others renumbered in order.
+    and the others renumbered in order. A file may have a first line of names, time stamps in place of frames, and gaps.
 
     Parameters
     ----------
@@ -51,27 +55,67 @@ def import_mot(
     out : folder of the new dataset.
     pixel_std : standard deviation in px of a box's column, top and bottom that the dataset declares; ``None`` for that
         of the bundled tracker.
+    least_matched : share of the boxes that must match a person; fewer are refused.
     overwrite : replace an existing dataset.
     announce : called with a line that says how many boxes were kept.
 
     Raises
     ------
     VbbenchError
-        If a file cannot be used (`read_mot`), no track matches a person, the truth is withheld, or ``out`` exists.
+        If a file cannot be used (`read_mot`), its ``seqinfo.ini`` tells of pictures of another size, fewer boxes
+        match than must, the truth is withheld or was not measured, or ``out`` exists.
     """
     out = Path(out)
     if pixel_std is None:
         pixel_std = PIXEL_STD["perspective" if dataset.info.camera.period is None else "panorama"]
     if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
         raise VbbenchError(f"pixel_std must be at least 0 px, not {pixel_std:g}")
+    if dataset.info.truth != "whole":
+        raise VbbenchError(f"{dataset.folder}: not everybody's place was measured; make it again with --boxes instead")
+    if not 0.0 <= least_matched <= 1.0:
+        raise VbbenchError(f"least_matched is a share from 0 to 1, not {least_matched:g}")
     plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
-    if not any(plan.build(index).sequence.tracks.size for index in range(len(plan))):
-        problem = "no track matches a person in three frames; are its boxes in pixels of the rendered pictures?"
-        raise FileError(folder, problem)
+    kept = _check_matches(plan, Path(folder), least_matched)
     made = write_dataset(plan, out, overwrite=overwrite)
-    kept, boxes = made.info.counts["observations"], sum(len(rows.frame) for rows in plan.contents)
-    announce(f"{kept} of {boxes} boxes kept: of tracks that match a person in {LEAST_FRAMES} frames or more")
+    announce(f"{kept}: of tracks that match a person in {LEAST_FRAMES} frames or more")
     return made
+
+
+def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
+    """Refuse boxes that hardly match anybody, warn of those that match badly, and say how many are kept."""
+    matched, kept = np.zeros(len(plan), np.int64), 0
+    for index, (number, path) in enumerate(plan.files.items()):
+        _check_size(path, plan.dataset, number)
+        tracks = plan.match(index)
+        matched[index] = (tracks.persons != NOBODY).sum()
+        kept += int((tracks.visible[:, lasting_tracks(tracks.persons)] > 0.0).sum())
+    boxes = np.array([len(rows.frame) for rows in plan.contents])
+    said = f"{matched.sum()} of {boxes.sum()} boxes match a person"
+    width, height = plan.dataset.info.camera.picture_size
+    of_what = f"are they in px of these pictures, {width} x {height}, and numbered by their frames from 1?"
+    if not kept:
+        raise FileError(folder, f"no track matches a person in three frames; {of_what}")
+    if matched.sum() < least * boxes.sum():
+        problem = f"only {said}; {of_what} If so, allow for it: least_matched below {matched.sum() / boxes.sum():.2g}"
+        raise FileError(folder, problem)
+    poor = [path for path, some, all_ in zip(plan.files.values(), matched, boxes, strict=True) if some < least * all_]
+    if poor or matched.sum() < GOOD_MATCH * boxes.sum():
+        fewest = f"; fewer than {least:.0%} of {', '.join(path.name for path in poor[:5])}" if poor else ""
+        warnings.warn(VbbenchWarning(f"{folder}: only {said}{fewest}; {of_what}"), stacklevel=3)
+    return f"{kept} of {boxes.sum()} boxes kept"
+
+
+def _check_size(path: Path, dataset: Dataset, number: int) -> None:
+    """Refuse a file whose ``seqinfo.ini`` tells of pictures of another size."""
+    beside, above = path.parent / path.stem / SEQUENCE_INFO, path.parent.parent / SEQUENCE_INFO
+    info = beside if beside.is_file() else above
+    size = picture_size_of(info)
+    wanted = dataset.camera(dataset.sequence(number)).picture_size
+    if size is not None and size != wanted:
+        raise FileError(
+            info,
+            f"its pictures have {size[0]} x {size[1]} px, those of the dataset {wanted[0]} x {wanted[1]}; track these",
+        )
 
 
 @dataclass(frozen=True)
@@ -95,7 +139,8 @@ class TrackedPlan:
     @cached_property
     def contents(self) -> list[MotRows]:
         """The rows of the files."""
-        return [_tracks(path, int(self.dataset.rows["frames"][number])) for number, path in self.files.items()]
+        frames, dt = self.dataset.rows["frames"], self.dataset.info.dt
+        return [_tracks(path, int(frames[number]), dt) for number, path in self.files.items()]
 
     @cached_property
     def scenes(self) -> tuple[Scene, ...]:
@@ -118,8 +163,8 @@ class TrackedPlan:
         facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}, "withheld_id": None}
         return replace(source, tier="tracked", scenes=names, pixel_std=self.pixel_std, **facts)
 
-    def build(self, index: int) -> SequenceData:
-        """Match the tracks of one sequence, and leave out those that match nobody."""
+    def match(self, index: int) -> "Matched":
+        """The tracks of one sequence, with the person behind each box."""
         source = self.dataset.sequence(list(self.files)[index])
         camera, scene = self.dataset.camera(source), scene_of(self.dataset, source.scene)
         tracks, boxes, visible = _dense(self.contents[index], source.frames)
@@ -128,17 +173,26 @@ class TrackedPlan:
         frames = slice(source.first_frame, source.first_frame + source.frames)
         true = true_rectangles(scene.positions[frames, others], scene.heights[others], poses, camera)
         persons = match_tracks(boxes, true, scene.people[others], camera)
-        kept = lasting_tracks(persons)
-        persons, truth = persons[:, kept], _truth(scene, frames, poses, persons[:, kept])
+        return Matched(source, scene, poses, tracks, observations_of(boxes, camera), visible, persons)
+
+    def build(self, index: int) -> SequenceData:
+        """Match the tracks of one sequence, and leave out those that match nobody."""
+        found = self.match(index)
+        source, scene = found.source, found.scene
+        kept = lasting_tracks(found.persons)
+        persons = found.persons[:, kept]
+        frames = slice(source.first_frame, source.first_frame + source.frames)
+        truth = _truth(scene, frames, found.poses, persons)
         sequence = Sequence(
             index=index,
             scene=self._scene_numbers.index(source.scene) if self._shared else index,
             observer=source.observer,
             first_frame=source.first_frame,
-            tracks=tracks[kept],
-            observations=observations_of(boxes[:, kept], camera),
-            visible=visible[:, kept],
+            tracks=found.tracks[kept],
+            observations=found.observations[:, kept],
+            visible=found.visible[:, kept],
             given=arrivals_given(truth, persons != NOBODY),
+            camera=source.camera,
         )
         return SequenceData(sequence=sequence, truth=truth, persons=persons, scene=None if self._shared else scene)
 
@@ -149,6 +203,18 @@ class TrackedPlan:
     @property
     def _shared(self) -> bool:
         return len(set(self.dataset.rows["scene"].tolist())) < len(self.dataset)
+
+
+class Matched(NamedTuple):
+    """A sequence's tracks [K]: their boxes [T, K, 3], visible fractions and the person behind each [T, K]."""
+
+    source: Sequence
+    scene: Scene
+    poses: FloatArray
+    tracks: IntArray
+    observations: FloatArray
+    visible: FloatArray
+    persons: IntArray
 
 
 def _files(folder: Path, sequences: int) -> dict[int, Path]:
@@ -162,8 +228,8 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
     return files_by_sequence(named, sequences)
 
 
-def _tracks(path: Path, frames: int) -> MotRows:
-    rows = read_mot(path, frames)
+def _tracks(path: Path, frames: int, dt: float) -> MotRows:
+    rows = read_mot(path, frames, dt)
     loose = np.flatnonzero(rows.track == UNLINKED)
     if len(loose):
         line = int(rows.line[loose[0]])

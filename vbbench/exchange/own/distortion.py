@@ -14,12 +14,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.numbers import Within, check_ranges
 
 Coefficient = Annotated[float, Within(-1e3, 1e3)]
 WIDEST = np.radians(80.0)
 """Directions farther from the optical axis have no place on a pinhole's picture that is of any use."""
+ON_THE_WAY = np.linspace(0.1, 1.0, 10)
+"""Shares of the way from the optical axis to a point on which the model must not fold the picture over."""
 ROUNDS, EXACT, STEP = 50, 1e-10, 1e-7
 """Newton steps, and the largest error of an inverse, per forward; step by which slopes are taken."""
 
@@ -77,9 +79,15 @@ class Distortion:
                     break
                 points = points - _solve(self._slopes(points), off)
             exact = (np.abs(self.bend(points) - bent) <= 100.0 * EXACT).all(axis=-1)
-            upright = np.linalg.det(self._slopes(points)) > 0.0  # else the model folds the picture over there
+            unfolded = np.all([self._is_upright(share * points) for share in ON_THE_WAY], axis=0)
             near = np.linalg.norm(points, axis=-1) <= np.tan(WIDEST)
-        return np.where((exact & upright & near)[..., None], points, np.nan)
+        return np.where((exact & unfolded & near)[..., None], points, np.nan)
+
+    def _is_upright(self, points: FloatArray) -> BoolArray:
+        """Whether the picture keeps its orientation in both directions at points [..., 2], as every lens's does."""
+        slopes = self._slopes(points)
+        upright: BoolArray = (np.linalg.det(slopes) > 0.0) & (np.trace(slopes, axis1=-2, axis2=-1) > 0.0)
+        return upright
 
     def _slopes(self, points: FloatArray) -> FloatArray:
         """[..., 2, 2] the derivatives of `bend`."""

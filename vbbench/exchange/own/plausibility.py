@@ -1,6 +1,5 @@
 """Whether boxes can be of the camera's picture: what does not fit is said with numbers, or refused."""
 
-import configparser
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.own.box_files import BoxRows
 from vbbench.exchange.own.camera_file import OwnCamera
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_size_of
 from vbbench.geometry import BoolArray, FloatArray
 
 MOST_OUTSIDE = 0.2
@@ -54,37 +54,15 @@ def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
 
 
 def _check_sequence_info(path: Path, own: OwnCamera) -> None:
-    """Refuse another size, or another frame rate, than MOTChallenge's ``seqinfo.ini`` beside the boxes has."""
-    found = next((place for place in (path.parent, path.parent.parent) if (place / "seqinfo.ini").is_file()), None)
-    if found is None:
-        return
-    size = picture_size_of(found / "seqinfo.ini")
-    facts = own.facts
+    """Refuse another size than MOTChallenge's ``seqinfo.ini`` beside the boxes has."""
+    found = next((one for one in (path.parent, path.parent.parent) if (one / SEQUENCE_INFO).is_file()), path.parent)
+    size, facts = picture_size_of(found / SEQUENCE_INFO), own.facts
     if size is not None and (facts.width, facts.height or size[1]) != size:
         raise FileError(
             own.path,
-            f"says {facts.width} x {facts.height} px, {found / 'seqinfo.ini'} says {size[0]} x {size[1]}; write the "
+            f"says {facts.width} x {facts.height} px, {found / SEQUENCE_INFO} says {size[0]} x {size[1]}; write the "
             "size of the picture that the boxes are of, with the focal length that belongs to it",
         )
-
-
-def picture_size_of(path: Path) -> tuple[int, int] | None:
-    """Width and height in px that a ``seqinfo.ini`` names; ``None`` if it does not.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read.
-    """
-    text = configparser.ConfigParser(strict=False, interpolation=None)
-    try:
-        text.read_string(path.read_text("utf-8-sig"))
-        section = text["Sequence"]
-        return int(section["imWidth"]), int(section["imHeight"])
-    except KeyError:
-        return None
-    except (OSError, ValueError, configparser.Error) as error:
-        raise FileError(path, f"cannot be read: {str(error).splitlines()[0]}") from error
 
 
 def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:

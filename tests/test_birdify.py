@@ -1,0 +1,211 @@
+"""``vbbench birdify``: boxes in, map out; what it writes, how sure it says that it is, and what it refuses."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from tests.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_folder, write_mot, write_tum
+from vbbench.birdify.birdify import birdify
+from vbbench.birdify.cues import compare_cues
+from vbbench.boxes import rectangles
+from vbbench.camera import PerspectiveCamera
+from vbbench.cli import main
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.tum import import_tum
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
+from vbbench.solver import Frame, FrameEstimate, Problem
+
+
+def crossing(frames: int = 40, people: int = 12, **camera: float) -> Walk:
+    """People cross before a camera that stands still: their common motion is none."""
+    walk = make_walk(frames, people, **camera)
+    rng, time = np.random.default_rng(5), 0.1 * np.arange(frames)
+    speed = np.where(np.arange(people) % 2, 0.8, -0.8)
+    start = np.stack([rng.uniform(6.0, 14.0, people), rng.uniform(-2.0, 2.0, people) - speed], axis=-1)
+    places = start + time[:, None, None] * np.stack([np.zeros(people), speed], axis=-1)
+    poses = np.zeros((frames, 3))
+    boxes = walk.camera.project(world_to_relative(places, poses), np.broadcast_to(walk.heights, (frames, people)))
+    flat = rectangles(boxes)
+    return replace(walk, poses=poses, people=places, boxes=flat + rng.normal(0.0, 1.0, flat.shape) * [1, 1, 0, 1])
+
+
+class Odometer:
+    """Believes odometry, if there is any, and that people are of mean height."""
+
+    def start(self, problem: Problem) -> None:
+        self.problem, self.pose = problem, np.zeros(3)
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        if frame.given.odometry is not None and frame.index:
+            forward, left, turn = frame.given.odometry.motions[-1]
+            place = relative_to_world(np.array([[-left, forward]]), self.pose)[0]
+            self.pose = np.array([*place, self.pose[2] + turn])
+        relative = self.problem.camera.unproject(frame.observations, np.full(len(frame.observations), 1.72))
+        return FrameEstimate(pose=self.pose, positions=relative_to_world(relative, self.pose))
+
+
+FAST = f"{__name__}:Odometer"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_folder(tmp_path_factory.mktemp("birdify") / "walk", crossing())
+
+
+@pytest.fixture(scope="module")
+def made(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("birdify") / "map"
+    return birdify(folder / "boxes.csv", folder / "camera.toml", out).folder
+
+
+def table(path: Path) -> dict[str, FloatArray]:
+    rows = list(csv.reader(path.read_text().splitlines()))
+    return dict(zip(rows[0], np.array(rows[1:], float).T, strict=True))
+
+
+def test_the_map_is_where_everybody_was(made):
+    walk, poses, people = crossing(), table(made / "poses.csv"), table(made / "positions.csv")
+    assert poses["frame"].tolist() == list(range(40))
+    assert np.hypot(poses["x"], poses["y"]).max() < 1.0
+    frame, column = people["frame"].astype(int), people["id"].astype(int) - 1
+    assert len(frame) == len(walk.rows)
+    off = np.hypot(*(np.stack([people["x"], people["y"]], axis=-1) - walk.people[frame, column]).T)
+    assert np.median(off) < 1.0
+    assert np.isfinite(people["std"][frame > 1]).all()
+
+
+def test_every_form_of_the_answer_says_the_same(made):
+    for name in ("poses", "positions"):
+        parquet, text = pq.read_table(made / f"{name}.parquet"), table(made / f"{name}.csv")
+        assert parquet.column_names == list(text)
+        for column in parquet.column_names:
+            np.testing.assert_allclose(np.array(parquet[column].to_pylist(), float), text[column], rtol=1e-12)
+    frames, poses = import_tum(made / "poses.txt", 0.1)
+    expected = table(made / "poses.csv")
+    np.testing.assert_array_equal(frames, expected["frame"])
+    np.testing.assert_allclose(poses, np.stack([expected["x"], expected["y"], expected["yaw"]], axis=-1), atol=1e-9)
+
+
+def test_pictures_are_made_and_what_was_read_is_kept(made, folder, tmp_path):
+    assert (made / "map.png").read_bytes()[:4] == b"\x89PNG"
+    assert (made / "film.mp4").stat().st_size > 10_000
+    assert (made / "recording" / "boxes.csv").read_bytes() == (folder / "boxes.csv").read_bytes()
+    assert "as written" in verify(made / "dataset")
+    again = generate("own", tmp_path / "d", Options(source=made / "recording"))
+    one, other = Dataset(made / "dataset").sequence(0), again.sequence(0)
+    np.testing.assert_array_equal(one.observations, other.observations)
+    assert main(["plot", str(made / "dataset"), "--sequence", "0", "--estimate", str(made / "submission"),
+                 "--out", str(tmp_path / "x.png")]) == 0  # fmt: skip
+
+
+def test_the_report_says_how_sure_it_is(made):
+    report, text = json.loads((made / "report.json").read_text()), (made / "report.md").read_text()
+    assert (report["frames"], report["tracks"], report["solver"]) == (40, 12, "map-causal")
+    assert report["cues"]["mount_height"] == pytest.approx(1.5, abs=0.15)
+    assert abs(report["cues"]["tilt"]) < 0.02
+    assert report["heights_median"] == pytest.approx(1.72, abs=0.08)
+    assert report["place_std"]["last"] > 0.0
+    assert report["converged"] > 0.9
+    assert report["people_speed"]["median"] == pytest.approx(0.8, abs=0.3)
+    assert report["misfits"] < 0.02
+    assert not report["warnings"]
+    for words in ("σ of people's positions", "drift along", "above the ground; its file says 1.5 m"):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [
+        ({"mount_height": 2.2}, "feet say that the camera is 2.* m above the ground, the camera file says 1.5 m"),
+        ({"pitch": -0.06}, "feet and heights agree best if the camera looks -0.0[56].* rad higher"),
+    ],
+)
+def test_a_wrong_camera_file_is_found_out(tmp_path, wrong, problem):
+    folder = write_folder(tmp_path / "walk", crossing(**wrong))
+    with pytest.warns(VbbenchWarning, match=problem):
+        made = birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=FAST, film=False)
+    assert "## Warnings" in (made.folder / "report.md").read_text()
+
+
+def test_feet_and_heights_are_held_against_each_other():
+    camera, rng = PerspectiveCamera(mount_height=1.6, pitch=0.05), np.random.default_rng(0)
+    relative = np.stack([rng.uniform(-3, 3, (30, 40)), rng.uniform(4, 20, (30, 40))], axis=-1)
+    boxes = camera.project(relative, np.broadcast_to(rng.normal(1.72, 0.08, 40), (30, 40)))
+    cues = compare_cues(boxes, camera, 1.72, 0.09)
+    assert cues is not None
+    assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
+    assert abs(cues.tilt) < 3 * cues.tilt_std + 1e-3
+    level = compare_cues(boxes, PerspectiveCamera(mount_height=1.6), 1.72, 0.09)
+    assert level is not None
+    assert level.tilt == pytest.approx(0.05, abs=0.01)
+    assert compare_cues(boxes[:1, :2], camera, 1.72, 0.09) is None
+
+
+def test_odometry_reaches_any_solver_and_time_stamps_stay(tmp_path):
+    walk = make_walk(30)
+    folder = write_folder(tmp_path / "walk", walk)
+    boxes = write_csv(folder / "boxes.csv", walk, begin=1.6e9)
+    odometry = write_tum(folder / "odo.txt", walk, begin=1.6e9, every=0.5)
+    made = birdify(boxes, folder / "camera.toml", tmp_path / "map", odometry=odometry, solver=FAST, film=False)
+    poses = table(made.folder / "poses.csv")
+    np.testing.assert_allclose(poses["x"], walk.poses[:, 0], atol=1e-3)
+    np.testing.assert_allclose(poses["time"], 1.6e9 + 0.1 * np.arange(30), atol=1e-3)
+    assert (made.folder / "poses.txt").read_text().splitlines()[1].startswith("1600000000.0 ")
+    assert (made.report.odometry, made.report.place_std, made.report.converged) == (1.0, None, None)
+    assert (made.folder / "recording" / "odometry.txt").is_file()
+
+
+def test_numbers_of_frames_and_ids_are_those_of_the_file(tmp_path):
+    walk = make_walk(20)
+    folder = write_folder(tmp_path / "walk", walk)
+    boxes = write_mot(folder / "gt.txt", walk)
+    made = birdify(boxes, folder / "camera.toml", tmp_path / "map", solver=FAST, film=False)
+    people = table(made.folder / "positions.csv")
+    assert (people["frame"].min(), people["frame"].max()) == (1, 20)
+    assert set(people["id"]) == {float(k) for _, k, _ in walk.rows}
+
+
+def test_a_folder_is_whole_or_not_there(folder, tmp_path):
+    arguments = folder / "boxes.csv", folder / "camera.toml"
+    with pytest.raises(VbbenchError, match="no solver is called 'map-casual'; did you mean 'map-causal'"):
+        birdify(*arguments, tmp_path / "map", solver="map-casual")
+    with pytest.raises(FileError, match="there is no such file"):
+        birdify(folder / "none.csv", folder / "camera.toml", tmp_path / "map")
+    with pytest.raises(FileError, match="there is no such file"):
+        birdify(*arguments, tmp_path / "map", odometry=folder / "none.txt")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(VbbenchError, match="exists and is not a folder that birdify made"):
+        birdify(*arguments, tmp_path / "mine", solver="cv", overwrite=True)
+    birdify(*arguments, tmp_path / "map", solver=FAST, film=False)
+    with pytest.raises(VbbenchError, match="set overwrite to replace it"):
+        birdify(*arguments, tmp_path / "map", solver=FAST, film=False)
+    with pytest.warns(VbbenchWarning, match=r"\d+% of the boxes are not where their person is on the map"):
+        birdify(*arguments, tmp_path / "map", solver="cv", film=False, overwrite=True)
+    assert json.loads((tmp_path / "map" / "report.json").read_text())["solver"] == "cv"
+
+
+def test_the_command_says_where_and_how_sure(folder, tmp_path, capsys):
+    given = ["birdify", str(folder / "boxes.csv"), "--camera", str(folder / "camera.toml"), "--solver", FAST]
+    assert main([*given, "--out", str(tmp_path / "map"), "--no-film"]) == 0
+    shown = capsys.readouterr()
+    assert f"{tmp_path / 'map'}: " in shown.out
+    assert "m travelled in 4 s" in shown.out
+    assert "40 frames of 0.1 s, 12 tracks" in shown.err
+    assert main([*given, "--out", str(tmp_path / "map"), "--no-film"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert main([*given, "--out", str(tmp_path / "x"), "--film", "--no-film"]) == 2
+    broken = tmp_path / "camera.toml"
+    broken.write_text(CAMERA_TOML.replace("1.5", "0"))
+    given[3] = str(broken)
+    assert main([*given, "--out", str(tmp_path / "x")]) == 2
+    assert "mount_height, the camera's height over the ground, must be 0.05 to 100 m, not 0" in capsys.readouterr().err

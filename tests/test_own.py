@@ -1,0 +1,337 @@
+"""Recordings of the user's own: every kind of file that is read, split ``own``, and what is said of bad files."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.own_recording import (
+    CAMERA_TOML,
+    Walk,
+    make_walk,
+    write_csv,
+    write_folder,
+    write_mot,
+    write_people,
+    write_tum,
+)
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.cli import main
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.own.box_files import read_boxes
+from vbbench.exchange.own.camera_file import read_camera
+from vbbench.exchange.own.plausibility import box_noise
+from vbbench.exchange.own.recording import files_in, read_recording
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
+from vbbench.generation import generate
+from vbbench.generation.footage import FootageOptions
+from vbbench.generation.generator import Options
+from vbbench.geometry import relative_to_world
+from vbbench.scoring import score
+from vbbench.solving import solve
+
+HEAD = "frame,id,left,top,width,height\n"
+TIMED = HEAD.replace("frame", "time")
+GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
+
+
+@pytest.fixture(scope="module")
+def walk() -> Walk:
+    return make_walk()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, walk: Walk) -> Path:
+    return write_folder(tmp_path / "walk", walk)
+
+
+def read(folder: Path):
+    return read_recording(files_in(folder))
+
+
+def test_every_kind_of_box_file_says_the_same(folder, walk):
+    expected = read(folder).footage
+    assert (expected.frames, expected.dt, expected.tracks.tolist()) == (60, 0.1, list(range(1, 9)))
+    seen = np.isfinite(walk.boxes[..., 0])
+    np.testing.assert_allclose(expected.boxes[seen][:, 2], walk.boxes[seen][:, 3], atol=1e-4)
+    np.testing.assert_allclose(
+        expected.boxes[seen][:, 0], (walk.boxes[..., 0] + walk.boxes[..., 2] / 2)[seen], atol=1e-3
+    )
+    (folder / "boxes.csv").unlink()
+    write_mot(folder / "gt" / "gt.txt", walk)
+    np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
+    lines = [f"{t},{k},{x + w / 2:.6f},{y + h / 2:.6f},{h:.6f}\n" for t, k, (x, y, w, h) in walk.rows]
+    (folder / "boxes.csv").write_text("frame,id,u,v,l\n" + "".join(reversed(lines)))
+    np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
+    write_csv(folder / "boxes.csv", walk, begin=1.7e9)
+    np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
+    assert read(folder).timeline.times[:2].tolist() == [1.7e9, pytest.approx(1.7e9 + 0.1)]
+
+
+def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
+    plain, quoted = tmp_path / "plain.csv", tmp_path / "quoted.csv"
+    plain.write_text("frame,id,left,top,width,height,score,visible\n0,1,2,3,4,50,.5,\n1,1,2,3,4,50,,1\n")
+    quoted.write_text('frame,id,left,top,width,height,score,visible\n0,"1", 2,3,4,50,0.5,\n\n1,1,2,3,4,50,,1\n')
+    one, other = (read_boxes(path, 0.1) for path in (plain, quoted))
+    for name in ("frame", "track", "boxes", "scores", "visible"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert other.lines.tolist() == [2, 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "problem"),
+    [
+        ("frame,id,left,top,width\n0,1,2,3,4\n", 1, "no column height"),
+        ("fram,id,left,top,width,height\n0,1,2,3,4,50\n", 1, "no column frame or time; did you mean 'frame'"),
+        ("frame,time,id,left,top,width,height\n0,0,1,2,3,4,50\n", 1, "columns frame and time, which say the same"),
+        (HEAD, None, "holds no row"),
+        (HEAD + "0,1,2,3,4\n", 2, "5 columns, the first line names 6"),
+        (HEAD + "0,1,2,3,4,50\n1,1,x,3,4,50\n", 3, "left is 'x'; write a number"),
+        (HEAD + "0,1,2,3,4,50\n1,1,nan,3,4,50\n", 3, "left is nan"),
+        (HEAD + "0,1,2,3,4,50\n1,1,2,3,0,50\n", 3, "the box is 0 x 50 px"),
+        (HEAD + "0,1,2,3,4,50\n1,1,2e7,3,4,50\n", 3, "reaches 2e\\+07 px"),
+        (HEAD + "0,1,2,3,4,50\n0,1,2,3,4,50\n", 3, "id 1 already has a box in this frame, in line 2"),
+        (HEAD + "0,1,2,3,4,50\n1,1.5,2,3,4,50\n", 3, "the id is 1.5, which is not a whole number"),
+        (HEAD + "0,1,2,3,4,50\n1,-1,2,3,4,50\n", 3, "the id is missing here"),
+        (HEAD + "0,1,2,3,4,50\n1.5,1,2,3,4,50\n", 3, "frame 1.5 is not a whole number from 0 on"),
+        ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visible is 2"),
+        (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
+        (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
+        (TIMED + "5,1,2,3,4,50\n", None, "all boxes are of one time"),
+    ],
+)
+def test_a_bad_row_is_named(tmp_path, text, line, problem):
+    path = tmp_path / "boxes.csv"
+    path.write_text(text)
+    with pytest.raises(FileError, match=problem) as caught:
+        read_boxes(path, 0.1)
+    assert caught.value.line == line
+
+
+def test_clocks_that_drift_and_frames_in_steps_are_counted(tmp_path):
+    path = tmp_path / "boxes.csv"
+    lines = [f"{0.1035 * t:.4f},1,{100 + t},100,20,60\n" for t in range(50) if t != 20]
+    path.write_text("time,id,left,top,width,height\n" + "".join(lines))
+    rows = read_boxes(path, 0.1)
+    assert rows.frame.tolist() == [t for t in range(50) if t != 20]
+    assert rows.timeline.dt == pytest.approx(0.1035)
+    assert "every 0.1035 s, and dt is 0.1 s" in rows.timeline.notes[0]
+    path.write_text(HEAD + "".join(f"{t},1,{100 + t},100,20,60\n" for t in range(7, 60, 4)))
+    rows = read_boxes(path, 0.04)
+    assert (rows.frame[-1], rows.timeline.dt, rows.timeline.times[0]) == (13, pytest.approx(0.16), pytest.approx(0.28))
+    assert "in steps of 4" in rows.timeline.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("mount_height = 0", "mount_height, the camera's height over the ground, must be 0.05 to 100 m, not 0"),
+        ("focal = 4.2", "a focal length of 4.2 px lets 1280 px span 179°, which no camera does"),
+        ("focal = 70000", "span 1.05°"),
+        ("fx = 700", "focal and fx, fy say the same"),
+        ("focl = 700", "unknown key 'focl'; did you mean 'focal'"),
+        ("model = 'fisheye'", "no camera is called 'fisheye'"),
+        ("dt = 0.1", "dt and fps say the same"),
+        ("pitch = 90", "pitch must be -1.2 to 1.2 rad, not 90"),
+        ("[distortion]\nk7 = 1.0", "unknown key 'k7'"),
+        ("[distortion]\nmodel = 'fisheye'\np1 = 0.1", "fisheye model has k1 to k4 only, not p1"),
+        ("[parameters]\nzoom = 2.0", "camera model 'perspective' has no 'zoom'"),
+    ],
+)
+def test_a_camera_nobody_has_is_refused(tmp_path, line, problem):
+    path = tmp_path / "camera.toml"
+    key = line.partition(" =")[0]
+    kept = [row for row in CAMERA_TOML.splitlines() if not row.startswith(f"{key} =")]
+    path.write_text("\n".join([*kept, line]))
+    with pytest.raises(FileError, match=problem):
+        read_camera(path)
+
+
+def test_what_is_left_out_of_a_camera_file_is_said(tmp_path):
+    path = tmp_path / "camera.toml"
+    for key in ("mount_height", "width", "height", "focal"):
+        path.write_text("\n".join(row for row in CAMERA_TOML.splitlines() if not row.startswith(f"{key} =")))
+        with pytest.raises(FileError, match=f"{key}.*missing|focal length is missing"):
+            read_camera(path)
+    path.write_text("model = 'panorama'\nwidth = 3760\nheight = 480\ncy = 209.4\nfocal = 482.9\nmount_height = 0.76\n")
+    assert read_camera(path).camera == PanoramaCamera(width=3760, cy=209.4, focal=482.9, mount_height=0.76)
+    path.write_text("width = 640\nheight = 480\nfx = 500\nfy = 510\ncx = 300\npitch = 0.1\nmount_height = 1.2\n")
+    expected = PerspectiveCamera(
+        width=640, height=480, focal=500.0, vertical_focal=510.0, cx=300.0, cy=240.0, pitch=0.1, mount_height=1.2
+    )
+    assert read_camera(path).camera == expected
+
+
+def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, walk):
+    small = CAMERA_TOML.replace("1280", "640").replace("= 720", "= 360").replace("700.0", "350.0")
+    (folder / "camera.toml").write_text(small)
+    with pytest.raises(FileError, match=r"the middle of \d+ of 480 boxes is outside the picture of 640 x 360 px"):
+        read(folder)
+    (folder / "camera.toml").write_text(
+        CAMERA_TOML.replace("1280", "3840").replace("= 720", "= 2160").replace("700", "2100")
+    )
+    assert any("fill only the upper left" in note for note in read(folder).notes)
+    (folder / "camera.toml").write_text(CAMERA_TOML)
+    text = (folder / "boxes.csv").read_text()
+    (folder / "boxes.csv").write_text(text + "3,99,1300,300,30,90\n")
+    assert any(note.startswith("1 of 481 boxes are left out") for note in read(folder).notes)
+    (folder / "boxes.csv").write_text(HEAD + "".join(f"{t},1,.4,.4,.1,.3\n" for t in range(9)))
+    with pytest.raises(FileError, match="shares of the picture"):
+        read(folder)
+    (folder / "boxes.csv").write_text(HEAD + GOOD + "40,1,300,320,30,90\n")
+    assert any(
+        "32 of 41 frames have no box (the longest gap is 3.2 s, from frame 8)" in note for note in read(folder).notes
+    )
+    (folder / "seqinfo.ini").write_text("[Sequence]\nimWidth=1920\nimHeight=1080\n")
+    with pytest.raises(FileError, match=r"says 1280 x 720 px, .*seqinfo.ini says 1920 x 1080"):
+        read(folder)
+
+
+def test_boxes_without_ids_are_linked(folder, walk):
+    (folder / "boxes.csv").unlink()
+    write_mot(folder / "det.txt", walk, linked=False)
+    recording = read(folder)
+    assert any("the tracker links" in note for note in recording.notes)
+    assert 8 <= len(recording.footage.tracks) <= 12
+    assert np.isfinite(recording.footage.boxes[..., 2]).sum() > 0.9 * len(walk.rows)
+
+
+def test_poses_odometry_and_people_become_truth_and_measurements(folder, walk, tmp_path):
+    write_tum(folder / "poses.txt", walk, every=0.5)
+    write_tum(folder / "odometry.txt", walk, every=0.5)
+    write_people(folder / "people.csv", walk)
+    recording = read(folder)
+    footage = recording.footage
+    assert not recording.notes
+    assert footage.known == "whole"
+    assert footage.poses is not None
+    np.testing.assert_allclose(footage.poses, walk.poses, atol=1e-6)
+    places, persons = footage.positions()
+    np.testing.assert_allclose(places, walk.people, atol=1e-5)
+    assert persons.tolist()[0] == list(range(1, 9))
+    assert footage.odometry is not None
+    again = walk.poses.copy()
+    for t in range(1, len(again)):
+        forward, left, turn = footage.odometry.motions[t]
+        again[t, :2] = relative_to_world(np.array([[-left, forward]]), again[t - 1])[0]
+        again[t, 2] = again[t - 1, 2] + turn
+    np.testing.assert_allclose(again, walk.poses, atol=1e-6)
+    assert (np.linalg.eigvalsh(footage.odometry.covariances[1:]) > 0).all()
+    dataset = generate("own", tmp_path / "d", Options(source=folder))
+    assert "as written" in verify(tmp_path / "d")
+    assert (dataset.info.truth, len(dataset), dataset.sequence(0).frames) == ("whole", 1, 60)
+    figures = score(solve(dataset, "cv", "one-step", tmp_path / "a"), tmp_path / "d").values()["metrics"]
+    assert figures["dx"]["mean"] < 1.0
+
+
+def test_stated_covariances_of_odometry_add_up_over_a_frame(folder, walk):
+    write_tum(folder / "odometry.txt", walk, every=0.25)
+    rows = [line + " 4e-4 0 0 1e-4 0 1e-6" for line in (folder / "odometry.txt").read_text().splitlines()]
+    (folder / "odometry.txt").write_text("\n".join(rows) + "\n")
+    odometry = read(folder).footage.odometry
+    assert odometry is not None
+    np.testing.assert_allclose(odometry.covariances[5], np.diag([16e-4, 4e-4, 4e-6]), rtol=1e-6)
+    (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3].replace("4e-4", "-4e-4"), *rows[4:]]))
+    with pytest.raises(FileError, match=r"line 4: the covariance .* is not positive definite"):
+        read(folder)
+    (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3] + " 7"]))
+    with pytest.raises(FileError, match="line 4: 15 columns, wanted 14"):
+        read(folder)
+
+
+def test_files_of_another_clock_or_frame_are_refused(folder, walk):
+    write_tum(folder / "odometry.txt", walk, begin=1e5)
+    with pytest.raises(FileError, match="no frame has a motion; both need one clock"):
+        read(folder)
+    (folder / "odometry.txt").unlink()
+    write_tum(folder / "poses.txt", walk, begin=2.0)
+    with pytest.raises(FileError, match="20 of 60 frames have no pose: frame 0 is at 0 s, the poses reach from 2 to"):
+        read(folder)
+    (folder / "poses.txt").write_text("0 0 0 1 0.5 -0.5 0.5 -0.5\n1 0 0 1 0.5 -0.5 0.5 -0.5\n")
+    with pytest.raises(FileError, match="line 1: the body leans by"):
+        read(folder)
+    write_tum(folder / "poses.txt", walk)
+    rows = write_people(folder / "people.csv", walk).read_text().splitlines()
+    turned = [",".join([t, k, y, x, h]) for t, k, x, y, h in (row.split(",") for row in rows[1:])]
+    (folder / "people.csv").write_text("\n".join(["frame,id,x,y,height", *turned]))
+    with pytest.raises(FileError, match="0% of these are where that person's box would be: are these places in m"):
+        read(folder)
+    others = [",".join([t, f"{int(k) + 50}", *rest]) for t, k, *rest in (row.split(",") for row in rows[1:])]
+    (folder / "people.csv").write_text("\n".join([rows[0], *others]))
+    with pytest.raises(FileError, match="none of 480 boxes has the id of a person"):
+        read(folder)
+    (folder / "people.csv").write_text("\n".join([*rows, rows[-1]]))
+    with pytest.raises(FileError, match="this id already has a place in this frame"):
+        read(folder)
+
+
+def test_people_without_ids_of_boxes_are_matched_by_overlap(folder, walk):
+    (folder / "boxes.csv").unlink()
+    write_mot(folder / "det.txt", walk, linked=False)
+    write_tum(folder / "poses.txt", walk)
+    write_people(folder / "people.csv", walk)
+    places, _ = read(folder).footage.positions()
+    assert np.isfinite(places[..., 0]).mean() > 0.8
+
+
+def test_people_without_poses_are_relative(folder, walk, tmp_path):
+    from vbbench.geometry import world_to_relative
+
+    relative = world_to_relative(walk.people, walk.poses)
+    lines = [
+        f"{t * 0.1:.3f},{k + 1},{relative[t, k, 0]},{relative[t, k, 1]}\n" for t, k in np.ndindex(relative.shape[:2])
+    ]
+    (folder / "people.csv").write_text("time,id,x,y\n" + "".join(lines))
+    dataset = generate("own", tmp_path / "d", Options(source=folder))
+    assert dataset.info.truth == "relative"
+    np.testing.assert_allclose(dataset.relative_truth(dataset.sequence(0)), relative, atol=1e-6)
+
+
+def test_noise_is_measured_from_boxes(folder):
+    assert read(folder).pixel_std == pytest.approx(1.0, abs=0.25)
+    loud = make_walk(noise=6.0)
+    write_csv(folder / "boxes.csv", loud)
+    assert read(folder).pixel_std == pytest.approx(6.0, rel=0.25)
+    (folder / "camera.toml").write_text(f"pixel_std = 3.0\n{CAMERA_TOML}")
+    assert read(folder).pixel_std == 3.0
+    assert box_noise(np.full((9, 2, 3), np.nan), 640.0, None) is None
+
+
+def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
+    write_folder(tmp_path / "all" / "one", walk)
+    write_folder(tmp_path / "all" / "two", make_walk(seed=1), camera=CAMERA_TOML.replace("1.5", "1.2"))
+    dataset = generate("own", tmp_path / "d", Options(source=tmp_path / "all"))
+    assert [camera.mount_height for camera in dataset.info.cameras] == [1.5, 1.2]
+    assert dataset.info.scenes == ("one", "two")
+    chosen = Options(source=tmp_path / "all", footage=FootageOptions(sequences=("two",), every=2))
+    two = generate("own", tmp_path / "e", chosen)
+    assert (len(two), two.info.dt, two.info.truth) == (1, pytest.approx(0.2), "none")
+    with pytest.raises(VbbenchError, match="no recording is called 'three'"):
+        generate("own", tmp_path / "f", Options(source=tmp_path / "all", footage=FootageOptions(sequences=("three",))))
+    with pytest.raises(VbbenchError, match="name the folder of your recording with --source"):
+        generate("own", tmp_path / "f", Options())
+    with pytest.raises(FileError, match=r"holds no camera.toml"):
+        generate("own", tmp_path / "f", Options(source=tmp_path))
+    (tmp_path / "all" / "one" / "boxes.csv").unlink()
+    with pytest.raises(FileError, match=r"holds no boxes; write boxes.csv"):
+        generate("own", tmp_path / "f", Options(source=tmp_path / "all"))
+    boxes = write_csv(tmp_path / "other.csv", walk)
+    given = Options(source=tmp_path / "all" / "one", footage=FootageOptions(boxes=boxes))
+    assert len(generate("own", tmp_path / "f", given)) == 1
+    assert main(["splits"]) == 0
+    assert "own: Your own recording" in capsys.readouterr().out
+
+
+def test_what_does_not_look_right_is_a_warning_of_the_split(folder, tmp_path):
+    (folder / "boxes.csv").write_text((folder / "boxes.csv").read_text() + "3,99,1300,300,30,90\n")
+    with pytest.warns(VbbenchWarning, match="walk: 1 of 481 boxes are left out"):
+        generate("own", tmp_path / "d", Options(source=folder))
+    assert Dataset(tmp_path / "d").info.calibration["notes"]["walk"][0].startswith("1 of 481")
+
+
+def test_a_clean_recording_warns_of_nothing(folder, tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        generate("own", tmp_path / "d", Options(source=folder))
