@@ -14,7 +14,13 @@ from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import Detections
+from vbbench.exchange.matching import match_boxes
+from vbbench.exchange.mot.text import read_mot
+from vbbench.files.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import world_to_relative
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 from vbbench.pictures.video import write_mp4
 
 FRAMES, FPS, PEOPLE = 40, 10.0, 6
@@ -140,3 +146,27 @@ def test_boxes_stay_where_the_map_cannot_be_made(folder, tmp_path):
         birdify_film(folder / "pictures", folder / "timed.toml", tmp_path / "map", FOUND, solver="nobody", film=False)
     assert (tmp_path / "map.boxes.txt").is_file()
     assert not (tmp_path / "map").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")  # HOG's map is not a good one
+def test_hog_makes_a_map_of_a_rendered_street(tmp_path):
+    frames = range(140, 152)
+    generate("street", tmp_path / "street", Options(seed=5, simulation=Simulation(sequences=1)))
+    dataset = Dataset(tmp_path / "street")
+    sequence = dataset.sequence(0)
+    (tmp_path / "pictures").mkdir()
+    with open_renderer(Backend(name="raster"), scene_of(dataset, sequence.scene), str) as renderer:
+        for frame, picture in zip(frames, pictures(dataset, sequence, renderer, frames), strict=True):
+            cv2.imwrite(str(tmp_path / "pictures" / f"{frame:06d}.png"), picture.rgb[..., ::-1])
+    (tmp_path / "camera.toml").write_text("width = 1280\nheight = 720\nfocal = 640\nmount_height = 1.6\nfps = 10\n")
+    made = birdify_film(tmp_path / "pictures", tmp_path / "camera.toml", tmp_path / "map", Detection(), film=False)
+    assert made.report.frames >= 5
+    rows = read_mot(tmp_path / "map" / "recording" / "gt.txt", len(frames))
+    people = found = 0
+    for n, frame in enumerate(frames):
+        real = rectangles(sequence.observations[frame, sequence.observed[frame]])
+        found += len(match_boxes(rows.boxes[rows.frame == n], real, dataset.camera(sequence))[0])
+        people += len(real)
+    assert found > 0.15 * people
+    assert found > 0.3 * len(rows.frame)
