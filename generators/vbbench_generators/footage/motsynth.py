@@ -156,13 +156,13 @@ def _summary(reports: dict[str, Any]) -> str:
     """The figures of all videos on one line, the worst of each."""
     values = list(reports.values())
     worst = {
-        name: max(report[name] for report in values) for name in ("joint_px", "pose_px", "box_error", "pitch_spread")
+        name: max(report[name] for report in values) for name in ("joint_px", "pose_error", "box_error", "pitch_spread")
     }
     mended = [name for name, report in reports.items() if report["pose_shift"] or report["box_shift"]]
     text = (
         f"{len(values)} videos; at worst joints reproject to {worst['joint_px']:.1f} px, people move on as predicted "
-        f"to {worst['pose_px']:.1f} px, boxes lie {worst['box_error']:.1%} of their height beside their joints, the "
-        f"pitch changes by {worst['pitch_spread']:.3f} rad"
+        f"to {worst['pose_error']:.1%} of their height, boxes lie {worst['box_error']:.1%} of it beside their joints, "
+        f"the pitch changes by {worst['pitch_spread']:.3f} rad"
     )
     return f"{text}; shifted frames mended in {', '.join(mended)}" if mended else text
 

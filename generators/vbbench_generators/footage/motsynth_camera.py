@@ -3,7 +3,8 @@
 People are given in the camera's axes (right, down, forward), the camera in the game's world, z up. Three things can go
 wrong between them, and all are tested by reprojection: the axes of the joints (they must project onto the joints in the
 picture), the frame of the boxes (the joints must project into them), and the frame of the poses: people walk smoothly
-in the world, so that where somebody is in frame t follows from the two frames before, seen by the camera of frame t.
+in the world, so that where somebody is at time t follows from where they were half a second and a second before, seen
+by the camera of time t.
 """
 
 from dataclasses import dataclass, replace
@@ -27,10 +28,13 @@ MOST_SHIFT = 5
 """Frames by which poses may be too early or too late, and boxes as well."""
 MOST_LEAN = 8.0
 """Degrees that people may lean on average."""
-MOST_JOINT_ERROR, MOST_POSE_ERROR = 10.0, 8.0
-"""px that the median joint may be off, and the median place that is predicted from two frames before."""
-MOST_BOX_ERROR = 0.15
-"""Share of a box's height that its centre may be off the centre of the joints, in the median."""
+MOST_JOINT_ERROR = 10.0
+"""px that the median joint may be off."""
+MOST_BOX_ERROR, MOST_POSE_ERROR = 0.15, 0.25
+"""Shares of a box's height that its centre may be off the centre of the joints, and that the place that is predicted
+from the past may be off, in the median."""
+AHEAD = 0.5
+"""s that places are predicted ahead: long enough for a camera's turns, short enough for people's."""
 CLEARLY = 0.8
 """A shift is believed if its error is less than so many times the error without."""
 MOST_TILT_SPREAD = 0.05
@@ -103,7 +107,7 @@ def find_camera_path(found: Annotations) -> CameraPath:
             "box_shift": box_shift,
             "box_error": box_error,
             "pose_shift": pose_shift,
-            "pose_px": pose_error,
+            "pose_error": pose_error,
             "lean_degrees": lean,
             "pitch_spread": spreads["pitch"],
             "roll_spread": spreads["roll"],
@@ -173,14 +177,15 @@ def _inside(found: Annotations, pixels: FloatArray) -> BoolArray:
 
 def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:
     """Rows [M], and those [M] of the same person ``shift`` frames later."""
-    key = found.person * (found.frames + 2 * MOST_SHIFT) + found.frame + MOST_SHIFT
+    margin = abs(shift)
+    key = found.person * (found.frames + 2 * margin) + found.frame + margin
     place = np.searchsorted(key, key + shift).clip(max=len(key) - 1)
     here = np.flatnonzero(key[place] == key + shift)
     return here, place[here]
 
 
 def _find_order(found: Annotations) -> tuple[str, int, float, float]:
-    """Order of the angles, shift of the poses, px by which predictions are off, degrees by which people lean."""
+    """Order of the angles, shift of the poses, how far predictions are off, and degrees by which people lean."""
     leans = {order: _lean(found, order) for order in ORDERS}
     upright = [order for order, lean in leans.items() if lean <= MOST_LEAN]
     if not upright:
@@ -191,7 +196,7 @@ def _find_order(found: Annotations) -> tuple[str, int, float, float]:
     order = min(upright, key=lambda one: errors[one][best[one]])
     shift, error = best[order], errors[order][best[order]]
     if not error <= MOST_POSE_ERROR:
-        problem = f"people jump by {error:.0f} px from frame to frame, at best ({shift:+d} frames, {order})"
+        problem = f"people jump by {error:.0%} of their height, at best ({shift:+d} frames, {order})"
         raise FileError(found.path, f"{problem}: the camera's poses are not those of these boxes")
     return order, shift, error, leans[order]
 
@@ -206,13 +211,14 @@ def _lean(found: Annotations, order: str) -> float:
 
 
 def _pose_errors(found: Annotations, order: str) -> dict[int, float]:
-    """Median error in px of the place that two frames before predict, for poses taken ``shift`` frames later.
-
-    People who are too near for their walk to be smooth in px do not count more than others: it is a median.
-    """
+    """Median error of the place that the past predicts, in box heights, for poses taken ``shift`` frames later."""
     axes, hips = camera_axes(found.angles, order), found.joints[:, HIPS].mean(axis=1)
-    last = np.intersect1d(_partners(found, -1)[0], _partners(found, -2)[0])
-    rows = np.stack([last - 2, last - 1, last])
+    step = max(1, round(AHEAD * found.fps))
+    (late, before), (later, long_before) = (_partners(found, -steps) for steps in (step, 2 * step))
+    last, n, m = np.intersect1d(late, later, return_indices=True)
+    if not len(last):
+        raise FileError(found.path, f"nobody is seen for {2 * AHEAD:g} s: the camera's poses cannot be checked")
+    rows = np.stack([long_before[m], before[n], last])
     errors = {}
     for shift in range(-MOST_SHIFT, MOST_SHIFT + 1):
         frames = found.frame[rows] + shift
@@ -224,7 +230,8 @@ def _pose_errors(found: Annotations, order: str) -> dict[int, float]:
         world = found.positions[here] + np.einsum("sntc,snc->snt", axes[here], hips[use])
         expected = 2.0 * world[1] - world[0] - found.positions[here[2]]
         seen = found.project(np.einsum("ntc,nt->nc", axes[here[2]], expected))
-        errors[shift] = float(np.nanmedian(np.linalg.norm(seen - found.project(hips[use[2]]), axis=-1)))
+        off = np.linalg.norm(seen - found.project(hips[use[2]]), axis=-1)
+        errors[shift] = float(np.nanmedian(off / found.boxes[use[2], 3]))
     return errors
 
 
