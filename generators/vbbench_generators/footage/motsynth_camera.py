@@ -16,7 +16,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_generators.footage.motsynth_json import Annotations
 
 HEAD_TOP, HIPS, ANKLES = 0, (16, 19), (18, 21)
-"""Joints, in the order of JTA, whose recorder MOTSynth's is."""
+"""Joints, in the order of JTA, an earlier recording of the same game by the same authors."""
 ANKLE_HEIGHT = 0.08
 """Of an ankle above the sole, in m."""
 
