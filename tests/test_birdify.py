@@ -200,6 +200,7 @@ def test_the_command_says_where_and_how_sure(folder, tmp_path, capsys):
     shown = capsys.readouterr()
     assert f"{tmp_path / 'map'}: " in shown.out
     assert "m travelled in 4 s" in shown.out
+    assert "without odometry the map may drift with the crowd by more than that" in shown.out
     assert "40 frames of 0.1 s, 12 tracks" in shown.err
     assert main([*given, "--out", str(tmp_path / "map"), "--no-film"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -1,5 +1,6 @@
 """Recordings of the user's own: every kind of file that is read, split ``own``, and what is said of bad files."""
 
+import re
 import warnings
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from tests.own_recording import (
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.box_files import read_boxes
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.plausibility import box_noise
@@ -162,6 +164,16 @@ def test_what_is_left_out_of_a_camera_file_is_said(tmp_path):
         width=640, height=480, focal=500.0, vertical_focal=510.0, cx=300.0, cy=240.0, pitch=0.1, mount_height=1.2
     )
     assert read_camera(path).camera == expected
+
+
+def test_the_camera_file_of_the_manual_is_read(tmp_path):
+    page = (Path(__file__).parent.parent / "docs" / "own.md").read_text("utf-8")
+    block = re.findall(r"^## camera.toml\n\n((?:    .*\n|\n)+)", page, flags=re.M)[0]
+    (tmp_path / "camera.toml").write_text(re.sub("^    ", "", block, flags=re.M))
+    facts = read_camera(tmp_path / "camera.toml").facts
+    assert (facts.width, facts.focal, facts.seconds) == (1242, 721.5, 0.1)
+    assert facts.distortion is not None
+    assert (facts.distortion.k1, facts.odometry.turn) == (-0.37, 0.05)
 
 
 def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, walk):
@@ -322,6 +334,13 @@ def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     assert len(generate("own", tmp_path / "f", given)) == 1
     assert main(["splits"]) == 0
     assert "own: Your own recording" in capsys.readouterr().out
+
+
+def test_a_trackers_boxes_are_not_matched_where_people_are_not_known(folder, tmp_path):
+    dataset = generate("own", tmp_path / "d", Options(source=folder))
+    (tmp_path / "files").mkdir()
+    with pytest.raises(VbbenchError, match="not everybody's place was measured; make it again with --boxes"):
+        import_mot(tmp_path / "files", dataset, tmp_path / "made")
 
 
 def test_what_does_not_look_right_is_a_warning_of_the_split(folder, tmp_path):

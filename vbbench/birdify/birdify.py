@@ -18,7 +18,8 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from vbbench.birdify.report import REPORT, Report, make_report
+from vbbench.birdify.measuring import make_report
+from vbbench.birdify.report import REPORT, Report
 from vbbench.birdify.tables import write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.estimate import Estimate

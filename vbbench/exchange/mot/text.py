@@ -30,8 +30,7 @@ _DEFAULTS = (1.0, -1.0, -1.0)
 _LARGEST_ID = 2**31 - 1
 FARTHEST = 1e6
 """Largest side or size of a box in px."""
-_NAMES_OF_FRAMES = ("frame", "frame_id", "frame_number", "time", "timestamp")
-_NAMES_OF_IDS = ("id", "track", "track_id", "object_id", "identity")
+_FRAME_NAMES, _ID_NAMES = ("frame", "frame_id", "time", "timestamp"), ("id", "track", "track_id", "object_id")
 _OFF_FRAME = 0.25
 """How far a time stamp may be from its frame, in frames."""
 
@@ -71,19 +70,16 @@ class MotTable:
         boxes: FloatArray = self.values[:, 2:6] - np.array([1.0, 1.0, 0.0, 0.0])
         return boxes
 
-    @property
-    def is_timed(self) -> bool:
-        """Whether the first column holds time stamps: numbers that are not whole."""
-        return bool((self.values[:, 0] != np.round(self.values[:, 0])).any())
-
     def in_frames(self, dt: float) -> "MotTable":
-        """The same with the frame nearest to each time stamp; ``dt`` seconds per frame.
+        """The same with the frame nearest to each time stamp, if not all are whole; ``dt`` seconds per frame.
 
         Raises
         ------
         FileError
             At the first stamp that lies between two frames.
         """
+        if (self.values[:, 0] == np.round(self.values[:, 0])).all():
+            return self
         exact = self.values[:, 0] / dt
         wrong = np.abs(exact - np.round(exact)) > _OFF_FRAME
         if wrong.any():
@@ -186,9 +182,9 @@ def _after_names(path: Path, content: bytes) -> tuple[bytes, int]:
     """The text after a first line of names, and the number of its first line."""
     first, _, rest = content.partition(b"\n")
     names = [cell.strip(" \t\r\"'\ufeff").lower() for cell in first[:1000].decode("utf-8", "replace").split(",")]
-    if names[0] not in _NAMES_OF_FRAMES:
+    if names[0] not in _FRAME_NAMES:
         return content, 1
-    if len(names) < 2 or names[1] not in _NAMES_OF_IDS:
+    if len(names) < 2 or names[1] not in _ID_NAMES:
         raise FileError(path, f"the first line names columns in another order; write {','.join(COLUMNS)}", 1)
     return rest, 2
 
@@ -273,13 +269,6 @@ def write_mot(path: Path, rows: MotRows) -> None:
     write_text_atomically(path, "".join(lines))
 
 
-def read_mot_table(path: Path) -> MotTable:
-    """The rows of a file as they are; see `parse_mot`."""
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
-    return parse_mot(path, path.read_bytes())
-
-
 def read_mot(path: Path, frames: int, dt: float | None = None) -> MotRows:
     """Read MOTChallenge text of a sequence of ``frames`` frames; with ``dt`` s per frame, time stamps are read, too.
 
@@ -293,9 +282,10 @@ def read_mot(path: Path, frames: int, dt: float | None = None) -> MotRows:
         With the line: wrong number of columns, text or NaN in a number, or as in `MotTable.in_frames`,
         `MotTable.check` and `MotTable.refuse_repetition`.
     """
-    table = read_mot_table(path)
-    if dt is not None and table.is_timed:
-        table = table.in_frames(dt)
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    table = parse_mot(path, path.read_bytes())
+    table = table if dt is None else table.in_frames(dt)
     table.check(frames)
     table = table.of_pedestrians()
     table.refuse_repetition()

@@ -11,7 +11,7 @@ import numpy as np
 
 from vbbench.boxes import rectangles
 from vbbench.errors import FileError
-from vbbench.exchange.mot.text import FARTHEST, UNLINKED, MotTable, read_mot_table
+from vbbench.exchange.mot.text import FARTHEST, UNLINKED, MotTable, parse_mot
 from vbbench.exchange.own.named_columns import NamedColumns, read_named
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
 from vbbench.geometry import BoolArray, FloatArray, IntArray
@@ -81,7 +81,7 @@ def _has_header(path: Path) -> bool:
 
 
 def _mot_rows(path: Path, dt: float | None) -> BoxRows:
-    table = read_mot_table(path)
+    table = parse_mot(path, path.read_bytes())
     if not len(table.values):
         raise FileError(path, "holds no box")
     frame, timeline = _mot_frames(table, dt)
@@ -107,7 +107,7 @@ def _mot_rows(path: Path, dt: float | None) -> BoxRows:
 
 def _mot_frames(table: MotTable, dt: float | None) -> tuple[IntArray, Timeline]:
     first = table.values[:, 0]
-    if table.is_timed:
+    if (first != np.round(first)).any():
         return time_frames(table.path, first, table.lines, dt)
     return number_frames(table.path, first, table.lines, dt, base=1)
 

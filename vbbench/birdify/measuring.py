@@ -1,0 +1,147 @@
+"""Measures a map for its report: uncertainty, scale, and what of the boxes does not fit."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vbbench.birdify.cues import compare_cues
+from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, plus_minus
+from vbbench.birdify.tables import place_std
+from vbbench.estimate import Estimate
+from vbbench.exchange.own.recording import OwnRecording
+from vbbench.files.dataset import Dataset
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative
+from vbbench.sequence import Sequence
+
+SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
+"""A mount height that differs by a larger share, and a tilt of more rad, are worth a warning if they are certain."""
+FAST_PEOPLE, SHORT, TALL = 2.5, 1.5, 1.95
+"""Median speed in m/s, and heights in m, beyond which people are not what people are."""
+OFTEN = 0.3
+"""Share of frames with few people above which a warning says so."""
+
+
+def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, solver: str) -> Report:
+    """Measure a map.
+
+    Parameters
+    ----------
+    dataset : what was solved.
+    recording : what was read.
+    answer : poses and positions.
+    solver : its name.
+    """
+    sequence, info = dataset.sequence(0), dataset.info
+    camera, seen = dataset.camera(sequence), sequence.observed
+    count = seen.sum(axis=1)
+    step = max(1, round(1.0 / info.dt))
+    moved = np.linalg.norm(answer.poses[step:, :2] - answer.poses[:-step, :2], axis=-1) / (step * info.dt)
+    walked = np.linalg.norm(answer.positions[step:] - answer.positions[:-step], axis=-1)[seen[step:] & seen[:-step]]
+    heights, column_error, height_error, misfits = _residuals(dataset, sequence, answer)
+    odometry = sequence.given.odometry
+    report = Report(
+        name=recording.footage.name,
+        solver=solver,
+        frames=sequence.frames,
+        dt=info.dt,
+        tracks=len(sequence.tracks),
+        boxes=int(seen.sum()),
+        people_mean=float(count.mean()),
+        people_max=int(count.max()),
+        few_people=float((count < FEW_PEOPLE).mean()),
+        empty=float((count == 0).mean()),
+        pixel_std=info.pixel_std,
+        camera_height=camera.mount_height,
+        pitch=recording.own.facts.pitch,
+        height_mean=info.height_mean,
+        height_std=info.height_std,
+        travelled=float(np.nansum(np.linalg.norm(np.diff(answer.poses[::step, :2], axis=0), axis=-1))),
+        camera_speed=_over(moved),
+        people_speed=_over(walked / (step * info.dt)),
+        place_std=None if answer.pose_covariances is None else _over(place_std(answer.pose_covariances[:, :2, :2])),
+        yaw_std=None if answer.pose_covariances is None else _over(np.sqrt(answer.pose_covariances[:, 2, 2])),
+        position_std=_position_std(answer, sequence),
+        converged=_share(answer.converged),
+        fallback=_share(answer.fallback),
+        cues=compare_cues(sequence.observations, camera, info.height_mean, info.height_std),
+        heights_median=float(np.median(heights)) if len(heights) else np.nan,
+        heights_spread=float(1.4826 * np.median(np.abs(heights - np.median(heights)))) if len(heights) else np.nan,
+        column_error=column_error,
+        height_error=height_error,
+        misfits=misfits,
+        odometry=None if odometry is None else float(np.isfinite(odometry.motions[1:, 0]).mean()),
+    )
+    return Report(**{**vars(report), "warnings": (*recording.notes, *_doubts(report))})
+
+
+def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[FloatArray, float, float, float]:
+    """Heights [K] of people by their boxes and places; median errors of columns and heights; share of misfits."""
+    camera, mean = dataset.camera(sequence), dataset.info.height_mean
+    relative = world_to_relative(answer.positions, answer.poses)
+    expected = camera.project_unbounded(relative, np.full(relative.shape[:2], mean))
+    known = sequence.observed & np.isfinite(expected[..., 2])
+    frame, track = np.nonzero(known)
+    if not len(frame):
+        return np.empty(0), np.nan, np.nan, np.nan
+    seen, real = sequence.observations[frame, track], expected[frame, track]
+    aside = seen[:, 0] - real[:, 0]
+    if camera.period is not None:
+        aside = aside - camera.period * np.round(aside / camera.period)
+    ratio = np.full(known.shape, np.nan)
+    ratio[frame, track] = seen[:, 2] / real[:, 2]
+    of_track = np.array([np.nanmedian(column[np.isfinite(column)]) for column in ratio.T if np.isfinite(column).any()])
+    columns = np.cumsum(known.any(axis=0))[track] - 1
+    height_error = float(np.median(np.abs(ratio[frame, track] / of_track[columns] - 1.0)))
+    column_error = np.abs(aside) / seen[:, 2]
+    return mean * of_track, float(np.median(column_error)), height_error, float((column_error > MISPLACED).mean())
+
+
+def _doubts(report: Report) -> Iterator[str]:
+    """What in the figures speaks against the map."""
+    cues = report.cues
+    if cues is not None:
+        off = cues.mount_height / report.camera_height - 1.0
+        if abs(off) > max(SCALE_DOUBT, 2.0 * cues.mount_height_std / report.camera_height):
+            found = plus_minus(cues.mount_height, cues.mount_height_std)
+            yield (
+                f"feet say that the camera is {found} m above the ground, the "
+                f"camera file says {report.camera_height:g} m: one of mount_height, focal and height_mean is wrong"
+            )
+        if abs(cues.tilt) > max(TILT_DOUBT, 2.0 * cues.tilt_std):
+            found = plus_minus(cues.tilt, cues.tilt_std)
+            yield (
+                f"feet and heights agree best if the camera looks {found} rad higher than its "
+                f"file says: try pitch = {report.pitch + cues.tilt:.3f}, or check cy"
+            )
+    if report.people_speed.median > FAST_PEOPLE:
+        yield f"people walk at {report.people_speed.median:.2g} m/s (median): check dt, fps, and the focal length"
+    if not SHORT <= report.heights_median <= TALL:
+        yield f"people come out {report.heights_median:.2f} m high (median): the map's scale does not fit their boxes"
+    if report.few_people > OFTEN:
+        share = f"{report.few_people:.0%} of the frames show fewer than {FEW_PEOPLE} people"
+        yield f"{share}: they tell little of how the camera moves"
+    if report.converged is not None and report.converged < 1.0 - SCALE_DOUBT:
+        yield f"the solver found its optimum in {report.converged:.0%} of the frames only"
+    if report.misfits > SCALE_DOUBT:
+        yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
+
+
+def _over(values: FloatArray) -> Spread:
+    """Over frames [T], or frames and people [T, K]."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return Spread(median=np.nan, p95=np.nan, last=np.nan)
+    last = values[np.isfinite(values.reshape(len(values), -1)).any(axis=1)][-1]
+    return Spread(median=float(np.median(known)), p95=float(np.quantile(known, 0.95)), last=float(np.nanmedian(last)))
+
+
+def _position_std(answer: Estimate, sequence: Sequence) -> Spread | None:
+    if answer.position_covariances is None:
+        return None
+    spread = np.full(sequence.observed.shape, np.nan)
+    spread[sequence.observed] = place_std(answer.position_covariances[sequence.observed])
+    return _over(spread)
+
+
+def _share(marks: BoolArray | None) -> float | None:
+    return None if marks is None else float(marks.mean())
