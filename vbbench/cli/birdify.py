@@ -1,6 +1,7 @@
-"""The command that makes a map of a user's own boxes: birdify."""
+"""The command that makes a map of a user's own boxes, or of a film: birdify."""
 
 from pathlib import Path
+from typing import Any
 
 from tyro.conf import Positional
 
@@ -14,29 +15,50 @@ def birdify(
     out: Path,
     odometry: Path | None = None,
     solver: str = "map-causal",
+    detector: str | None = None,
+    weights: Path | None = None,
+    tracker: str | None = None,
+    every: int | None = None,
     film: bool = False,
     no_film: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Make a map of where a camera and the people around it were, from their boxes alone.
+    """Make a map of where a camera and the people around it were, from their boxes alone, or from a film.
 
     Args:
-        boxes: MOTChallenge text or CSV with a header; a tracker links boxes without ids.
+        boxes: MOTChallenge text or CSV with a header; a tracker links boxes without ids. Or a film: a video, or a
+            folder of pictures, in which people are detected and tracked first.
         camera: TOML file with the picture's size, focal length, mount height and frame rate; see docs/own.md.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
         odometry: TUM file of the observer's own measurement of its motion.
         solver: A registered name or module:attribute of your own.
+        detector: Of a film: hog (default), an ONNX file in the manner of YOLO, or module:attribute of your own.
+        weights: Of a film: file of the detector's network, for --detector yolo.
+        tracker: Of a film: byte (default), or module:attribute of your own.
+        every: Of a film: use only every n-th frame for the map; all are tracked.
         film: Make a film, however long; without it films have 300 frames at most.
         no_film: Make no film.
         overwrite: Replace a folder that birdify made.
     """
     from vbbench.birdify.birdify import birdify as make
+    from vbbench.birdify.films import Detection, birdify_film, is_film
     from vbbench.errors import VbbenchError
 
     if film and no_film:
         raise VbbenchError("--film and --no-film exclude each other; keep one of them")
-    wanted = True if film else (False if no_film else None)
-    made = make(
-        boxes, camera, out, odometry=odometry, solver=solver, film=wanted, overwrite=overwrite, announce=announce
-    )
+    asked = {"detector": detector, "weights": weights, "tracker": tracker, "every": every}
+    given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
+    if given and not is_film(boxes):
+        raise VbbenchError(f"--{next(iter(given))} is for films, and {boxes} is a file of boxes; leave it out")
+    options: dict[str, Any] = {
+        "odometry": odometry,
+        "solver": solver,
+        "film": True if film else (False if no_film else None),
+        "overwrite": overwrite,
+        "announce": announce,
+    }
+    if is_film(boxes):
+        made = birdify_film(boxes, camera, out, Detection(**given), **options)
+    else:
+        made = make(boxes, camera, out, **options)
     print(f"{made.folder}: {made.report.summary()}")

@@ -146,6 +146,7 @@ def detect(
     sequence: int,
     out: Path,
     detector: str = "hog",
+    weights: Path | None = None,
     tracker: str | None = None,
     every: int = 1,
     backend: str = "auto",
@@ -159,7 +160,8 @@ def detect(
         folder: The dataset.
         sequence: Number of the sequence.
         out: Text file to write.
-        detector: hog, or module:attribute of your own.
+        detector: hog, an ONNX file in the manner of YOLO, or module:attribute of your own.
+        weights: File of the detector's network: --detector yolo --weights FILE.onnx.
         tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
         every: Use every n-th frame only.
         backend: The renderer; see 'vbbench render'.
@@ -174,6 +176,14 @@ def detect(
     drawn_by = Backend(name=backend, surroundings=not plain, seed=seed)
     dataset = Dataset(folder, truth)
     tally = detect_to_file(
-        dataset, sequence, out, detector=detector, tracker=tracker, every=every, backend=drawn_by, announce=announce
+        dataset,
+        sequence,
+        out,
+        detector=detector,
+        weights=weights,
+        tracker=tracker,
+        every=every,
+        backend=drawn_by,
+        announce=announce,
     )
     print(f"{out}: {tally}")

@@ -40,7 +40,7 @@ class Detections:
 
 
 class Detector(Protocol):
-    """Finds people in pictures; its class is called without arguments."""
+    """Finds people in pictures; its class is called without arguments, or with ``weights=FILE`` if a user names one."""
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
         """People in a picture.
@@ -98,6 +98,7 @@ def detect_to_file(
     out: Path | str,
     *,
     detector: str = "hog",
+    weights: Path | None = None,
     tracker: str | None = None,
     every: int = 1,
     backend: Backend | None = None,
@@ -110,7 +111,7 @@ def detect_to_file(
     dataset : the dataset, with its truth.
     number : of the sequence.
     out : text file to write.
-    detector : a registered name, or ``module:attribute`` of a `Detector`.
+    detector, weights : see `make_detector`.
     tracker : links the detections, a registered name or ``module:attribute`` of a `TrackerFactory`; ``None`` to write
         them unlinked.
     every : use only every so many frames.
@@ -130,7 +131,7 @@ def detect_to_file(
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
     if Path(out).is_dir():
         raise VbbenchError(f"{out} is a folder; give the name of a text file")
-    sequence, finder = dataset.sequence(number), _make_detector(detector)
+    sequence, finder = dataset.sequence(number), make_detector(detector, weights)
     camera, frames = dataset.camera(sequence), range(0, sequence.frames, every)
     period, linking = camera.period, None
     if tracker is not None:
@@ -150,12 +151,29 @@ def detect_to_file(
     return sum(tallies, start=Tally())
 
 
-def _make_detector(name: str) -> Detector:
+def make_detector(name: str, weights: Path | None = None) -> Detector:
+    """A new detector.
+
+    Parameters
+    ----------
+    name : a registered name, ``module:attribute`` of a `Detector`, or an ONNX file, which ``yolo`` then runs.
+    weights : a file with the detector's network, for detectors that need one.
+
+    Raises
+    ------
+    VbbenchError
+        If there is none of this name, or it needs a file or takes none.
+    """
+    if name.lower().endswith(".onnx"):
+        if weights is not None:
+            raise VbbenchError(f"{name} and {weights} are two networks; name one")
+        name, weights = "yolo", Path(name)
     kind = load("detector", name)
     try:
-        made: Detector = kind()
+        made: Detector = kind() if weights is None else kind(weights=weights)
     except TypeError as error:
-        raise VbbenchError(f"detector '{name}' is not a class that is called without arguments: {error}") from error
+        how = "without arguments" if weights is None else "with weights=FILE"
+        raise VbbenchError(f"detector '{name}' is not a class that is called {how}: {error}") from error
     return made
 
 

@@ -1,0 +1,170 @@
+"""The split ``motsynth``: videos of a game, with people, joints and camera as the game has them."""
+
+import re
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.camera import PerspectiveCamera
+from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning, suggestion
+from vbbench.files.dataset_info import Pictures
+from vbbench.files.tables import file_sha256
+from vbbench.generation.footage import Footage, FootageOptions, Recordings
+from vbbench.generation.generator import Card, Options
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.scene import Scene
+from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
+from vbbench_generators.footage.motsynth_json import read_annotations
+from vbbench_generators.footage.split import FootageSplit
+
+WHERE = (
+    "unpack MOTSynth_coco_annotations.zip (motchallenge.net/data/MOTSynth-MOT-CVPR22) and name its folder, "
+    "'annotations' with 000.json and so on"
+)
+CARD = Card(
+    name="motsynth",
+    title="MOTSynth: cameras and pedestrians of a game, with the game's own positions and poses",
+    licence="for research; see the terms at motchallenge.net/data/MOTSynth-MOT-CVPR22 (your own download)",
+    citation="Fabbri et al., MOTSynth: How Can Synthetic Data Help Pedestrian Detection and Tracking?, ICCV 2021",
+    sources=(),
+    caution=f"nothing of it comes with vbbench: {WHERE}, with --source",
+)
+CAUTION = "the people and cameras of a game; how its camera's angles are read is recognised, not published"
+"""Of a dataset that was made."""
+_NAME = re.compile(r"[0-9]{3}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotsynthSplit(FootageSplit):
+    """Videos at 20 frames a second, of which every eighth frame is kept: 0.4 s."""
+
+    card: Card = CARD
+    every: int = 8
+
+    def recordings(self, options: Options) -> Recordings:
+        """Read the annotation files that are asked for; a video that cannot be used is left out, unless it is named."""
+        asked = options.footage or FootageOptions()
+        _refuse_other_options(asked)
+        files = _annotation_files(options.source, asked.sequences)
+        footage, reports, digests = [], {}, {}
+        for path in files:
+            try:
+                camera_path = find_camera_path(read_annotations(path))
+            except FileError as error:
+                if asked.sequences is not None or len(files) == 1:
+                    raise
+                warnings.warn(f"left out: {error}", VbbenchWarning, stacklevel=2)
+                continue
+            footage.append(_footage(path, camera_path))
+            reports[path.stem] = camera_path.report
+            digests[path.stem] = file_sha256(path)
+        if not footage:
+            raise VbbenchError(f"{options.source}: none of the {len(files)} videos can be used; see the warnings")
+        return Recordings(
+            footage=tuple(footage),
+            definition={"files": digests},
+            calibration={"summary": _summary(reports), "recordings": reports},
+            caution=CAUTION,
+        )
+
+
+def _refuse_other_options(asked: FootageOptions) -> None:
+    other = {
+        "--poses": asked.poses is not None,
+        "--boxes": asked.boxes is not None,
+        "--bags": asked.bags is not None,
+        "--cyclists": asked.cyclists,
+        "--no-interpolated": not asked.interpolated,
+    }
+    named = [name for name, given in other.items() if given]
+    if named:
+        raise VbbenchError(f"{named[0]} is not for motsynth: its poses and boxes are the game's own")
+
+
+def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
+    """The files of the videos that are asked for; all of them by default."""
+    if source is None:
+        raise SourceMissingError(f"motsynth needs --source: {WHERE}")
+    if source.is_file():
+        return [source]
+    folder = source / "annotations" if (source / "annotations").is_dir() else source
+    files = {path.stem: path for path in sorted(folder.glob("*.json")) if _NAME.fullmatch(path.stem)}
+    if not files:
+        raise SourceMissingError(f"{source}: no annotation files of MOTSynth here; {WHERE}")
+    unknown = [name for name in names or () if name not in files]
+    if unknown:
+        raise VbbenchError(f"{folder} has no video '{unknown[0]}'; {suggestion(unknown[0], files)}")
+    return [files[name] for name in names or files]
+
+
+def _footage(path: Path, camera_path: CameraPath) -> Footage:
+    """One video; boxes whose centre is outside the picture are left out, as everywhere."""
+    found = camera_path.annotations
+    tracks = np.unique(found.person)
+    column = np.searchsorted(tracks, found.person)
+    middle = found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]
+    inside = ((middle >= 0.0) & (middle < [found.width, found.height])).all(axis=1)
+
+    def laid_out(values: FloatArray) -> FloatArray:
+        table = np.full((found.frames, len(tracks), *values.shape[1:]), np.nan)
+        table[found.frame[inside], column[inside]] = values[inside]
+        return table
+
+    dt = 1.0 / found.fps
+    return Footage(
+        name=path.stem,
+        camera=PerspectiveCamera(
+            width=found.width,
+            height=found.height,
+            focal=found.focal,
+            cx=found.cx,
+            cy=found.cy,
+            mount_height=camera_path.mount_height,
+            pitch=camera_path.pitch,
+            roll=camera_path.roll,
+        ),
+        dt=dt,
+        tracks=tracks,
+        boxes=laid_out(np.column_stack([middle, found.boxes[:, 3]])),
+        visible=laid_out(found.visible),
+        poses=camera_path.poses,
+        scene=Scene(
+            name=path.stem,
+            dt=dt,
+            people=tracks,
+            positions=laid_out(camera_path.people),
+            heights=_medians(camera_path.statures, column, len(tracks)),
+        ),
+        pictures=_pictures(path, found.first),
+    )
+
+
+def _medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
+    return np.array([np.median(values[group == one]) for one in range(count)])
+
+
+def _pictures(path: Path, first: int) -> Pictures | None:
+    """The pictures beside the annotations, as the authors' tool writes them."""
+    folder = path.parent.parent / "frames" / path.stem / "rgb"
+    return Pictures(pattern=str(folder.resolve() / "{:04d}.jpg"), first=first, step=1) if folder.is_dir() else None
+
+
+def _summary(reports: dict[str, Any]) -> str:
+    """The figures of all videos on one line, the worst of each."""
+    values = list(reports.values())
+    worst = {
+        name: max(report[name] for report in values) for name in ("joint_px", "pose_error", "box_error", "pitch_spread")
+    }
+    mended = [name for name, report in reports.items() if report["pose_shift"] or report["box_shift"]]
+    text = (
+        f"{len(values)} videos; at worst joints reproject to {worst['joint_px']:.1f} px, people move on as predicted "
+        f"to {worst['pose_error']:.1%} of their height, boxes lie {worst['box_error']:.1%} of it beside their joints, "
+        f"the pitch changes by {worst['pitch_spread']:.3f} rad"
+    )
+    return f"{text}; shifted frames mended in {', '.join(mended)}" if mended else text
+
+
+motsynth = MotsynthSplit()

@@ -1,0 +1,263 @@
+"""The camera of a MOTSynth video: how its angles are to be read, and whether its poses belong to the boxes.
+
+People are given in the camera's axes (right, down, forward), the camera in the game's world, z up. Three things can go
+wrong between them, and all are tested by reprojection: the axes of the joints (they must project onto the joints in the
+picture), the frame of the boxes (the joints must project into them), and the frame of the poses: people walk smoothly
+in the world, so that where somebody is at time t follows from where they were half a second and a second before, seen
+by the camera of time t.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench_generators.footage.motsynth_json import Annotations
+
+HEAD_TOP, HIPS, ANKLES = 0, (16, 19), (18, 21)
+"""Joints, in the order of JTA, an earlier recording of the same game by the same authors."""
+ANKLE_HEIGHT = 0.08
+"""Of an ankle above the sole, in m."""
+
+ORDERS = {"pitch, roll, yaw": (0, 1, 2), "roll, pitch, yaw": (1, 0, 2), "yaw, pitch, roll": (1, 2, 0)}
+"""How ``cam_world_rot`` is read: the game's own order, and two by which public readers of the files name it; where
+(pitch, roll, yaw) stand in it. Nothing published says which is right."""
+
+MOST_SHIFT = 5
+"""Frames by which poses may be too early or too late, and boxes as well."""
+MOST_LEAN = 8.0
+"""Degrees that people may lean on average."""
+MOST_JOINT_ERROR = 10.0
+"""px that the median joint may be off."""
+MOST_BOX_ERROR, MOST_POSE_ERROR = 0.15, 0.25
+"""Shares of a box's height that its centre may be off the centre of the joints, and that the place that is predicted
+from the past may be off, in the median."""
+AHEAD = 0.5
+"""s that places are predicted ahead: long enough for a camera's turns, short enough for people's."""
+CLEARLY = 0.8
+"""A shift is believed if its error is less than so many times the error without."""
+MOST_TILT_SPREAD = 0.05
+"""rad between the 5th and 95th percentile of pitch, and of roll: a sequence's camera has one of each."""
+MOST_HEIGHT_SPREAD = 0.2
+"""Of the camera's height, between the 5th and 95th percentile, as a share of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraPath:
+    """The camera of a video, checked.
+
+    Parameters
+    ----------
+    annotations : boxes, joints and poses of the same frames; shifts are mended.
+    poses : [T, 3] (x, y, yaw) in m and rad.
+    pitch, roll, mount_height : medians in rad and m.
+    people : [N, 2] place of each box's person on the ground: between the hips.
+    statures : [N] height in m, from the lower ankle to the top of the head.
+    report : the figures of the checks.
+    """
+
+    annotations: Annotations
+    poses: FloatArray
+    pitch: float
+    roll: float
+    mount_height: float
+    people: FloatArray
+    statures: FloatArray
+    report: dict[str, float | str]
+
+
+def find_camera_path(found: Annotations) -> CameraPath:
+    """Read the camera's angles, check poses, joints and boxes by reprojection, and mend shifts between them.
+
+    Raises
+    ------
+    FileError
+        If they do not fit at any shift, or the camera's tilt or height changes.
+    """
+    joint_error = float(np.nanmedian(np.linalg.norm(found.project(found.joints) - found.pixels, axis=-1)))
+    if not joint_error <= MOST_JOINT_ERROR:
+        expected = "keypoints_3d must be (right, down, forward) of the camera in m"
+        raise FileError(found.path, f"joints project {joint_error:.0f} px beside those in the picture: {expected}")
+    found, box_shift, box_error = _mend_boxes(found)
+    order, pose_shift, pose_error, lean = _find_order(found)
+    found = _shift_poses(found, pose_shift)
+    axes = camera_axes(found.angles, order)
+    places = _to_world(found, axes, found.joints)
+    right, down, forward = np.moveaxis(axes, 2, 0)
+    pitch, roll = np.arcsin(forward[:, 2]), np.arctan2(-right[:, 2], -down[:, 2])
+    soles = places[:, ANKLES, 2].min(axis=1) - ANKLE_HEIGHT
+    above = found.positions[found.frame, 2] - soles
+    spreads = {name: float(np.ptp(np.percentile(v, (5, 95)))) for name, v in (("pitch", pitch), ("roll", roll))}
+    height, height_spread = _mount_height(found, above)
+    for name, spread in spreads.items():
+        if spread > MOST_TILT_SPREAD:
+            raise FileError(found.path, f"the camera's {name} changes by {spread:.2f} rad; a sequence has one {name}")
+    return CameraPath(
+        annotations=found,
+        poses=np.column_stack([found.positions[:, :2], np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))]),
+        pitch=float(np.median(pitch)),
+        roll=float(np.median(roll)),
+        mount_height=height,
+        people=places[:, HIPS, :2].mean(axis=1),
+        statures=places[:, HEAD_TOP, 2] - soles,
+        report={
+            "angles": order,
+            "joint_px": joint_error,
+            "box_shift": box_shift,
+            "box_error": box_error,
+            "pose_shift": pose_shift,
+            "pose_error": pose_error,
+            "lean_degrees": lean,
+            "pitch_spread": spreads["pitch"],
+            "roll_spread": spreads["roll"],
+            "mount_height_spread": height_spread,
+        },
+    )
+
+
+def camera_axes(angles: FloatArray, order: str) -> FloatArray:
+    """[T, 3, 3] right, down and forward of the camera as columns, in the world, from angles [T, 3] in degrees.
+
+    The game turns about y (roll), then x (pitch), then z (yaw), from a camera that looks along +y.
+    """
+    pitch, roll, yaw = np.radians(angles[:, ORDERS[order]]).T
+    turned = _turn(yaw, 2) @ _turn(pitch, 0) @ _turn(roll, 1)
+    return np.stack([turned[..., 0], -turned[..., 2], turned[..., 1]], axis=-1)
+
+
+def _turn(angle: FloatArray, axis: int) -> FloatArray:
+    """[T, 3, 3] right-handed turns about a coordinate axis."""
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    turns = np.tile(np.eye(3), (len(angle), 1, 1))
+    turns[:, first, first] = turns[:, second, second] = np.cos(angle)
+    turns[:, second, first], turns[:, first, second] = np.sin(angle), -np.sin(angle)
+    return turns
+
+
+def _to_world(found: Annotations, axes: FloatArray, points: FloatArray) -> FloatArray:
+    """Points [N, J, 3] of the camera in the world."""
+    return found.positions[found.frame, None] + points @ np.moveaxis(axes[found.frame], 1, 2)
+
+
+def _mend_boxes(found: Annotations) -> tuple[Annotations, int, float]:
+    """Boxes with the joints of their own frame, the shift between them, and how far they are off at it."""
+    error = {shift: _box_error(found, shift) for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)}
+    shift = _best(error)
+    if not error[shift] <= MOST_BOX_ERROR:
+        problem = f"boxes lie {error[shift]:.0%} of their height beside their people"
+        raise FileError(found.path, f"{problem}, at best ({shift:+d} frames): joints and boxes are not of one video")
+    if shift:
+        here, there = _partners(found, shift)
+        keep = {name: getattr(found, name)[here] for name in ("frame", "person", "boxes", "visible")}
+        # Poses belong to the joints until the check of poses: they move with them.
+        found = replace(found, **keep, joints=found.joints[there], pixels=found.pixels[there])
+        found = _shift_poses(found, shift)
+    return found, shift, error[shift]
+
+
+def _box_error(found: Annotations, shift: int) -> float:
+    """Median distance of boxes' centres from those of the joints ``shift`` frames later, as a share of the height."""
+    here, there = _partners(found, shift)
+    joints = found.project(found.joints[there])
+    whole = ~np.isnan(joints).any(axis=(1, 2)) & _inside(found, joints)
+    if not whole.any():
+        return np.inf
+    joints, boxes = joints[whole], found.boxes[here][whole]
+    middle = 0.5 * (joints.min(axis=1) + joints.max(axis=1))
+    away = np.linalg.norm(boxes[:, :2] + 0.5 * boxes[:, 2:] - middle, axis=1)
+    return float(np.median(away / boxes[:, 3]))
+
+
+def _inside(found: Annotations, pixels: FloatArray) -> BoolArray:
+    """[N] whether all joints are in the picture."""
+    inside = (pixels >= 0.0) & (pixels < [found.width, found.height])
+    return np.asarray(inside.all(axis=(1, 2)))
+
+
+def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:
+    """Rows [M], and those [M] of the same person ``shift`` frames later."""
+    margin = abs(shift)
+    key = found.person * (found.frames + 2 * margin) + found.frame + margin
+    place = np.searchsorted(key, key + shift).clip(max=len(key) - 1)
+    here = np.flatnonzero(key[place] == key + shift)
+    return here, place[here]
+
+
+def _find_order(found: Annotations) -> tuple[str, int, float, float]:
+    """Order of the angles, shift of the poses, how far predictions are off, and degrees by which people lean."""
+    leans = {order: _lean(found, order) for order in ORDERS}
+    upright = [order for order, lean in leans.items() if lean <= MOST_LEAN]
+    if not upright:
+        read = ", ".join(f"{lean:.0f} degrees as ({order})" for order, lean in leans.items())
+        raise FileError(found.path, f"people do not stand upright however cam_world_rot is read: they lean {read}")
+    errors = {order: _pose_errors(found, order) for order in upright}
+    best = {order: _best(error) for order, error in errors.items()}
+    order = min(upright, key=lambda one: errors[one][best[one]])
+    shift, error = best[order], errors[order][best[order]]
+    if not error <= MOST_POSE_ERROR:
+        problem = f"people jump by {error:.0%} of their height, at best ({shift:+d} frames, {order})"
+        raise FileError(found.path, f"{problem}: the camera's poses are not those of these boxes")
+    return order, shift, error, leans[order]
+
+
+def _lean(found: Annotations, order: str) -> float:
+    """Degrees by which the mean axis of people's bodies is off the vertical."""
+    joints = _to_world(found, camera_axes(found.angles, order), found.joints)
+    bodies = joints[:, HEAD_TOP] - joints[:, ANKLES].mean(axis=1)
+    bodies = bodies / np.linalg.norm(bodies, axis=1, keepdims=True)
+    mean = bodies.mean(axis=0)
+    return float(np.degrees(np.arctan2(np.hypot(mean[0], mean[1]), mean[2])))
+
+
+def _pose_errors(found: Annotations, order: str) -> dict[int, float]:
+    """Median error of the place that the past predicts, in box heights, for poses taken ``shift`` frames later."""
+    axes, hips = camera_axes(found.angles, order), found.joints[:, HIPS].mean(axis=1)
+    step = max(1, round(AHEAD * found.fps))
+    (late, before), (later, long_before) = (_partners(found, -steps) for steps in (step, 2 * step))
+    last, n, m = np.intersect1d(late, later, return_indices=True)
+    if not len(last):
+        raise FileError(found.path, f"nobody is seen for {2 * AHEAD:g} s: the camera's poses cannot be checked")
+    rows = np.stack([long_before[m], before[n], last])
+    errors = {}
+    for shift in range(-MOST_SHIFT, MOST_SHIFT + 1):
+        frames = found.frame[rows] + shift
+        known = ((frames >= 0) & (frames < found.frames)).all(axis=0)
+        if not known.any():
+            errors[shift] = np.inf
+            continue
+        use, here = rows[:, known], frames[:, known]
+        world = found.positions[here] + np.einsum("sntc,snc->snt", axes[here], hips[use])
+        expected = 2.0 * world[1] - world[0] - found.positions[here[2]]
+        seen = found.project(np.einsum("ntc,nt->nc", axes[here[2]], expected))
+        off = np.linalg.norm(seen - found.project(hips[use[2]]), axis=-1)
+        errors[shift] = float(np.nanmedian(off / found.boxes[use[2], 3]))
+    return errors
+
+
+def _best(errors: dict[int, float]) -> int:
+    """The shift with the least error; 0 unless another one is clearly better."""
+    best = min(errors, key=lambda shift: (errors[shift], abs(shift)))
+    return best if errors[best] < CLEARLY * errors[0] else 0
+
+
+def _shift_poses(found: Annotations, shift: int) -> Annotations:
+    """The video with the poses of ``shift`` frames later; frames that have none are left out."""
+    if not shift:
+        return found
+    frames = np.arange(max(0, -shift), found.frames - max(0, shift))
+    rows = (found.frame >= frames[0]) & (found.frame <= frames[-1])
+    kept = {name: getattr(found, name)[rows] for name in ("person", "boxes", "joints", "pixels", "visible")}
+    poses = {name: getattr(found, name)[frames + shift] for name in ("positions", "angles")}
+    return replace(found, **kept, **poses, frame=found.frame[rows] - frames[0], first=found.first + int(frames[0]))
+
+
+def _mount_height(found: Annotations, above: FloatArray) -> tuple[float, float]:
+    """Median height in m of the camera above the soles of people, [N], and how much it changes between frames."""
+    frames = np.unique(found.frame)
+    heights = [float(np.median(above[found.frame == frame])) for frame in frames]
+    middle, spread = float(np.median(above)), float(np.ptp(np.percentile(heights, (5, 95))))
+    if not 0.3 <= middle <= 100.0 or spread > MOST_HEIGHT_SPREAD * middle:
+        problem = f"the camera is {middle:.2f} m above people's feet, and this changes by {spread:.2f} m"
+        raise FileError(found.path, f"{problem}: people and camera must be on one level ground")
+    return middle, spread

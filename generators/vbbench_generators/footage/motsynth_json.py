@@ -1,0 +1,266 @@
+"""Reads one annotation file of MOTSynth: COCO-style JSON of one video."""
+
+import json
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.errors import FileError, VbbenchWarning, quoted, suggestion
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.numbers import Within
+
+JOINTS = 22
+VISIBLE = 2
+"""What ``keypoints`` says of a joint that is seen; 1 = hidden, 0 = not known."""
+
+_VIDEO_KEYS = ("width", "height", "cam_fov", "fps")
+_POSE_KEYS = ("cam_world_pos", "cam_world_rot")
+_BOX_KEYS = ("bbox", "image_id", "ped_id", "keypoints", "keypoints_3d")
+_OTHER_KEYS = {
+    "images": (
+        *("id", "frame_n", "file_name", "ignore_mask", "is_moving", "is_night", "weather", "time", "seq_name"),
+        *("license", "flickr_url", "coco_url", "date_captured", "img_width", "img_height", "fx", "fy", "cx", "cy"),
+        *("description", "version", "sequence_length"),
+    ),
+    "annotations": (
+        *("id", "category_id", "area", "iscrowd", "num_keypoints", "model_id", "attributes", "is_blurred"),
+        "segmentation",
+    ),
+}
+"""Keys that other people's readers name; they are not needed here."""
+
+_RANGES = {
+    "width": Within(16, 20_000, "px"),
+    "height": Within(16, 20_000, "px"),
+    "cam_fov": Within(1.0, 170.0, "degrees"),
+    "fps": Within(0.1, 1000.0, "Hz"),
+    "fx": Within(1.0, 1e6, "px"),
+    "fy": Within(1.0, 1e6, "px"),
+    "cx": Within(-1e6, 1e6, "px"),
+    "cy": Within(-1e6, 1e6, "px"),
+}
+FOCAL_AGREES = 0.02
+"""Share by which the focal length in the file may differ from that of its field of view."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Annotations:
+    """One video: T frames, N boxes, sorted by person and frame.
+
+    Parameters
+    ----------
+    path : the file.
+    width, height : of the pictures in px.
+    focal, cx, cy : focal length and principal point in px.
+    fps : frames per second.
+    first : number of the first frame in the file, and of its picture.
+    positions : [T, 3] of the camera in the game's world, in m, z up.
+    angles : [T, 3] of the camera in degrees, in the file's order.
+    frame, person : [N] frame from 0, and id of the person, of each box.
+    boxes : [N, 4] (left, top, width, height) in px.
+    joints : [N, 22, 3] (right, down, forward) of the camera in m.
+    pixels : [N, 22, 2] the same in the picture.
+    visible : [N] share of the joints that are seen.
+    """
+
+    path: Path
+    width: int
+    height: int
+    focal: float
+    cx: float
+    cy: float
+    fps: float
+    first: int
+    positions: FloatArray
+    angles: FloatArray
+    frame: IntArray
+    person: IntArray
+    boxes: FloatArray
+    joints: FloatArray
+    pixels: FloatArray
+    visible: FloatArray
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return len(self.positions)
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Pixels [..., 2] of points [..., 3] (right, down, forward); NaN behind the camera."""
+        depth = np.where(points[..., 2:] > 0.0, points[..., 2:], np.nan)
+        return np.array([self.cx, self.cy]) + self.focal * points[..., :2] / depth
+
+
+def read_annotations(path: Path) -> Annotations:
+    """Read one annotation file; people whom nobody sees, and those marked as crowd, are left out.
+
+    Raises
+    ------
+    FileError
+        If it is not such a file; the key, image or annotation is named.
+    """
+    values = _load(path)
+    images, rows = (_objects(path, values, name) for name in ("images", "annotations"))
+    info = values.get("info", {})
+    if not isinstance(info, dict):
+        raise FileError(path, f"info is {quoted(info)}, not an object")
+    video = info | {name: images[0][name] for name in images[0] if name not in info}
+    video = {"width": info.get("img_width"), "height": info.get("img_height")} | video
+    facts = {name: _number(path, video, name) for name in _VIDEO_KEYS}
+    _refuse_zoom(path, images)
+    frames = {image.get("id"): n for n, image in enumerate(_in_order(path, images))}
+    positions, angles = (_vectors(path, "image", images, name, 3) for name in _POSE_KEYS)
+    rows = [row for row in rows if not row.get("iscrowd")]
+    boxes = _vectors(path, "annotation", rows, "bbox", 4)
+    pixels = _vectors(path, "annotation", rows, "keypoints", 3 * JOINTS).reshape(-1, JOINTS, 3)
+    joints = _vectors(path, "annotation", rows, "keypoints_3d", 4 * JOINTS).reshape(-1, JOINTS, 4)
+    frame = np.array([_frame(path, frames, row) for row in rows], np.int64)
+    person = np.array([_whole(path, row, "ped_id") for row in rows], np.int64)
+    visible = (pixels[..., 2] == VISIBLE).mean(axis=1)
+    order = np.lexsort((frame, person))
+    order = order[(visible[order] > 0.0) & (boxes[order, 2:] > 0.0).all(axis=1)]
+    _refuse_repetition(path, frame[order], person[order])
+    return Annotations(
+        path=path,
+        width=int(facts["width"]),
+        height=int(facts["height"]),
+        focal=_focal_length(path, video, facts),
+        cx=_number(path, {"cx": 0.5 * facts["width"]} | video, "cx"),
+        cy=_number(path, {"cy": 0.5 * facts["height"]} | video, "cy"),
+        fps=facts["fps"],
+        first=int(images[0]["frame_n"]),
+        positions=positions,
+        angles=angles,
+        frame=frame[order],
+        person=person[order],
+        boxes=boxes[order],
+        joints=joints[order, :, :3],
+        pixels=pixels[order, :, :2],
+        visible=visible[order],
+    )
+
+
+def _load(path: Path) -> dict[str, Any]:
+    """The object in the file, without the masks of people, most of its bytes."""
+    try:
+        values = json.loads(path.read_bytes(), object_hook=_without_mask)
+    except FileNotFoundError:
+        raise FileError(path, "the file is missing") from None
+    except (ValueError, RecursionError) as error:
+        raise FileError(path, f"is not JSON ({error}); unpack the annotations of MOTSynth again") from None
+    if not isinstance(values, dict) or not {"images", "annotations"} <= values.keys():
+        raise FileError(path, "has no lists 'images' and 'annotations': it is no annotation file of MOTSynth")
+    return values
+
+
+def _without_mask(values: dict[str, Any]) -> dict[str, Any]:
+    values.pop("segmentation", None)
+    return values
+
+
+def _objects(path: Path, values: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    found = values[name]
+    if not isinstance(found, list) or not found or not all(isinstance(one, dict) for one in found):
+        raise FileError(path, f"'{name}' is not a list of objects, or has none")
+    known = {*_VIDEO_KEYS, *_POSE_KEYS, *_BOX_KEYS, *_OTHER_KEYS[name]}
+    unknown = sorted(found[0].keys() - known)
+    if unknown:
+        text = f"{path}: {name} have keys that are not known and not used: {', '.join(map(quoted, unknown))}"
+        warnings.warn(text, VbbenchWarning, stacklevel=4)
+    return found
+
+
+def _in_order(path: Path, images: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The images, in place, by frame; consecutive frames."""
+    for image in images:
+        _whole(path, image, "frame_n", "image")
+    images.sort(key=lambda image: int(image["frame_n"]))
+    for before, after in pairwise(images):
+        if after["frame_n"] != before["frame_n"] + 1:
+            raise FileError(
+                path, f"frame {after['frame_n']} follows frame {before['frame_n']}; frames must not be missing"
+            )
+    return images
+
+
+def _vectors(path: Path, what: str, rows: list[dict[str, Any]], name: str, size: int) -> FloatArray:
+    """[N, size] of a key that is a list of numbers."""
+    for row in rows:
+        if name not in row:
+            raise _missing(path, f"{what} {quoted(row.get('id'))}", name, row)
+        if not isinstance(row[name], list) or len(row[name]) != size:
+            raise FileError(path, f"{what} {quoted(row.get('id'))}: {name} is {quoted(row[name])}, not {size} numbers")
+    try:
+        found = np.array([row[name] for row in rows], np.float64).reshape(-1, size)
+    except (TypeError, ValueError):
+        raise FileError(path, f"{name} of some {what} is not a list of {size} numbers") from None
+    if not np.isfinite(found).all():
+        raise FileError(
+            path,
+            f"{name} of {what} {quoted(rows[int(np.argwhere(~np.isfinite(found))[0, 0])].get('id'))} is not finite",
+        )
+    return found
+
+
+def _missing(path: Path, what: str, name: str, known: Iterable[str]) -> FileError:
+    return FileError(
+        path, f"{what} has no key '{name}' ({suggestion(name, known)}); wanted: the COCO annotations of MOTSynth"
+    )
+
+
+def _number(path: Path, video: dict[str, Any], name: str) -> float:
+    """A number of the video; some are written as text."""
+    if video.get(name) is None:
+        raise _missing(path, "neither 'info' nor the first image", name, video)
+    try:
+        value = float(video[name])
+        _RANGES[name].check(name, value)
+    except (TypeError, ValueError) as error:
+        raise FileError(path, str(error)) from None
+    return value
+
+
+def _whole(path: Path, row: dict[str, Any], name: str, what: str = "annotation") -> int:
+    if name not in row:
+        raise _missing(path, f"{what} {quoted(row.get('id'))}", name, row)
+    value = row[name]
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
+        raise FileError(
+            path, f"{what} {quoted(row.get('id'))}: {name} is {quoted(value)}, not a whole number from 0 on"
+        )
+    return value
+
+
+def _frame(path: Path, frames: dict[Any, int], row: dict[str, Any]) -> int:
+    if row.get("image_id") not in frames:
+        raise FileError(path, f"annotation {quoted(row.get('id'))}: there is no image {quoted(row.get('image_id'))}")
+    return frames[row["image_id"]]
+
+
+def _focal_length(path: Path, video: dict[str, Any], facts: dict[str, float]) -> float:
+    """The focal length in px; ``cam_fov`` is the vertical field of view, and ``fx`` and ``fy`` must agree with it."""
+    focal = 0.5 * facts["height"] / float(np.tan(np.radians(0.5 * facts["cam_fov"])))
+    for name in ("fx", "fy"):
+        written = focal if video.get(name) is None else _number(path, video, name)
+        if abs(written / focal - 1.0) > FOCAL_AGREES:
+            view = f"a vertical field of view of {facts['cam_fov']:g} degrees is {focal:.0f} px"
+            raise FileError(path, f"{name} is {written:g} px, but {view}: one of them is wrong")
+    return focal
+
+
+def _refuse_zoom(path: Path, images: list[dict[str, Any]]) -> None:
+    views = {image["cam_fov"] for image in images if isinstance(image.get("cam_fov"), int | float)}
+    if views and max(views) - min(views) > FOCAL_AGREES * min(views):
+        raise FileError(path, f"the camera zooms: cam_fov is {min(views):g} to {max(views):g} degrees; it must stay")
+
+
+def _refuse_repetition(path: Path, frame: IntArray, person: IntArray) -> None:
+    again = np.flatnonzero((np.diff(frame) == 0) & (np.diff(person) == 0))
+    if again.size:
+        row = again[0]
+        raise FileError(path, f"person {person[row]} has two boxes in frame {frame[row]}")

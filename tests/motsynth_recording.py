@@ -1,0 +1,108 @@
+"""A made recording in the layout of MOTSynth's annotations: people walk, a camera moves and turns among them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench.geometry import FloatArray
+
+WIDTH, HEIGHT, FOV, FPS = 1920, 1080, 50.0, 20
+FOCAL = 0.5 * HEIGHT / np.tan(np.radians(0.5 * FOV))
+MOUNT_HEIGHT, PITCH = 1.8, -3.0
+"""m above the ground, and degrees."""
+GROUND = np.array([-1200.0, 350.0, 28.0])
+"""A place in the game's world."""
+# right, forward and up of each joint, as a share of the person's height; ankles 0.08 m above the sole
+_SHARES = np.array(
+    [(0.0, 0.0, 1.0), (0.0, 0.0, 0.93), (0.0, 0.0, 0.87)]
+    + [(side * x, 0.0, z) for side in (1, -1) for x, z in ((0.05, 0.83), (0.11, 0.82), (0.13, 0.63), (0.14, 0.48))]
+    + [(0.0, 0.0, z) for z in (0.55, 0.6, 0.66, 0.72, 0.78)]
+    + [(side * 0.06, 0.0, z) for side in (1, -1) for z in (0.53, 0.29, 0.0)]
+)
+
+
+def heights(people: int) -> FloatArray:
+    """Of the people, in m."""
+    return 1.6 + 0.03 * np.arange(people)
+
+
+def camera_track(frames: int) -> tuple[FloatArray, FloatArray]:
+    """Positions [T, 3] in m and angles [T, 3] (pitch, roll, yaw) in degrees."""
+    time = np.arange(frames) / FPS
+    positions = GROUND + np.stack([0.8 * time, 0.3 * np.sin(1.5 * time), np.full(frames, MOUNT_HEIGHT)], axis=-1)
+    angles = np.stack([PITCH + 0.3 * np.sin(2.0 * time), np.zeros(frames), -90.0 + 8.0 * np.sin(2.5 * time)], axis=-1)
+    return positions, angles
+
+
+def walkers(frames: int, people: int) -> FloatArray:
+    """Places [T, K, 2] in m in the game's world."""
+    rng, time = np.random.default_rng(3), np.arange(frames)[:, None, None] / FPS
+    start = GROUND[:2] + rng.uniform([7.0, -3.0], [18.0, 3.0], (people, 2))
+    return start + time * rng.uniform(-0.6, 0.6, (people, 2))
+
+
+def recording(frames: int = 60, people: int = 6, pose_shift: int = 0, box_shift: int = 0) -> dict[str, Any]:
+    """The values of an annotation file; ``pose_shift``: poses are written so many frames too late, boxes likewise."""
+    extra = 10
+    positions, angles = camera_track(frames + 2 * extra)
+    world, tall = walkers(frames + 2 * extra, people), heights(people)
+    info = {"seq_name": "000", "fps": FPS, "img_width": WIDTH, "img_height": HEIGHT, "cam_fov": FOV}
+    info |= {"fx": 1158, "fy": 1158, "cx": 960, "cy": 540, "sequence_length": frames, "is_moving": 1}
+    images, annotations = [], []
+    for frame in range(frames):
+        posed = frame + extra - pose_shift
+        image = {"id": 1000 + frame, "frame_n": frame, "file_name": f"frames/000/rgb/{frame:04d}.jpg"}
+        image |= {"width": WIDTH, "height": HEIGHT, "is_moving": 1, "cam_fov": FOV}
+        images.append(image | {"cam_world_pos": list(positions[posed]), "cam_world_rot": list(angles[posed])})
+        for person in range(people):
+            seen = [
+                _seen(world[moment, person], tall[person], positions[moment], angles[moment])
+                for moment in (frame + extra, frame + extra - box_shift)
+            ]
+            if seen[1] is None or seen[0] is None:
+                continue
+            annotations.append(
+                {
+                    "id": len(annotations),
+                    "image_id": 1000 + frame,
+                    "category_id": 1,
+                    "iscrowd": 0,
+                    "area": 100,
+                    "ped_id": 10 * person,
+                    "num_keypoints": 22,
+                    "segmentation": {"size": [HEIGHT, WIDTH], "counts": "abc"},
+                    **{name: seen[0][name] for name in ("keypoints", "keypoints_3d")},
+                    "bbox": seen[1]["bbox"],
+                }
+            )
+    return {"info": info, "images": images, "annotations": annotations}
+
+
+def _seen(place: FloatArray, tall: float, position: FloatArray, angles: FloatArray) -> dict[str, Any] | None:
+    """Box and joints of a person; ``None`` outside the picture. The axes are written out, unlike in the reader."""
+    pitch, _, yaw = np.radians(angles)
+    forward = np.array([-np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)])
+    right = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    down = np.cross(forward, right)
+    joints = np.append(place, GROUND[2]) + _SHARES * tall * [1.0, 1.0, 1.0 - 0.08 / tall] + [0.0, 0.0, 0.08]
+    camera = (joints - position) @ np.stack([right, down, forward], axis=-1)
+    pixels = np.array([0.5 * WIDTH, 0.5 * HEIGHT]) + FOCAL * camera[:, :2] / camera[:, 2:]
+    if (camera[:, 2] < 0.5).any() or not ((pixels > 0) & (pixels < [WIDTH, HEIGHT])).all():
+        return None
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    sole = 0.08 * FOCAL / camera[18, 2]
+    flags = np.full((22, 1), 2.0)
+    return {
+        "bbox": [*low, high[0] - low[0], high[1] + sole - low[1]],
+        "keypoints": np.hstack([pixels, flags]).reshape(-1).tolist(),
+        "keypoints_3d": np.hstack([camera, flags]).reshape(-1).tolist(),
+    }
+
+
+def write(folder: Path, values: dict[str, Any], name: str = "000") -> Path:
+    """Write the values as ``folder/annotations/NAME.json``; return ``folder``."""
+    (folder / "annotations").mkdir(parents=True, exist_ok=True)
+    (folder / "annotations" / f"{name}.json").write_text(json.dumps(values))
+    return folder

@@ -1,0 +1,213 @@
+"""The split motsynth, on made recordings in the layout of its annotations."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from tests.motsynth_recording import FOCAL, MOUNT_HEIGHT, PITCH, camera_track, heights, recording, walkers, write
+from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
+from vbbench.files.verification import verify
+from vbbench.generation.datasets import write_dataset
+from vbbench.generation.footage import FootageOptions
+from vbbench.generation.generator import Options
+from vbbench.geometry import world_to_relative
+from vbbench.scoring import score
+from vbbench.solving import solve
+from vbbench_generators.footage.motsynth import motsynth
+from vbbench_generators.footage.motsynth_camera import find_camera_path
+from vbbench_generators.footage.motsynth_json import read_annotations
+
+
+def options(folder, **asked):
+    return Options(source=folder, footage=FootageOptions(**{"every": 1, **asked}))
+
+
+def edited(tmp_path, edit):
+    values = recording(frames=40)
+    edit(values)
+    return write(tmp_path, values) / "annotations" / "000.json"
+
+
+def test_poses_places_heights_and_camera_are_the_games(tmp_path):
+    dataset = write_dataset(motsynth.plan(options(write(tmp_path / "s", recording()))), tmp_path / "d")
+    assert "are as written" in verify(tmp_path / "d")
+    camera = dataset.info.camera
+    assert camera.focal == pytest.approx(FOCAL) == pytest.approx(1158.03, abs=0.01)
+    assert (camera.mount_height, camera.pitch) == pytest.approx((MOUNT_HEIGHT, np.radians(PITCH)), abs=0.005)
+    assert (dataset.info.truth, dataset.info.dt) == ("whole", pytest.approx(0.05))
+    positions, angles = camera_track(80)
+    world = walkers(80, 6)
+    for sequence in dataset.sequences():
+        truth = dataset.truth(sequence)
+        frames = 10 + sequence.first_frame + np.arange(sequence.frames)
+        np.testing.assert_allclose(truth.poses[:, :2], positions[frames, :2], atol=1e-6)
+        np.testing.assert_allclose(np.cos(truth.poses[:, 2] - np.radians(angles[frames, 2] + 90.0)), 1.0, atol=1e-9)
+        people = sequence.tracks // 10
+        seen = sequence.observed
+        np.testing.assert_allclose(truth.positions[seen], world[frames][:, people][seen], atol=1e-6)
+        np.testing.assert_allclose(truth.heights, heights(6)[people], atol=1e-6)
+        again = dataset.camera(sequence).project(
+            world_to_relative(truth.positions, truth.poses), np.broadcast_to(truth.heights, seen.shape)
+        )
+        off = np.abs(again - sequence.observations)[seen] / sequence.observations[seen][:, 2:]
+        assert np.median(off, axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=0.05)
+    score(solve(dataset, "cv", "sequential", tmp_path / "a"), tmp_path / "d")
+
+
+@pytest.mark.parametrize("shifts", [{}, {"pose_shift": 3}, {"pose_shift": -2}, {"box_shift": 3}, {"box_shift": -1}])
+def test_a_shift_of_frames_is_found_and_mended(tmp_path, shifts):
+    path = write(tmp_path, recording(**shifts)) / "annotations" / "000.json"
+    mended = find_camera_path(read_annotations(path))
+    assert mended.report["pose_shift"] == shifts.get("pose_shift", 0)
+    assert mended.report["box_shift"] == -shifts.get("box_shift", 0)
+    found, world = mended.annotations, walkers(80, 6)
+    real = 10 + found.first + found.frame - shifts.get("box_shift", 0)
+    np.testing.assert_allclose(mended.people, world[real, found.person // 10], atol=1e-6)
+    np.testing.assert_allclose(
+        mended.poses[found.frame, :2], camera_track(80)[0][real, :2], atol=1e-6, err_msg="pose of another frame"
+    )
+
+
+@pytest.mark.parametrize("shift", [0, 3])
+def test_people_who_bob_and_joints_that_shake_do_no_harm(tmp_path, shift):
+    values, rng = recording(pose_shift=shift), np.random.default_rng(0)
+    for row in values["annotations"]:
+        joints = np.array(row["keypoints_3d"]).reshape(-1, 4)
+        bob = 0.03 * np.sin(2.0 * np.pi * 2.0 * row["image_id"] / 20 + row["ped_id"])
+        joints[:, :3] += rng.normal(0.0, 0.005, (22, 3)) + np.array([0.0, bob, 0.0])
+        row["keypoints_3d"] = joints.reshape(-1).tolist()
+    found = find_camera_path(read_annotations(write(tmp_path, values) / "annotations" / "000.json"))
+    assert found.report["pose_shift"] == shift
+    assert 0.0 < found.report["pose_error"] < 0.05
+
+
+@pytest.mark.parametrize("order", [(1, 0, 2), (2, 0, 1)])
+def test_angles_in_another_order_are_recognised_by_upright_people(tmp_path, order):
+    values = recording()
+    for image in values["images"]:
+        image["cam_world_rot"] = [image["cam_world_rot"][n] for n in order]
+    path = write(tmp_path, values) / "annotations" / "000.json"
+    assert find_camera_path(read_annotations(path)).pitch == pytest.approx(np.radians(PITCH), abs=0.005)
+
+
+def _other_axes(values):
+    for row in values["annotations"]:
+        joints = np.array(row["keypoints_3d"]).reshape(-1, 4)
+        row["keypoints_3d"] = joints[:, [0, 2, 1, 3]].reshape(-1).tolist()
+
+
+def _y_up(values):
+    for image in values["images"]:
+        image["cam_world_rot"] = [90.0, *image["cam_world_rot"][1:]]
+
+
+def _other_video(values):
+    rng = np.random.default_rng(0)
+    for image in values["images"]:
+        image["cam_world_rot"][2] += rng.normal(0.0, 4.0)
+
+
+def _nodding(values):
+    for n, image in enumerate(values["images"]):
+        lift = np.radians(0.6 * n)
+        image["cam_world_rot"] = [image["cam_world_rot"][0] + np.degrees(lift), *image["cam_world_rot"][1:]]
+        for row in values["annotations"]:
+            if row["image_id"] == image["id"]:
+                joints = np.array(row["keypoints_3d"]).reshape(-1, 4)
+                c, s = np.cos(lift), np.sin(lift)
+                joints[:, 1:3] = joints[:, 1:3] @ np.array([[c, -s], [s, c]])
+                row["keypoints_3d"] = joints.reshape(-1).tolist()
+                flat = 1158.03 * joints[:, :2] / joints[:, 2:3] + [960, 540]
+                row["keypoints"] = np.hstack([flat, joints[:, 3:]]).reshape(-1).tolist()
+                low, high = flat.min(axis=0), flat.max(axis=0)
+                row["bbox"] = [*low, *(high - low)]
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (_other_axes, r"joints project \d+ px beside those in the picture: keypoints_3d must be \(right, down"),
+        (_y_up, r"people do not stand upright however cam_world_rot is read: they lean"),
+        (_other_video, r"people jump by \d+% of their height, at best .*poses are not those of these boxes"),
+        (_nodding, r"the camera's pitch changes by 0\.\d+ rad; a sequence has one pitch"),
+        (
+            lambda v: [row.update(bbox=[5.0, 5.0, 20.0, 60.0]) for row in v["annotations"]],
+            r"boxes lie \d+% of their height beside their people",
+        ),
+        (
+            lambda v: [image.pop("cam_world_pos") for image in v["images"]],
+            r"image 1000 has no key 'cam_world_pos' \(did you mean 'cam_world_rot'",
+        ),
+        (lambda v: [image.pop("cam_fov") for image in [*v["images"], v["info"]]], "has no key 'cam_fov'"),
+        (lambda v: v["info"].update(fx=900), r"fx is 900 px, but a vertical field of view of 50 degrees is 1158 px"),
+        (lambda v: v["images"][3].update(cam_fov=40.0), "the camera zooms: cam_fov is 40 to 50 degrees"),
+        (lambda v: v["images"].pop(5), "frame 6 follows frame 4; frames must not be missing"),
+        (lambda v: v["annotations"][0].update(image_id=7), "annotation 0: there is no image 7"),
+        (lambda v: v["annotations"][0].update(bbox=[1, 2, 3]), r"annotation 0: bbox is \[1, 2, 3\], not 4 numbers"),
+        (lambda v: v["annotations"][0].update(ped_id="x"), "ped_id is 'x', not a whole number"),
+        (lambda v: v["annotations"].append(v["annotations"][0]), "person 0 has two boxes in frame 0"),
+        (
+            lambda v: v.update(annotations=[row for row in v["annotations"] if row["image_id"] < 1015]),
+            "nobody is seen for 1 s: the camera's poses cannot be checked",
+        ),
+        (lambda v: v.pop("images"), "has no lists 'images' and 'annotations'"),
+        (lambda v: v["annotations"].clear(), "'annotations' is not a list of objects, or has none"),
+    ],
+)
+def test_what_does_not_fit_is_one_clear_line(tmp_path, edit, message):
+    path = edited(tmp_path, edit)
+    with pytest.raises(FileError, match=message) as caught:
+        find_camera_path(read_annotations(path))
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_an_unknown_key_is_said_and_not_used(tmp_path):
+    path = edited(tmp_path, lambda v: v["images"][0].update(cam_world_speed=1.0))
+    with pytest.warns(VbbenchWarning, match="images have keys that are not known and not used: 'cam_world_speed'"):
+        read_annotations(path)
+
+
+def test_crowds_and_people_whom_nobody_sees_are_left_out(tmp_path):
+    def edit(values):
+        values["annotations"][0]["iscrowd"] = 1
+        values["annotations"][1]["keypoints"][2::3] = [1] * 22
+        values["annotations"][2]["keypoints"][2::3] = [2] * 11 + [1] * 11
+
+    whole = read_annotations(edited(tmp_path / "a", lambda v: None))
+    found = read_annotations(edited(tmp_path / "b", edit))
+    assert len(found.frame) == len(whole.frame) - 2
+    assert sorted(set(found.visible)) == [0.5, 1.0]
+
+
+def test_videos_are_chosen_by_name_and_unusable_ones_left_out_loudly(tmp_path):
+    write(tmp_path, recording(frames=40))
+    write(tmp_path, {"images": [], "annotations": []}, "001")
+    with pytest.warns(VbbenchWarning, match="left out: .*001.json"):
+        assert motsynth.plan(options(tmp_path)).info.scenes == ("000",)
+    assert len(motsynth.plan(options(tmp_path, sequences=("000",)))) > 0
+    with pytest.raises(FileError, match=r"001\.json"):
+        motsynth.plan(options(tmp_path, sequences=("001",)))
+    with pytest.raises(VbbenchError, match="has no video '01'; did you mean '001'"):
+        motsynth.plan(options(tmp_path, sequences=("01",)))
+
+
+def test_without_a_source_it_says_where_to_get_it(tmp_path):
+    with pytest.raises(SourceMissingError, match=r"motsynth needs --source: unpack MOTSynth_coco_annotations\.zip"):
+        motsynth.plan(Options())
+    with pytest.raises(SourceMissingError, match="no annotation files of MOTSynth here"):
+        motsynth.plan(options(tmp_path))
+    with pytest.raises(VbbenchError, match="--bags is not for motsynth"):
+        motsynth.plan(options(tmp_path, bags=tmp_path))
+
+
+def test_the_command_makes_it_and_pictures_are_found(tmp_path):
+    source = write(tmp_path / "s", recording())
+    (source / "frames" / "000" / "rgb").mkdir(parents=True)
+    command = ["generate", "motsynth", "--source", str(source), "--every", "2", "--out", str(tmp_path / "d")]
+    done = subprocess.run([sys.executable, "-m", "vbbench", *command], capture_output=True, text=True, check=True)
+    assert "1 videos; at worst joints reproject to 0.0 px" in done.stdout
+    plan = motsynth.plan(options(source, every=2))
+    assert str(plan.info.pictures[0].path(3)).endswith("s/frames/000/rgb/0006.jpg")

@@ -1,0 +1,112 @@
+"""From a film to a map: people are detected and tracked in it, and their boxes birdified."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from vbbench.birdify.birdify import Birdified, birdify
+from vbbench.birdify.report import REPORT
+from vbbench.errors import FileError
+from vbbench.exchange.film_boxes import FilmBoxes, find_boxes
+from vbbench.exchange.own.camera_file import OwnCamera, read_camera
+from vbbench.files.dataset_info import Pictures
+from vbbench.folders.work_folder import check_free
+from vbbench.pictures.reading import Film, open_film
+from vbbench.pictures.rendering import silent
+
+VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mjpeg", ".ts", ".ogv", ".wmv")
+"""Endings of the names of videos."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detection:
+    """How people are found in a film; see `vbbench.exchange.film_boxes.find_boxes`."""
+
+    detector: str = "hog"
+    weights: Path | None = None
+    tracker: str = "byte"
+    every: int = 1
+
+
+def is_film(path: Path) -> bool:
+    """Whether a path is a video by its name, or a folder, which is one of pictures."""
+    return path.is_dir() or path.suffix.lower() in VIDEOS
+
+
+def birdify_film(
+    path: Path | str,
+    camera: Path | str,
+    out: Path | str,
+    detection: Detection,
+    *,
+    odometry: Path | str | None = None,
+    solver: str = "map-causal",
+    film: bool | None = None,
+    overwrite: bool = False,
+    announce: Callable[[str], object] = silent,
+) -> Birdified:
+    """Make a map from a film.
+
+    Boxes are found first, and written to ``OUT.boxes.txt`` until the map is whole: ``OUT/recording/gt.txt`` is the
+    same. If the map cannot be made, they stay, and `vbbench.birdify.birdify.birdify` can be called on them.
+
+    Parameters
+    ----------
+    path : a video, or a folder of pictures.
+    camera : camera file; its ``fps`` or ``dt`` counts if it has one, else what the video says.
+    detection : how people are found.
+    out, odometry, solver, film, overwrite, announce : as of `vbbench.birdify.birdify.birdify`.
+
+    Raises
+    ------
+    VbbenchError
+        If the film cannot be read, is not of the camera's size, or nobody is found; or as `birdify` raises it.
+    """
+    out, shot, own = Path(out), open_film(Path(path)), read_camera(Path(camera))
+    _check_size(shot, own)
+    check_free(out, REPORT, "folder that birdify made", overwrite)
+    found = _find(shot, own, out, detection, announce)
+    made = birdify(
+        found.path,
+        camera,
+        out,
+        odometry=odometry,
+        solver=solver,
+        film=film,
+        dt=found.dt,
+        pictures=_pictures(shot, found),
+        overwrite=overwrite,
+        announce=announce,
+    )
+    found.path.unlink()
+    return made
+
+
+def _check_size(shot: Film, own: OwnCamera) -> None:
+    facts = own.facts
+    if (facts.width, facts.height or shot.height) != (shot.width, shot.height):
+        said = f"{facts.width} x {facts.height or '?'} px"
+        advice = "write the size of the film, with the focal length that belongs to it"
+        raise FileError(own.path, f"says {said}, {shot.path} is {shot.width} x {shot.height}: {advice}")
+
+
+def _find(shot: Film, own: OwnCamera, out: Path, detection: Detection, announce: Callable[[str], object]) -> FilmBoxes:
+    """The boxes of the film, in a file beside the folder to make."""
+    seconds = own.facts.seconds
+    fps = None if seconds is None else 1.0 / seconds
+    if fps and shot.fps and abs(fps / shot.fps - 1.0) > 0.02:
+        announce(f"{own.path} says {fps:.4g} frames a second, the film {shot.fps:.4g}: those of {own.path.name} count")
+    boxes = out.with_name(f"{out.name}.boxes.txt")
+    boxes.parent.mkdir(parents=True, exist_ok=True)
+    announce(f"finding people with {detection.detector} in {shot.frames} frames")
+    search = partial(find_boxes, shot, boxes, fps=fps, period=own.camera.period)
+    found = search(**vars(detection))
+    announce(str(found))
+    return found
+
+
+def _pictures(shot: Film, found: FilmBoxes) -> Pictures | None:
+    """Where the pictures of the frames with boxes are, for plots; none of a video, or of pictures not numbered."""
+    files = shot.numbered()
+    return files and replace(files, first=files.first + found.first, step=found.step)
