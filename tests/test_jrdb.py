@@ -236,3 +236,34 @@ def test_what_the_wheels_say_is_not_the_truth_itself(files: Files, root: Path, t
 def test_start_of_the_clock_is_a_real_one() -> None:
     """Stamps of 2019 keep microseconds in a float."""
     assert np.spacing(START) < 1e-6
+
+
+def test_boxes_of_a_detector_are_linked_and_matched_across_the_seam(root: Path, files: Files, tmp_path: Path) -> None:
+    labelled = read_recording(find_recordings(root)[0])
+    rng = np.random.default_rng(3)
+    slot, column = np.nonzero(~np.isnan(labelled.boxes[..., 2]))
+    boxes = labelled.rectangles[slot, column] + rng.normal(0.0, 0.5, (len(slot), 4))
+    boxes[rng.random(len(slot)) < 0.1, 0] += 900.0  # false alarms
+    boxes[:, 0] %= CAMERA.width
+    frames = labelled.grid.frames[np.searchsorted(labelled.grid.slots, slot)]
+    rows = np.column_stack(
+        [frames + 1, np.full(len(slot), -1), boxes + np.array([1.0, 1.0, 0.0, 0.0]), rng.random(len(slot)) * 0.3 + 0.7]
+    )
+    np.savetxt(tmp_path / f"{files.name}.txt", rows, delimiter=",", fmt="%.3f")
+    dataset = made(tmp_path / "d", root, boxes=tmp_path, every=3)
+    facts = (dataset.info.calibration or {})["recordings"][0]
+    assert facts["detected"]["recall"] > 0.85
+    assert 0.85 < facts["detected"]["precision"] < 0.95
+    persons = [dataset.track_persons(sequence) for sequence in dataset.sequences()]
+    alone = sum(len(np.unique(track[track >= 0])) == 1 for one in persons for track in one.T)
+    assert alone > 0.9 * sum(one.shape[1] for one in persons)
+    away = np.concatenate(
+        [
+            np.linalg.norm(
+                dataset.relative_truth(one) - CAMERA.unproject(one.observations, np.full(one.visible.shape, 1.75)),
+                axis=-1,
+            )[one.observed]
+            for one in dataset.sequences()
+        ]
+    )
+    assert np.nanmedian(away) < 0.6
