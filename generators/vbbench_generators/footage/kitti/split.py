@@ -18,14 +18,12 @@ from vbbench_generators.footage.tracks import LEAST_OVERLAP
 CARD = Card(
     name="kitti",
     title="KITTI tracking: a car among people, with boxes and places by hand",
-    licence="CC BY-NC-SA 3.0: for research, not for commerce; nothing of it comes with vbbench",
+    licence="CC BY-NC-SA 3.0: for research, not for commerce; nothing of it comes with vbbench. "
+    f"Made from your own download: --source the folder with {WANTED}",
     citation="Geiger, Lenz, Urtasun: Are we ready for autonomous driving? The KITTI vision benchmark suite, CVPR 2012",
     sources=(),
-    caution=f"made from your own download: --source the folder with {WANTED}",
-)
-CAUTION = (
-    "poses have errors of their own, about as large as parked cars seem to move (see calibration): scores finer than "
-    "that mean nothing; heights told are of people who stand, and those who sit are about 1.2 m high"
+    caution="poses have errors of their own, about as large as parked cars seem to move (see calibration): scores finer "
+    "than that mean nothing; heights told are of people who stand, and those who sit are about 1.2 m high",
 )
 
 
@@ -69,7 +67,6 @@ class KittiSplit(FootageSplit):
                 **matching,
             },
             calibration=summarise(read),
-            caution=CAUTION,
         )
 
 
