@@ -75,7 +75,7 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
         ("dt", "1e-300", "dt, the time of a frame, must be"),
         ("sequences", "2000000000", "sequences must be 1 to 10,000,000"),
         ("sequences", "9" * 5000, "more than 2,000 bytes; write it in several lines"),
-        ("sequences", "0x" + "f" * 1500, "no TOML: a whole number has more than 64 bits"),
+        ("sequences", "0x" + "f" * 1500, "not TOML: a whole number has more than 64 bits"),
         ("people", "[2000000000]", "people must be 2 to 10,000"),
         ("walls", "[[nan, 0.0, 1.0, 1.0]]", "walls must be -100,000 to 100,000 m, not nan"),
         ("walls", "[[0.0, 0.0, 2e9, 1.0]]", "walls must be -100,000 to 100,000 m, not 2e+09"),

@@ -24,6 +24,8 @@ from vbbench_leaderboards.results.result import Board, Result, read_result, writ
 
 SEQUENCES = 40
 """Sequences of Hotel that are solved again; what comes after them does not change them."""
+COMMITTED = [protocol for protocol in PROTOCOLS if protocol != "cold-start"]
+"""The protocols of the committed boards: those of cold-start are made when all are made anew."""
 TIERS = ("ideal", "noisy")
 KEPT = Path("demo", "one-step-ideal", "cv.json")
 
@@ -55,7 +57,7 @@ def test_committed_results_are_sound() -> None:
 def test_every_bundled_solver_has_its_results() -> None:
     boards = [
         Board(split=split, tier=tier, protocol=protocol)
-        for split, tier, protocol in itertools.product(SPLITS, TIERS, PROTOCOLS)
+        for split, tier, protocol in itertools.product(SPLITS, TIERS, COMMITTED)
     ]
     wanted = [Path(board.key, f"{solver}.json") for board, solver in itertools.product(boards, bundled_solvers())]
     missing = [str(path) for path in wanted if not (published_results() / path).is_file()]
@@ -81,7 +83,7 @@ def remade(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     assert [outcome.text.split(": ")[1] for outcome in outcomes] == [
         "written anew\n  no record was kept",
-        *["written anew\n  no result was kept"] * 3,
+        *["written anew\n  no result was kept"] * len(PROTOCOLS),
     ]
     return room
 
@@ -96,7 +98,7 @@ def test_drift_is_found_named_and_mended(remade: Path, capsys: pytest.CaptureFix
     path = remade / "results" / KEPT
     before = path.read_bytes()
     assert command(remade) == 0
-    assert capsys.readouterr().out.count("as committed") == 4
+    assert capsys.readouterr().out.count("as committed") == 1 + len(PROTOCOLS)
     write_result(spoil(read_result(path)), remade / "results")
     assert command(remade) == 1
     lines = capsys.readouterr().out.splitlines()

@@ -56,7 +56,9 @@ def find_fault(values: Mapping[str, Any]) -> Fault:
                 return f"key '{name}' {fault}"
         elif name in _CHECKS:
             return f"key '{name}' is missing"
-    return None
+    tables = values["tables"]
+    missing = [name for name in TRUTH_TABLES[values.get("truth", "whole")] if name not in tables]
+    return f"key 'tables' lacks {', '.join(missing)}" if tables and missing else None
 
 
 def _must_be(wanted: str, is_good: Callable[[Any], object]) -> Check:
