@@ -119,6 +119,7 @@ class Birdifier(ABC):
         if self.calibrate:
             heights.learn(history, self._seen, *self._confident)
         observations = usable(frame.observations)
+        history.seen = ~np.isnan(observations[:, 2])
         self._seen = sight(self._camera, observations, self._pixel_std)
         chosen = select(observations, self.most_people, self.smallest_box)
         relative, covariance = measure(self._seen, heights.mean, heights.variance)

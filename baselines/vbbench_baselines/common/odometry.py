@@ -79,6 +79,12 @@ def measured(information: FloatArray) -> bool:
 
 
 @kernel
+def tracked(information: FloatArray) -> bool:
+    """Whether a motion was measured, turn and all, so that nothing else need be expected of the observer."""
+    return bool(information[2, 2] > 0.0)
+
+
+@kernel
 def stray(before: FloatArray, now: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The error e [3] of two poses [3], and its derivatives [3, 6] by both, ``before`` first."""
     cos, sin = np.cos(before[2]), np.sin(before[2])

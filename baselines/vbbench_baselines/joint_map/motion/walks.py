@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED
+from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED, standing
+from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.heads import Head, head_of
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
@@ -75,6 +76,26 @@ def walk_of(prior: Prior, dt: float, ego_prior: bool = True, cold: bool = False)
         rest, own_rest = dt / FADE / (PEOPLE_SPEED * dt) ** 2, dt / FADE / own_pace**2
     head = head_of(prior, ego_prior)
     return Walk(filters, spreads, prior.sigma, nu, a0, own, head, rest, own_rest, own_pace)
+
+
+def let_stand(motions: Motions, poses: FloatArray, seen: IntArray, new: IntArray, walk: Walk, dt: float) -> Motions:
+    """``motions`` [T] with what a cold start expects of the observer where nothing was measured: that it stands.
+
+    Parameters
+    ----------
+    poses : [T, 3] as believed, the newest NaN where it is not known yet: it goes on as fast.
+    seen, new : [T] how many people are seen, and how many of them for the second time, which have a first velocity.
+        It counts as much as all that is expected of their velocities, times `standing`; if nobody is seen, so much
+        that the observer's velocity fades within `FADE`.
+    """
+    moved = np.diff(poses[:, :2], axis=0, prepend=poses[:1, :2])
+    speed = np.hypot(moved[:, 0], moved[:, 1]) / dt
+    if len(speed) > 1 and np.isnan(speed[-1]):
+        speed[-1] = speed[-2]
+    speed = np.nan_to_num(speed)
+    rest = np.where(seen > 0, (walk.rest * seen + new / walk.spreads[1] ** 2) * standing(speed), (dt / FADE / walk.sigma) ** 2)
+    rest[motions.information.any(axis=(1, 2))] = 0.0
+    return motions._replace(information=motions.information + rest[:, None, None] * np.diag((1.0, 1.0, 0.0)))
 
 
 @kernel
