@@ -87,11 +87,11 @@ def locate(
     if free:
         facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
         pose = fit_pose(factors, facing)
-        if carries:
+        if follows and motions.information[0, 2, 2] > 0.0:
             near, information = carried(poses[-1], motions.moved[0]), motions.information[0]
             near_std = np.sqrt(2.0 / (information[0, 0] + information[1, 1]))
             told = Factors(factors.relative, factors.covariance, expected, factors.std, near, near_std)
-            pose = fit_pose(told, max(information[2, 2], VAGUE))
+            pose = fit_pose(told, max(information[2, 2], VAGUE if carries else facing))
     own = np.zeros((3, 3))
     for _ in range(ROUNDS):
         found = localise(pose, factors)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED, standing
 from vbbench_baselines.common.odometry import Motions
@@ -93,7 +93,9 @@ def let_stand(motions: Motions, poses: FloatArray, seen: IntArray, new: IntArray
     if len(speed) > 1 and np.isnan(speed[-1]):
         speed[-1] = speed[-2]
     speed = np.nan_to_num(speed)
-    rest = np.where(seen > 0, (walk.rest * seen + new / walk.spreads[1] ** 2) * standing(speed), (dt / FADE / walk.sigma) ** 2)
+    rest = np.where(
+        seen > 0, (walk.rest * seen + new / walk.spreads[1] ** 2) * standing(speed), (dt / FADE / walk.sigma) ** 2
+    )
     rest[motions.information.any(axis=(1, 2))] = 0.0
     return motions._replace(information=motions.information + rest[:, None, None] * np.diag((1.0, 1.0, 0.0)))
 
@@ -142,15 +144,25 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
     The scale is looked for about ``sigma`` in m, from ``variance`` on; the deviance is −ln of the prior density, up to
     a constant.
     """
-    n = len(track)
+    return reweigh_some(track, walk, sigma, weights, variance, np.ones(len(track), np.bool_))
+
+
+@kernel
+def reweigh_some(
+    track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, variance: float, counted: BoolArray
+) -> tuple[float, float]:
+    """`reweigh` by the innovations of the frames ``counted`` [n] alone; the others' weights are zero."""
+    n, count = len(track), 0
     for i in range(2, n):
         weights[i] = innovation(track, i, walk)
+        count += counted[i]
     for _ in range(SCALE_ROUNDS):
         before, total = variance, 0.0
         for i in range(2, n):
-            total += weights[i] / (walk.nu * variance + weights[i])
+            if counted[i]:
+                total += weights[i] / (walk.nu * variance + weights[i])
         total *= (walk.nu + 2.0) * variance
-        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * count)
         if abs(variance - before) < SETTLED_SCALE * variance:
             break
     deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
@@ -158,9 +170,12 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
         for i in range(1, n):
             deviance += 0.5 * walk.rest * ((track[i, 0] - track[i - 1, 0]) ** 2 + (track[i, 1] - track[i - 1, 1]) ** 2)
     for i in range(2, n):
-        deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
-        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
-    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
+        if counted[i]:
+            deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
+            weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
+        else:
+            weights[i] = 0.0
+    scale = count * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
     return variance, float(deviance + scale)
 
 
