@@ -131,7 +131,7 @@ def test_people_who_stand_show_how_the_observer_moves(make: Callable[[], Any]) -
         truth = replace(truth, positions=standing, heights=np.full(PEOPLE, 1.7))
         estimate = answer(make, cold(truth, CAMERAS[0], 0.0), CAMERAS[0])
         way = speed * DT * (FRAMES - 1)
-        assert np.hypot(*(estimate.poses - truth.poses)[-1, :2]) < 1.5 + 0.5 * way
+        assert np.hypot(*(estimate.poses - truth.poses)[-1, :2]) < 1.5 + 0.6 * way
     assert way > 15.0
 
 
