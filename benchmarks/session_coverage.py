@@ -25,7 +25,7 @@ def inside(error: FloatArray, covariance: FloatArray) -> bool:
 
 def run(people: int, frames: int, seed: int, odometry: bool) -> FloatArray:
     """Mean Δt and Δx in m of the last second; share of poses, and of positions, inside their regions."""
-    session = Session(MapCausal(ego_prior=not odometry), PanoramaCamera(), DT, pixel_std=PIXELS, height_std=0.07)
+    session = Session(MapCausal(), PanoramaCamera(), DT, pixel_std=PIXELS, height_std=0.07)
     poses, positions, off, away = [], [], [], []
     for frame, seen in enumerate(crowd(people, frames, seed)):
         answer = session.step_observations(seen.boxes, (seen.motion, ODOMETRY) if odometry and frame else None)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.session_coverage import run as run_session
 from tests.solver_runs import CAMERAS, DT, problem_of, see
 from tests.test_cold_start import crossing
 from vbbench.geometry import FloatArray, wrap_angle
@@ -79,7 +80,7 @@ def test_accurate_odometry_ends_the_drift(make: Callable[[], Any], protocol: str
     )
     without, by_odometry = errors.mean(axis=0)
     assert by_odometry < 0.15
-    assert by_odometry < 0.4 * without
+    assert by_odometry < 0.45 * without
 
 
 @pytest.mark.parametrize("make", SOLVERS)
@@ -131,3 +132,10 @@ def test_a_car_with_odometry_is_where_it_is() -> None:
     estimate = answer(MapCausal, seen(truth, replace(odometry, motions=motions)), "cold-start")
     assert error(estimate, truth) < 1.5
     assert DT * 10.0 * len(truth.poses) > 50.0
+
+
+def test_an_observer_who_walks_as_nobody_expects_is_as_sure_as_right() -> None:
+    """It always turns left; where odometry is sure the priors of walk and head, which know better, are left out."""
+    _, _, poses, positions = run_session(5, 60, 0, True)
+    assert poses > 0.8
+    assert positions > 0.8

@@ -35,6 +35,7 @@ class ConstantVelocity:
         """See `vbbench.solver.FrameSolver.step`."""
         history, problem = self._history, self._problem
         history.advance(frame.given)
+        history.seen = ~np.isnan(usable(frame.observations)[:, 2])
         if history.cold and not history.moving:
             return self._set_moving(frame)
         everyone = np.ones(len(frame.observations), np.bool_)

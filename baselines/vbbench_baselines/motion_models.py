@@ -12,7 +12,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.cold_start import OBSERVER_SPEED, kept_velocities
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, PEOPLE_SPEED, kept_velocities, standing
 from vbbench_baselines.common.motion import History, Spreads, continue_observer, continue_people
 
 
@@ -111,11 +111,11 @@ def expect(
     Places [K, 2] of people and their standard deviations [K] in m, NaN = no expectation; the observer's pose [3], its
     yaw held, and the standard deviation in m of its place.
     """
-    kept, own_kept = kept_velocities(dt) if history.cold else (1.0, 1.0)
+    kept, own_kept = kept_velocities(dt, bool(history.seen.any())) if history.cold else (1.0, 1.0)
     people, std = continue_people(history.positions, history.position_given, spreads, kept)
     walk, walk_std = continue_observer(history.poses, history.pose_given, spreads, own_kept)
-    if history.cold and not history.moving:
-        walk_std = OBSERVER_SPEED * dt
+    if history.cold:
+        walk_std = _let_stand(walk, walk_std, history, spreads, dt)
     before, last = (
         np.concatenate((history.positions[row, chosen], history.poses[row : row + 1, :2])) for row in (0, 1)
     )
@@ -123,3 +123,18 @@ def expect(
     walk[:2] += moved[-1]
     people[chosen] += np.where(np.isnan(history.positions[2, chosen]), moved[:-1], 0.0)
     return people, std, walk, walk_std
+
+
+def _let_stand(walk: FloatArray, walk_std: float, history: History, spreads: Spreads, dt: float) -> float:
+    """Draw the expected pose [3] towards where the observer was, as `standing` says; return its standard deviation."""
+    steps = np.diff(history.poses[:2, :2], axis=0)
+    speed = np.nan_to_num(np.hypot(*steps.T) / dt)
+    share, new = float(standing(speed)[0]), int(np.count_nonzero(history.seen & history.new))
+    if not history.moving:
+        return float((OBSERVER_SPEED**-2 + share * new * PEOPLE_SPEED**-2) ** -0.5 * dt)
+    if walk_std > 0.0:
+        fading = 1.0 - kept_velocities(dt, True)[0]
+        pull = share * (fading * np.count_nonzero(history.seen) + new * (walk_std / spreads.stay) ** 2)
+        walk[:2] = (walk[:2] + pull * history.poses[1, :2]) / (1.0 + pull)
+        walk_std /= (1.0 + pull) ** 0.5
+    return walk_std

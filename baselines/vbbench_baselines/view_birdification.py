@@ -18,7 +18,7 @@ from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import add_drift
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.motion import History, Spreads
-from vbbench_baselines.common.odometry import Told, told_by
+from vbbench_baselines.common.odometry import SURE, Told, told_by
 from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
@@ -119,6 +119,7 @@ class Birdifier(ABC):
         if self.calibrate:
             heights.learn(history, self._seen, *self._confident)
         observations = usable(frame.observations)
+        history.seen = ~np.isnan(observations[:, 2])
         self._seen = sight(self._camera, observations, self._pixel_std)
         chosen = select(observations, self.most_people, self.smallest_box)
         relative, covariance = measure(self._seen, heights.mean, heights.variance)
@@ -164,9 +165,11 @@ class Birdifier(ABC):
 
 
 def _with_odometry(factors: Factors, told: Told | None) -> tuple[Factors, float]:
-    """The terms with what odometry tells beside what the walk does, and the information in 1/rad² on the yaw."""
+    """The terms with what odometry tells, if surely, in place of the walk, and the information in 1/rad² on the yaw."""
     if told is None:
         return factors, VAGUE
+    if told.std < SURE:
+        return factors._replace(walk=told.pose, walk_std=told.std), told.facing
     walked, measured = 1.0 / factors.walk_std**2, 1.0 / told.std**2
     pose = told.pose.copy()
     pose[:2] = (walked * factors.walk[:2] + measured * told.pose[:2]) / (walked + measured)

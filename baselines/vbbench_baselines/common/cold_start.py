@@ -24,6 +24,9 @@ FADE, OBSERVER_FADE = 4.0, 16.0
 """In s: how long a velocity that nothing confirms is believed of people, and of the observer."""
 
 
+STANDING, FAST = 0.35, 2.0
+"""How much it counts that the observer stands, beside that each of those seen does; half as much at this m/s."""
+
 FLOW_SPEED = 0.6
 """In m/s, standard deviation of each component of the velocity that a crowd has in common."""
 
@@ -36,9 +39,22 @@ def begins_cold(given: Given, frame: int) -> bool:
     return frame == 1 and math.isnan(given.poses[-1, 0])
 
 
-def kept_velocities(dt: float) -> tuple[float, float]:
-    """The shares of the velocities of people and of the observer that are still expected ``dt`` seconds later."""
-    return math.exp(-dt / FADE), math.exp(-dt / OBSERVER_FADE)
+def kept_velocities(dt: float, watched: bool) -> tuple[float, float]:
+    """The shares of the velocities of people and of the observer that are still expected ``dt`` seconds later.
+
+    ``watched``: whether anybody is seen; else the observer's velocity fades as people's does.
+    """
+    return math.exp(-dt / FADE), math.exp(-dt / (OBSERVER_FADE if watched else FADE))
+
+
+def standing(speed: FloatArray) -> FloatArray:
+    """How much it counts that an observer at a ``speed`` in m/s stands, beside that each of those seen does.
+
+    Each of the people seen is slow by a prior of their own. Against a single one of the observer, the more people walk
+    past the surer it would seem that it is the observer who moves. What all have in common is one unknown, and so the
+    observer's prior grows with their number. It fades with speed: the fast are vehicles.
+    """
+    return np.asarray(STANDING / (1.0 + (speed / FAST) ** 2))
 
 
 def add_drift(poses: FloatArray, places: FloatArray, seconds: FloatArray) -> None:

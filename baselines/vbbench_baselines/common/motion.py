@@ -32,11 +32,13 @@ class History:
     position_given : [3, K] whether the position was given.
     cold : whether nothing but the pose of frame 0 is given (`common.cold_start`).
     age, unmeasured : frames since frame 0, and how many of them odometry says nothing of.
+    seen : [K] who has a box at t; the solver tells.
     moving : whether anybody seen twice has shown how the observer moves; the solver tells.
     """
 
     def __init__(self, people: int) -> None:
         self.cold, self.moving, self.age, self.unmeasured = False, False, -1, 0
+        self.seen: BoolArray = np.zeros(people, np.bool_)
         self.poses: FloatArray = np.full((3, 3), np.nan)
         self.positions: FloatArray = np.full((3, people, 2), np.nan)
         self.pose_given: BoolArray = np.zeros(3, np.bool_)
@@ -59,6 +61,11 @@ class History:
             known = ~np.isnan(shown)
             np.copyto(rows, shown, where=known)
             given_rows |= known[..., -1]
+
+    @property
+    def new(self) -> BoolArray:
+        """[K] who is known from t−1 on."""
+        return np.isnan(self.positions[0, :, 0]) & ~np.isnan(self.positions[1, :, 0])
 
     def forget(self, columns: IntArray) -> None:
         """The columns [M] stand for new people, of whom nothing is known."""

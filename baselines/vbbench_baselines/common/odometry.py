@@ -5,21 +5,25 @@ Two poses p (x', y', θ') and q (x, y, θ) differ from that by
 
     e = (Rᵀ(θ')(q − p), θ − θ') − m,
 
-and the energy has ½ eᵀC⁻¹e. Where nothing was measured C⁻¹ is zero. It stands beside the priors of the observer's walk
-and head, not in their place.
+and the energy has ½ eᵀC⁻¹e. Where nothing was measured C⁻¹ is zero. Where C is small (`SURE`) it stands in place of
+the priors of the observer's walk and head, which know far less and, of a robot, nothing that is right; elsewhere beside
+them.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench.sequence import Odometry
 from vbbench_baselines.common.ego_motion import wrapped
 
 SMALLEST = 1e-6
 """Least standard deviation in m and rad of a measured motion: what is said to be exact must not divide by zero."""
+
+SURE = 0.3
+"""In m and rad a frame: a motion measured with smaller standard deviations replaces the priors of walk and head."""
 
 
 class Motions(NamedTuple):
@@ -76,6 +80,21 @@ def told_by(odometry: Odometry | None, before: FloatArray) -> Told | None:
 def measured(information: FloatArray) -> bool:
     """Whether anything was measured, by the information [3, 3]."""
     return bool(information[0, 0] + information[1, 1] + information[2, 2] > 0.0)
+
+
+@kernel
+def tracked(information: FloatArray) -> bool:
+    """Whether a motion was measured so surely, turn and all, that nothing else need be expected of the observer."""
+    return bool(min(information[0, 0], information[1, 1], information[2, 2]) > SURE**-2)
+
+
+@kernel
+def unmeasured(motions: Motions) -> BoolArray:
+    """[T] the frames whose motion is not `tracked`: there the priors of the observer's walk and head hold."""
+    free = np.ones(len(motions.moved), np.bool_)
+    for t in range(len(free)):
+        free[t] = not tracked(motions.information[t])
+    return free
 
 
 @kernel

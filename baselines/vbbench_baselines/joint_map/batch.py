@@ -24,7 +24,7 @@ from vbbench_baselines.joint_map.measurement.boxes import (
     statures_of,
 )
 from vbbench_baselines.joint_map.measurement.window import gather
-from vbbench_baselines.joint_map.motion.walks import walk_of
+from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
 from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of, marginalise, settle_anchored
@@ -97,6 +97,11 @@ class MapBatch:
         poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
         relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
+        unmeasured = ~motions.information[1:].any(axis=(1, 2))
+        if cold:
+            seen = ~np.isnan(relative[..., 0])
+            new = np.count_nonzero(seen & (np.cumsum(seen, axis=0) == 2), axis=1)
+            motions = let_stand(motions, poses, np.count_nonzero(seen, axis=1), new, walk, task.problem.dt)
         answer = _Answer(poses.copy(), np.full_like(causal.positions, np.nan), task.problem.covariances)
         first, kept = 0, NOTHING_KEPT
         while True:
@@ -112,7 +117,6 @@ class MapBatch:
             kept = marginalise(settled.state, joint, self.stride)
             first += self.stride
         if cold:
-            unmeasured = ~motions.information[1:].any(axis=(1, 2))
             answer.add_drift(np.cumsum(np.where(unmeasured, task.problem.dt, 0.0)))
         return answer
 

@@ -13,13 +13,13 @@ from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import add_drift, begins_cold
-from vbbench_baselines.common.odometry import motions_of
+from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
-from vbbench_baselines.joint_map.motion.walks import walk_of
+from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled
@@ -145,7 +145,8 @@ class MapCausal:
         seen = Sightings(*(chosen(values, picked, 0) for values in seen))
         statures = Statures(*(chosen(values, picked, 0) for values in self.statures))
         lessons = self._lessons if picked is None else only(picked, self._lessons)
-        motions = motions_of(rows.motions[-1:], rows.covariances[-1:])
+        motions = self._motions(slice(-3, None))
+        motions = Motions(motions.moved[-1:], motions.information[-1:])
         return locate(seen, statures, *known, rows.given_poses[-1], self._walk, lessons, learns, motions)
 
     def _settle(self, picked: IntArray | None) -> FrameEstimate:
@@ -154,7 +155,7 @@ class MapCausal:
         used, columns = rows.filled, _columns(picked)
         poses, places = rows.poses[used], chosen(rows.places[used], picked, 1)
         anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), poses, self._kept)
-        motions = motions_of(rows.motions[used], rows.covariances[used])
+        motions = self._motions(used)
         problem = JointProblem(rows.measurements(self.statures, picked), anchor, self._walk, motions)
         ends = self.rounds, self.tolerance, self.certain
         settled, problem = settle_anchored(poses, places, problem, ends, self._picks)
@@ -166,6 +167,15 @@ class MapCausal:
         pose, now = rows.poses[-1].copy(), rows.places[-1].copy()
         report = self._report_settled(settled, problem, picked) if self._covariances else {}
         return FrameEstimate(pose=pose, positions=now, converged=bool(settled.converged), **report)
+
+    def _motions(self, used: slice) -> Motions:
+        """What is measured of the observer's motions into the rows ``used``, and after a cold start expected."""
+        rows = self._rows
+        motions = motions_of(rows.motions[used], rows.covariances[used])
+        if not self._cold:
+            return motions
+        seen = np.count_nonzero(~np.isnan(rows.relative[used, :, 0]), axis=1)
+        return let_stand(motions, rows.poses[used], seen, rows.new[used], self._walk, self._problem.dt)
 
     def _report_located(self, located: Located, picked: IntArray | None) -> dict[str, Any]:
         pose, factors, sigma = located.pose, located.factors, np.zeros((3, 3))

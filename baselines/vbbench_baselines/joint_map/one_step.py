@@ -15,7 +15,7 @@ from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, wrapped
 from vbbench_baselines.common.motion import ANCHOR_STD
-from vbbench_baselines.common.odometry import Motions, carried, measured, stray
+from vbbench_baselines.common.odometry import Motions, carried, measured, stray, tracked
 from vbbench_baselines.common.sightings import Sightings, measure
 from vbbench_baselines.common.uncertainty import linearise_people
 from vbbench_baselines.joint_map.measurement.boxes import FLOOR, Statures, farther
@@ -80,17 +80,18 @@ def locate(
     expected, std, walk_pose, own_std = foresee_all(places, poses, given, walk, lessons.variances)
     factors = Factors(relative.copy(), covariance.copy(), expected, std.copy(), walk_pose, own_std)
     free = np.isnan(known[2])
-    carries = measured(motions.information[0]) and not np.isnan(poses[-1, 0])
+    follows = not np.isnan(poses[-1, 0])
+    carries = tracked(motions.information[0]) and follows
     pose = walk_pose if free else known.copy()
     _linearise_boxes(relative, covariance, expected, pose, factors)
     if free:
         facing = VAGUE if np.isinf(own_std) else max(1.0 / walk.head.wandering**2, VAGUE)
         pose = fit_pose(factors, facing)
-        if carries:
+        if follows and motions.information[0, 2, 2] > 0.0:
             near, information = carried(poses[-1], motions.moved[0]), motions.information[0]
             near_std = np.sqrt(2.0 / (information[0, 0] + information[1, 1]))
             told = Factors(factors.relative, factors.covariance, expected, factors.std, near, near_std)
-            pose = fit_pose(told, max(information[2, 2], facing))
+            pose = fit_pose(told, max(information[2, 2], VAGUE if carries else facing))
     own = np.zeros((3, 3))
     for _ in range(ROUNDS):
         found = localise(pose, factors)
@@ -98,8 +99,8 @@ def locate(
         _linearise_boxes(relative, covariance, found, pose, factors)
         if not free:
             break
-        slope, own = own_terms(pose, poses[-1], walk_pose, own_std, walk)
-        if carries:
+        slope, own = own_terms(pose, poses[-1], walk_pose, np.inf if carries else own_std, walk)
+        if follows and measured(motions.information[0]):
             _add_motion(pose, poses[-1], motions, slope, own)
         gradient, hessian = linearise_people(pose, factors)
         step = np.linalg.solve(hessian + own, gradient + slope)

@@ -49,6 +49,7 @@ class Window:
     given_poses, given : [n, 3] and [n, K, 2].
     relative, information : [n, K, 2] and [n, K, 3], see `Measurements`.
     motions, covariances : [n, 3] and [n, 3, 3] of the observer's odometry, see `vbbench.sequence.Odometry`.
+    new : [n] how many people were seen for the second time.
     frames : how many were pushed.
     """
 
@@ -57,6 +58,7 @@ class Window:
         self.poses, self.given_poses = np.full((2, size, 3), np.nan)
         self.places, self.given, self.relative = np.full((3, size, people, 2), np.nan)
         self.information = np.full((size, people, 3), np.nan)
+        self.new = np.zeros(size, np.int64)
         self.motions, self.covariances = np.full((size, 3), np.nan), np.full((size, 3, 3), np.nan)
 
     def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
@@ -67,6 +69,9 @@ class Window:
             rows[:-1] = rows[1:]
             rows[-1] = np.nan
         self.relative[-1], self.information[-1] = inform(seen, statures.mean)
+        known = ~np.isnan(self.relative[..., 0])
+        self.new[:-1] = self.new[1:]
+        self.new[-1] = np.count_nonzero(known[-1] & (np.count_nonzero(known[:-1], axis=0) == 1))
         for rows, window in (
             (self.poses, given.poses),
             (self.given_poses, given.poses),

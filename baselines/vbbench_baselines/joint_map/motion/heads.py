@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.prior import Prior
@@ -110,15 +110,25 @@ def judge(poses: FloatArray, head: Head, odds: float, weights: FloatArray) -> fl
 
     ``odds`` is what frames before added to the logarithm of the odds.
     """
+    return judge_some(poses, head, odds, weights, np.ones(len(poses), np.bool_))
+
+
+@kernel
+def judge_some(poses: FloatArray, head: Head, odds: float, weights: FloatArray, counted: BoolArray) -> float:
+    """`judge` by the increments into the frames ``counted`` [T] alone; the others' precisions are zero."""
     residuals, following, wandering = np.empty((len(poses), 2)), 0.0, 0.0
     for t in range(1, len(poses)):
         residuals[t, 0], residuals[t, 1], _ = turn(poses[t - 1], poses[t], head)
+        if not counted[t]:
+            continue
         follows, wanders = surprise(residuals[t, 0], residuals[t, 1], head)
         following, wandering = following + follows, wandering + wanders
     odds += head.odds
     weights[0, 0], weights[0, 1] = 0.0, 0.0
     for t in range(1, len(poses)):
         weights[t, 0], weights[t, 1] = weigh(residuals[t, 0], residuals[t, 1], odds + wandering - following, head)
+        if not counted[t]:
+            weights[t, 0], weights[t, 1] = 0.0, 0.0
     if np.isinf(odds):
         return wandering
     return float(np.logaddexp(0.0, odds) - np.logaddexp(odds - following, -wandering))

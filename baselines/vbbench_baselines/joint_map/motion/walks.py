@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED
+from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED, standing
+from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.heads import Head, head_of
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
@@ -77,6 +78,28 @@ def walk_of(prior: Prior, dt: float, ego_prior: bool = True, cold: bool = False)
     return Walk(filters, spreads, prior.sigma, nu, a0, own, head, rest, own_rest, own_pace)
 
 
+def let_stand(motions: Motions, poses: FloatArray, seen: IntArray, new: IntArray, walk: Walk, dt: float) -> Motions:
+    """``motions`` [T] with what a cold start expects of the observer where nothing was measured: that it stands.
+
+    Parameters
+    ----------
+    poses : [T, 3] as believed, the newest NaN where it is not known yet: it goes on as fast.
+    seen, new : [T] how many people are seen, and how many of them for the second time, which have a first velocity.
+        It counts as much as all that is expected of their velocities, times `standing`; if nobody is seen, so much
+        that the observer's velocity fades within `FADE`.
+    """
+    moved = np.diff(poses[:, :2], axis=0, prepend=poses[:1, :2])
+    speed = np.hypot(moved[:, 0], moved[:, 1]) / dt
+    if len(speed) > 1 and np.isnan(speed[-1]):
+        speed[-1] = speed[-2]
+    speed = np.nan_to_num(speed)
+    rest = np.where(
+        seen > 0, (walk.rest * seen + new / walk.spreads[1] ** 2) * standing(speed), (dt / FADE / walk.sigma) ** 2
+    )
+    rest[motions.information.any(axis=(1, 2))] = 0.0
+    return motions._replace(information=motions.information + rest[:, None, None] * np.diag((1.0, 1.0, 0.0)))
+
+
 @kernel
 def observer_of(walk: Walk) -> Walk:
     """The same numbers for the observer as for a person."""
@@ -121,15 +144,25 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
     The scale is looked for about ``sigma`` in m, from ``variance`` on; the deviance is −ln of the prior density, up to
     a constant.
     """
-    n = len(track)
+    return reweigh_some(track, walk, sigma, weights, variance, np.ones(len(track), np.bool_))
+
+
+@kernel
+def reweigh_some(
+    track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, variance: float, counted: BoolArray
+) -> tuple[float, float]:
+    """`reweigh` by the innovations of the frames ``counted`` [n] alone; the others' weights are zero."""
+    n, count = len(track), 0
     for i in range(2, n):
         weights[i] = innovation(track, i, walk)
+        count += counted[i]
     for _ in range(SCALE_ROUNDS):
         before, total = variance, 0.0
         for i in range(2, n):
-            total += weights[i] / (walk.nu * variance + weights[i])
+            if counted[i]:
+                total += weights[i] / (walk.nu * variance + weights[i])
         total *= (walk.nu + 2.0) * variance
-        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * max(n - 2, 0))
+        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * count)
         if abs(variance - before) < SETTLED_SCALE * variance:
             break
     deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
@@ -137,9 +170,12 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
         for i in range(1, n):
             deviance += 0.5 * walk.rest * ((track[i, 0] - track[i - 1, 0]) ** 2 + (track[i, 1] - track[i - 1, 1]) ** 2)
     for i in range(2, n):
-        deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
-        weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
-    scale = max(n - 2, 0) * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
+        if counted[i]:
+            deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
+            weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
+        else:
+            weights[i] = 0.0
+    scale = count * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
     return variance, float(deviance + scale)
 
 

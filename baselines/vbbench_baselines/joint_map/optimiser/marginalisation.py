@@ -20,7 +20,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.odometry import Motions
+from vbbench_baselines.common.odometry import Motions, unmeasured
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import evidence
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
@@ -93,8 +93,11 @@ def convex_part(anchor: Constraint) -> Constraint:
 
 def marginalise(state: State, problem: JointProblem, count: int) -> Marginal:
     """What the first ``count`` frames of a solved window leave behind."""
-    odds = problem.anchor.odds + evidence(state.poses[: count + 1], problem.walk.head)
-    return Marginal(state.poses[count:], *schur_complement(state, problem, count), odds)
+    free, told = unmeasured(problem.motions), 0.0
+    for t in range(1, count + 1):
+        if free[t]:
+            told += evidence(state.poses[t - 1 : t + 1], problem.walk.head)
+    return Marginal(state.poses[count:], *schur_complement(state, problem, count), problem.anchor.odds + told)
 
 
 @kernel
@@ -107,6 +110,7 @@ def schur_complement(state: State, problem: JointProblem, count: int) -> tuple[F
     shorter = Measurements(relative, information, given, first, last, data.stature, data.stature_variance)
     poses, places, yaw_weights = state.poses[count:], state.places[count:], state.yaw_weights[count:]
     weights = _begin_anew(state, walk, count)
+    weights[-1] = np.where(unmeasured(problem.motions)[count:], weights[-1], 0.0)
     later = State(poses, places, state.heights, weights, yaw_weights, state.variances, shorter, np.nan)
     nothing = Anchor(problem.anchor.fixed[count:], poses, np.zeros(size), np.zeros((size, size)), 0.0)
     motions = Motions(problem.motions.moved[count:], problem.motions.information[count:])

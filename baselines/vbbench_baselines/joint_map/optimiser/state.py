@@ -11,11 +11,11 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.common.odometry import Motions, disagreement
+from vbbench_baselines.common.odometry import Motions, disagreement, unmeasured
 from vbbench_baselines.joint_map.measurement.boxes import farther
 from vbbench_baselines.joint_map.measurement.window import Measurements
-from vbbench_baselines.joint_map.motion.heads import judge
-from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh
+from vbbench_baselines.joint_map.motion.heads import judge_some
+from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh, reweigh_some
 from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
 
 
@@ -92,10 +92,11 @@ def believe(
         total, smooth = total + improbable, True
     if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
         walked = poses[:, :2].copy()
-        variances[-1], improbable = reweigh(walked, observer_of(walk), walk.own, weights[-1], variances[-1])
+        free, own = unmeasured(motions), observer_of(walk)
+        variances[-1], improbable = reweigh_some(walked, own, walk.own, weights[-1], variances[-1], free)
         total += improbable
     yaw_weights = np.empty((frames, 2))
-    total += judge(poses, walk.head, anchor.odds, yaw_weights)
+    total += judge_some(poses, walk.head, anchor.odds, yaw_weights, unmeasured(motions))
     total += disagreement(poses, motions)
     data = rescaled(boxes, poses, places, heights)
     return State(poses, places, heights, weights, yaw_weights, variances, data, total)
