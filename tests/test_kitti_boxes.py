@@ -213,7 +213,7 @@ def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: P
     recordings = read(training, detections(LABELLED))
     assert len(recordings.footage[0].tracks) == 0
     assert figures(recordings)["tracked"]["labelled"] == 0
-    with pytest.raises(VbbenchError, match="no person of the source is seen with enough others"):
+    with pytest.raises(VbbenchError, match="frames in a row"):
         generate("kitti", training.parent / "d", Options(source=training))
 
 
