@@ -13,12 +13,12 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
-from vbbench.generation.footage import NOBODY, Footage, FootageOptions, joined_odometry
+from vbbench.generation.footage import Footage, FootageOptions, joined_odometry
 from vbbench.generation.generator import Card, Options
 from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench.scene import Scene
 from vbbench.scoring import score
-from vbbench.sequence import Odometry
+from vbbench.sequence import NOBODY, Odometry
 from vbbench.solving import solve
 from vbbench_generators.footage.runs import RunRules, find_runs
 from vbbench_generators.footage.split import FootageSplit, Recordings

@@ -12,9 +12,10 @@ from tests.test_kitti import recordings_of_kitti  # noqa: F401
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generation.footage import NOBODY, FootageOptions
+from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
 from vbbench.scoring import score
+from vbbench.sequence import NOBODY
 from vbbench.solving import solve
 from vbbench_generators.footage.kitti.split import kitti
 from vbbench_generators.footage.split import Recordings

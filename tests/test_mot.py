@@ -17,7 +17,7 @@ from vbbench.boxes import cut_to_picture, observations_of, overlaps, rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.matching import NOBODY, match_boxes, match_tracks
+from vbbench.exchange.matching import match_boxes, match_tracks
 from vbbench.exchange.mot import MotRows, export_mot, import_mot, read_mot, write_mot
 from vbbench.exchange.mot.importing import PIXEL_STD
 from vbbench.files.dataset import Dataset
@@ -27,6 +27,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.pictures.rendering import Backend
 from vbbench.scoring import score
+from vbbench.sequence import NOBODY
 from vbbench.solving import solve
 from vbbench_generators.tiers.tracking.settings import get_tracking
 

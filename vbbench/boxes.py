@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, shorter_way
 
 BOX_ASPECT = 0.36
 """Width of a person's box as a fraction of its height; an observation has no width."""
@@ -57,9 +57,7 @@ def overlaps(first: FloatArray, second: FloatArray, period: float | None = None)
     ``period`` is that of the camera, `vbbench.camera.Camera.period`.
     """
     a, b = first[:, None], second[None]
-    apart = b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2]
-    if period is not None:
-        apart = apart - period * np.round(apart / period)
+    apart = shorter_way(b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2], period)
     along = np.minimum(0.5 * (a[..., 2] + b[..., 2]) - np.abs(apart), np.minimum(a[..., 2], b[..., 2]))
     down = np.minimum(a[..., 1] + a[..., 3], b[..., 1] + b[..., 3]) - np.maximum(a[..., 1], b[..., 1])
     shared = np.clip(along, 0.0, None) * np.clip(down, 0.0, None)

@@ -32,6 +32,11 @@ def wrap_angle(angle: FloatArray | float) -> FloatArray:
     return np.mod(np.asarray(angle) + np.pi, 2.0 * np.pi) - np.pi
 
 
+def shorter_way(apart: FloatArray, period: float | None) -> FloatArray:
+    """Differences of columns [...] in px, the shorter way round in a picture ``period`` px around; ``None``: as is."""
+    return apart if period is None else apart - period * np.round(apart / period)
+
+
 def relative_to_world(relative: FloatArray, poses: FloatArray) -> FloatArray:
     """Ground-frame offsets to world positions.
 

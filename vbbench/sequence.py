@@ -10,6 +10,9 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.scene import Scene
 
+NOBODY = -1
+"""The person behind a false alarm, or behind a box of somebody whose place was not measured."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Odometry:
@@ -31,9 +34,21 @@ class Odometry:
             self, "covariances", frozen_array("covariances", self.covariances, (len(self.motions), 3, 3))
         )
 
+    @staticmethod
+    def unmeasured(frames: int) -> "Odometry":
+        """Of so many frames, none measured."""
+        return Odometry(motions=np.full((frames, 3), np.nan), covariances=np.full((frames, 3, 3), np.nan))
+
     def frames(self, wanted: slice) -> "Odometry":
         """Some of the frames."""
         return Odometry(motions=self.motions[wanted], covariances=self.covariances[wanted])
+
+    def followed_by(self, later: "Odometry") -> "Odometry":
+        """These frames, and those of ``later`` after them."""
+        return Odometry(
+            motions=np.concatenate([self.motions, later.motions]),
+            covariances=np.concatenate([self.covariances, later.covariances]),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,7 +167,7 @@ class SequenceData:
     ----------
     sequence, truth : what is seen, and its truth.
     scene : its scene, if no other sequence shares it.
-    persons : [T, K] the person behind each track in each frame, −1 for a false alarm; of tiers that track only.
+    persons : [T, K] the person behind each track in each frame, `NOBODY` for a false alarm; of tiers that track only.
     """
 
     sequence: Sequence

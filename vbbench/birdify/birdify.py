@@ -133,7 +133,7 @@ def _read(
 
 
 def _described(recording: OwnRecording) -> str:
-    seen = recording.footage.boxes[..., 2] > 0.0
+    seen = recording.footage.observed
     return (
         f"{recording.footage.frames} frames of {recording.footage.dt:g} s, {len(recording.footage.tracks)} tracks, "
         f"{int(seen.sum())} boxes, {seen.sum() / len(seen):.1f} people a frame"

@@ -10,7 +10,7 @@ from vbbench.birdify.tables import place_std
 from vbbench.estimate import Estimate
 from vbbench.exchange.own.recording import OwnRecording
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import BoolArray, FloatArray, world_to_relative
+from vbbench.geometry import BoolArray, FloatArray, shorter_way, world_to_relative
 from vbbench.sequence import Sequence
 
 SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
@@ -84,9 +84,7 @@ def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[
     if not len(frame):
         return np.empty(0), np.nan, np.nan, np.nan
     seen, real = sequence.observations[frame, track], expected[frame, track]
-    aside = seen[:, 0] - real[:, 0]
-    if camera.period is not None:
-        aside = aside - camera.period * np.round(aside / camera.period)
+    aside = shorter_way(seen[:, 0] - real[:, 0], camera.period)
     ratio = np.full(known.shape, np.nan)
     ratio[frame, track] = seen[:, 2] / real[:, 2]
     of_track = np.array([np.nanmedian(column[np.isfinite(column)]) for column in ratio.T if np.isfinite(column).any()])

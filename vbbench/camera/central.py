@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, cast
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, shorter_way
 from vbbench.parsing.numbers import Within, check_ranges
 
 NEAREST = 0.01
@@ -240,5 +240,4 @@ class CentralCamera:
 
     def _apart(self, u: FloatArray, other: FloatArray) -> FloatArray:
         """How far the column u lies right of another one, the shorter way round."""
-        apart = u - other
-        return apart if self.period is None else apart - self.period * np.round(apart / self.period)
+        return shorter_way(u - other, self.period)

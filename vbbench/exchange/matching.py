@@ -5,15 +5,13 @@ import numpy as np
 from vbbench.boxes import cut_to_picture, overlaps, rectangles
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
+from vbbench.sequence import NOBODY
 
 LEAST_OVERLAP = 0.5
 """Boxes that overlap less (intersection over union) are never matched, as in MOTChallenge and the paper."""
 
 LEAST_FRAMES = 3
 """Only people tracked in at least so many frames count, as in the paper."""
-
-NOBODY = -1
-"""The person behind a false alarm."""
 
 
 def match_boxes(

@@ -9,16 +9,13 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import Known, Pictures
-from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
-from vbbench.sequence import Odometry
+from vbbench.sequence import NOBODY, Odometry
 
 FOOTAGE = "footage"
 """The tier of datasets of footage."""
-
-NOBODY = -1
-"""The person behind a false alarm, or behind a box of somebody whose place was not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +72,11 @@ class Footage:
         return len(self.boxes)
 
     @property
+    def observed(self) -> BoolArray:
+        """[T, K] whether a track has a box in a frame."""
+        return ~np.isnan(self.boxes[..., 2])
+
+    @property
     def known(self) -> Known:
         """What is known of the truth."""
         if self.poses is None:
@@ -88,7 +90,7 @@ class Footage:
             return np.full((*persons.shape, 2), np.nan), np.full(persons.shape, NOBODY)
         column = np.searchsorted(self.scene.people, persons).clip(max=len(self.scene.people) - 1)
         places = np.take_along_axis(self.scene.positions, column[..., None], axis=1)
-        there = (self.scene.people[column] == persons) & ~np.isnan(places[..., 0]) & ~np.isnan(self.boxes[..., 2])
+        there = (self.scene.people[column] == persons) & ~np.isnan(places[..., 0]) & self.observed
         return np.where(there[..., None], places, np.nan), np.where(there, persons, NOBODY)
 
     def thinned(self, every: int) -> "Footage":
@@ -96,7 +98,7 @@ class Footage:
         if every == 1:
             return self
         kept = slice(None, None, every)
-        tracks = ~np.isnan(self.boxes[kept, :, 2]).all(axis=0)
+        tracks = self.observed[kept].any(axis=0)
         scene = self.scene and replace(self.scene, dt=self.dt * every, positions=self.scene.positions[kept])
         pictures = self.pictures and replace(self.pictures, step=self.pictures.step * every)
         return replace(

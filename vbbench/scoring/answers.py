@@ -21,7 +21,8 @@ from vbbench.files.tables import FALLBACK
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.scoring.scored_rows import ScoredRows, rows_by_number, scored_rows
-from vbbench.scoring.truth import NOBODY, TruthRows
+from vbbench.scoring.truth import TruthRows
+from vbbench.sequence import NOBODY
 
 Arrays = dict[str, NDArray[Any]]
 

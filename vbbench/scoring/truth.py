@@ -12,9 +12,7 @@ from vbbench.files.dataset_checks import TRUTH_TABLES
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.geometry import FloatArray, IntArray, relative_to_world
 from vbbench.scoring.scored_rows import RowGrid, ScoredRows, rows_by_number
-
-NOBODY = -1
-"""The person behind a false alarm."""
+from vbbench.sequence import NOBODY
 
 
 class _Paths(NamedTuple):

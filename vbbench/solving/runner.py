@@ -79,11 +79,8 @@ def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:
 
 def window_of_odometry(odometry: Odometry, t: int) -> Odometry:
     """The odometry of the frames t−2, t−1 and t; a frame measures its own motion when it is solved."""
-    nothing = Odometry(motions=np.full((WINDOW, 3), np.nan), covariances=np.full((WINDOW, 3, 3), np.nan))
     shown = odometry.frames(slice(max(0, t - WINDOW), t + 1))
-    motions = np.concatenate([nothing.motions, shown.motions])[-WINDOW - 1 :]
-    covariances = np.concatenate([nothing.covariances, shown.covariances])[-WINDOW - 1 :]
-    return Odometry(motions=motions, covariances=covariances)
+    return Odometry.unmeasured(WINDOW).followed_by(shown).frames(slice(-WINDOW - 1, None))
 
 
 def _run_frames(

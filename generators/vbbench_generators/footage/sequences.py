@@ -8,11 +8,11 @@ import numpy as np
 from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES
 from vbbench.files.dataset_info import DatasetInfo, Known
 from vbbench.files.tables import ODOMETRY_TABLE, TRACK_TABLE
-from vbbench.generation.footage import NOBODY, Footage
+from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import Given, Sequence, SequenceData, Truth
+from vbbench.sequence import NOBODY, Given, Sequence, SequenceData, Truth
 from vbbench_generators.footage.runs import Run
 
 NO_OBSERVER = -1
@@ -56,14 +56,14 @@ class FootageSequences:
     @property
     def expected_rows(self) -> IntArray:
         """[N] boxes of each sequence."""
-        return np.array([_observed(self.footage[run.recording])[run.first : run.last].sum() for run in self.runs])
+        return np.array([self.footage[run.recording].observed[run.first : run.last].sum() for run in self.runs])
 
     def build(self, index: int) -> SequenceData:
         """One sequence."""
         run = self.runs[index]
         one, frames = self.footage[run.recording], slice(run.first, run.last)
         positions, persons = self._people[run.recording]
-        seen = _observed(one)[frames].any(axis=0)
+        seen = one.observed[frames].any(axis=0)
         boxes, persons = one.boxes[frames, seen], persons[frames, seen]
         truth = Truth(
             poses=np.full((len(boxes), 3), np.nan) if one.poses is None else one.poses[frames],
@@ -112,10 +112,6 @@ def least_known(footage: tuple[Footage, ...]) -> Known:
     if known <= {"whole", "poses"}:
         return "poses"
     return "none"
-
-
-def _observed(one: Footage) -> BoolArray:
-    return ~np.isnan(one.boxes[..., 2])
 
 
 def _heights(scene: Scene | None, persons: IntArray) -> FloatArray:

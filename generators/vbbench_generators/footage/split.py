@@ -57,8 +57,8 @@ class FootageSplit(ABC):
         footage = tuple(one.thinned(every) for one in found.footage)
         if len({round(one.dt, 6) for one in footage}) > 1:
             raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
-        observed = (one.visible == one.visible for one in footage)
-        runs = [run for n, seen in enumerate(observed) for run in find_runs(n, seen, self.rules)][: options.limit]
+        runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, self.rules)]
+        runs = runs[: options.limit]
         if not runs:
             wanted = f"{self.rules.shortest} frames in a row, {every} apart, with {self.rules.fewest} people"
             raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another --every")

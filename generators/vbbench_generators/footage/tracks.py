@@ -11,9 +11,10 @@ from vbbench.boxes import observations_of, overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.detection import Detections
-from vbbench.exchange.matching import NOBODY, lasting_tracks, match_tracks
+from vbbench.exchange.matching import lasting_tracks, match_tracks
 from vbbench.exchange.mot.text import UNLINKED
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.sequence import NOBODY
 from vbbench_generators.footage.found_boxes import FoundBoxes
 from vbbench_generators.tiers.tracking.tracker import ByteTracker
 

@@ -17,7 +17,8 @@ from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scoring.scored_rows import scored_rows
-from vbbench.scoring.truth import NOBODY, TruthRows
+from vbbench.scoring.truth import TruthRows
+from vbbench.sequence import NOBODY
 from vbbench_leaderboards.results.sealed_json import (
     FORMAT_VERSION,
     decode,

@@ -11,7 +11,7 @@ import numpy as np
 
 from vbbench.boxes import observations_of
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.matching import LEAST_FRAMES, LEAST_OVERLAP, NOBODY, lasting_tracks, match_tracks, true_rectangles
+from vbbench.exchange.matching import LEAST_FRAMES, LEAST_OVERLAP, lasting_tracks, match_tracks, true_rectangles
 from vbbench.exchange.mot.text import UNLINKED, MotRows, read_mot
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_size_of
 from vbbench.files.dataset import Dataset
@@ -22,7 +22,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.rendering import scene_of, silent
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import Sequence, SequenceData, Truth
+from vbbench.sequence import NOBODY, Sequence, SequenceData, Truth
 
 REVISION = 1
 """Incremented whenever the same files give another dataset, so that ids differ too."""

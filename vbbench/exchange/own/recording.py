@@ -20,10 +20,11 @@ from vbbench.exchange.own.plausibility import box_noise, fitting, gaps
 from vbbench.exchange.own.timing import Timeline
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
-from vbbench.generation.footage import NOBODY, Footage, Recordings
-from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.generation.footage import Footage, Recordings
+from vbbench.geometry import FloatArray, IntArray, shorter_way, world_to_relative
 from vbbench.registry import load
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 
 CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "det/det.txt")
 POSES, ODOMETRY, PEOPLE = "poses.txt", "odometry.txt", "people.csv"
@@ -265,15 +266,13 @@ def _with_persons(
         found = rectangles(footage.boxes)
         footage = replace(footage, persons=match_tracks(found, rectangles(expected), scene.people, footage.camera))
     _, persons = footage.positions()
-    frame, track = np.nonzero((persons != NOBODY) & ~np.isnan(footage.boxes[..., 2]))
-    boxes = int((~np.isnan(footage.boxes[..., 2])).sum())
+    frame, track = np.nonzero((persons != NOBODY) & footage.observed)
+    boxes = int(footage.observed.sum())
     if not len(frame):
         how = "overlaps the box that anybody would have" if linked_here else "has the id of a person in its frame"
         raise FileError(path, f"none of {boxes} boxes {how}; are axes, units and clock those of docs/own.md?")
     seen, real = footage.boxes[frame, track], expected[frame, np.searchsorted(scene.people, persons[frame, track])]
-    aside = seen[:, 0] - real[:, 0]
-    if footage.camera.period is not None:
-        aside -= footage.camera.period * np.round(aside / footage.camera.period)
+    aside = shorter_way(seen[:, 0] - real[:, 0], footage.camera.period)
     near = (np.abs(aside) < 0.5 * seen[:, 2]) & (np.abs(np.log(seen[:, 2] / real[:, 2])) < np.log(1.5))
     share, known = float(near.mean()), len(frame) / boxes
     fit = f"{known:.0%} of {boxes} boxes have a person; {share:.0%} of these are where that person's box would be"

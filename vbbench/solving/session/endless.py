@@ -135,7 +135,7 @@ class EndlessRun:
             pose, self._base = self._past[0].pose, self._past[0].base
         columns = len(self._problem.tracks)
         self._index, self._given = 0, Given(poses=np.full((3, 3), np.nan), positions=np.full((3, columns, 2), np.nan))
-        self._odometry = Odometry(motions=np.full((3, 3), np.nan), covariances=np.full((3, 3, 3), np.nan))
+        self._odometry = Odometry.unmeasured(3)
         self._solver.start(self._problem)
         for frame in self._past:
             self._feed(frame.observations, pose, frame.odometry)
@@ -159,11 +159,8 @@ class EndlessRun:
 
     def _feed(self, observations: FloatArray, pose: FloatArray, odometry: Odometry) -> FrameEstimate:
         """Show the solver a frame, of which perhaps the pose is given."""
-        before, moved = self._given, self._odometry
-        self._odometry = Odometry(
-            motions=np.concatenate([moved.motions[1:], odometry.motions]),
-            covariances=np.concatenate([moved.covariances[1:], odometry.covariances]),
-        )
+        before = self._given
+        self._odometry = self._odometry.frames(slice(1, None)).followed_by(odometry)
         self._given = Given(
             poses=np.concatenate([before.poses[1:], pose[None]]),
             positions=before.positions,
@@ -200,11 +197,10 @@ def rehearse(solver: FrameSolver, problem: Problem) -> None:
     observations = synthetic_sequence(problem, FRAMES)[0].observations
     columns, people = len(problem.tracks), observations.shape[1]
     observations = np.pad(observations, ((0, 0), (0, max(columns - people, 0)), (0, 0)), constant_values=np.nan)
-    unmeasured = Odometry(motions=np.full((1, 3), np.nan), covariances=np.full((1, 3, 3), np.nan))
     measured = Odometry(motions=np.zeros((1, 3)), covariances=np.eye(3)[None])
     with warnings.catch_warnings(), suppress(VbbenchError):
         warnings.simplefilter("ignore")
-        for odometry in (unmeasured, measured):
+        for odometry in (Odometry.unmeasured(1), measured):
             run = EndlessRun(solver, problem, np.zeros(3))
             for boxes in observations:
                 run.step(boxes[:columns], odometry)

@@ -134,11 +134,6 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
     return Odometry(motions=moved[None], covariances=0.5 * (sigma + sigma.T)[None])
 
 
-def no_odometry(frames: int) -> Odometry:
-    """Nothing measured in so many frames."""
-    return Odometry(motions=np.full((frames, 3), np.nan), covariances=np.full((frames, 3, 3), np.nan))
-
-
 def shared_out(odometry: Odometry, frames: int) -> Odometry:
     """One motion as ``frames`` equal ones in a row along the same arc, with equal shares of its covariance."""
     if frames == 1:

@@ -13,6 +13,7 @@ from vbbench.errors import VbbenchError, quoted
 from vbbench.estimate import FrameEstimate
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.registry import make_solver
+from vbbench.sequence import Odometry
 from vbbench.solver import FrameSolver, Problem, SequenceSolver
 from vbbench.solving.session.columns import Columns
 from vbbench.solving.session.endless import EndlessRun, rehearse
@@ -20,7 +21,6 @@ from vbbench.solving.session.measured import (
     FrameClock,
     OfTracks,
     check_in_picture,
-    no_odometry,
     read_boxes,
     read_odometry,
     shared_out,
@@ -164,7 +164,7 @@ class Session:
         check_in_picture(tracks, observations, self.camera)
         passed, clock = self._clock.advanced(time)
         passed = min(passed, self._patience)  # by then everybody is forgotten, and more frames would tell no more
-        moved = no_odometry(passed) if odometry is None else shared_out(read_odometry(odometry), passed)
+        moved = Odometry.unmeasured(passed) if odometry is None else shared_out(read_odometry(odometry), passed)
         columns = self._columns_of(tracks, self._frame + passed)
         shown = np.full((self._columns.count, 3), np.nan)
         shown[columns] = observations

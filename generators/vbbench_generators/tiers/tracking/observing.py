@@ -7,7 +7,7 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.exchange.matching import match_tracks
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators.tiers.occlusion import Outline, Showing
 from vbbench_generators.tiers.tracking.detector import SMALLEST, Visible, detect
 from vbbench_generators.tiers.tracking.settings import TrackingSettings
@@ -71,9 +71,7 @@ def track_people(
 
 def _hidden_edges(boxes: FloatArray, showing: Showing, outline: Outline, period: float | None) -> FloatArray:
     """[T, P, 4] how far in px the left, top, right and bottom edges of what shows stand inside the whole outline's."""
-    aside = showing.boxes[..., 0] - boxes[..., 0]
-    if period is not None:
-        aside = aside - period * np.round(aside / period)
+    aside = shorter_way(showing.boxes[..., 0] - boxes[..., 0], period)
     down = showing.boxes[..., 1] - boxes[..., 1]
     length, reach = boxes[..., 2], outline.half[-1] * boxes[..., 2]
     narrow, short = 0.5 * showing.widths, 0.5 * showing.boxes[..., 2]

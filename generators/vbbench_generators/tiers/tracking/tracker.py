@@ -20,7 +20,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vbbench.boxes import overlaps
 from vbbench.exchange.detection import Detections
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
 HEIGHT = 3
@@ -78,8 +78,7 @@ def correct(beliefs: Beliefs, boxes: FloatArray, settings: TrackerSettings, peri
     height = np.maximum(beliefs.boxes[:, 3:], 1.0)
     total = p + (settings.measurement * height) ** 2
     surprise = boxes - value
-    if period is not None:
-        surprise[:, 0] -= period * np.round(surprise[:, 0] / period)
+    surprise[:, 0] = shorter_way(surprise[:, 0], period)
     mean = np.stack([value + p / total * surprise, speed + q / total * surprise], axis=-1)
     return Beliefs(mean, np.stack([p - p * p / total, q - p * q / total, s - q * q / total], axis=-1))
 
