@@ -24,7 +24,7 @@ from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver
 from vbbench.solving.isolation.grants import beside
-from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
@@ -160,6 +160,8 @@ def _solve_part(
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
+            if isinstance(solver, Remote):
+                solver.is_now(f"solving sequence {sequence.index}")
             estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
             for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
                 groups[table].append(to_arrow(table, rows))
@@ -182,6 +184,7 @@ def _warm_solver(
     run = (dataset.info.id, name, protocol.name, covariance)
     with opened(name) as solver:
         if isinstance(solver, RemoteFrameSolver | RemoteSequenceSolver):
+            solver.is_now("warming up")
             warm_up(solver, problem, protocol, longest)
             solver.keep_compiled()
         elif run not in _warm:
