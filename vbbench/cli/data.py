@@ -46,7 +46,7 @@ def generate(
     camera: str | None = None,
     tier: str = "ideal",
     sigma_h: float = 0.07,
-    look: Literal["motion", "wander"] = "motion",
+    look: Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"] | None = None,
     seed: int | Literal["secret"] = 0,
     limit: int | None = None,
     dt: float | None = None,
@@ -77,7 +77,9 @@ def generate(
             default: the split's own (perspective for sim and street, panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
         sigma_h: Standard deviation of people's heights in m; their mean is 1.70 m.
-        look: Where the camera looks: along its bearer's past motion, or wandering about that direction.
+        look: How the camera turns: motion (along its bearer's past motion), wander (wandering about that), natural (as
+            people's heads do: one of the laws follow, ahead, glance and sway in each sequence), or one of these laws
+            alone; default: the tier's own.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
         limit: Make only this many sequences, from the first.
         dt: Seconds per frame of your own file (split custom).

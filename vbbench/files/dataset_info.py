@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -25,6 +26,15 @@ Known = Literal["whole", "poses", "relative", "none"]
 FORMAT_VERSION = 2
 """Since 2 every sequence has a world of its own (``truth/frames``), and tracks are not numbered like people."""
 INFO_FILE = "dataset.json"
+
+
+def _digests(facts: Any) -> Iterator[str]:
+    """Every SHA-256 in lists and tables of files."""
+    if isinstance(facts, str) and re.fullmatch("[0-9a-f]{64}", facts):
+        yield facts
+    elif isinstance(facts, Mapping | list | tuple):
+        for value in facts.values() if isinstance(facts, Mapping) else facts:
+            yield from _digests(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +112,11 @@ class DatasetInfo:
     def spoken_seed(self) -> str:
         """The seed as text, for people."""
         return "withheld" if self.seed is None else str(self.seed)
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """SHA-256 of every file that the dataset was made from; none where it was simulated."""
+        return frozenset(_digests(self.definition.get("files")))
 
     def without_seed(self) -> "DatasetInfo":
         """The same dataset, its seed withheld."""

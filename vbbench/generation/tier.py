@@ -13,6 +13,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted
+from vbbench.generation.generator import Look
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.registry import load_all, load_registered
 from vbbench.sequence import Truth
@@ -82,6 +83,8 @@ class Tier:
 
     hides: ClassVar[bool] = False
     """Whether people may stand in the way of others; a sight then holds everybody who is there."""
+    look: ClassVar[Look] = "motion"
+    """How the camera turns where the user does not say."""
 
     @property
     def definition(self) -> dict[str, Any]:

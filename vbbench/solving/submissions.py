@@ -22,7 +22,7 @@ from vbbench.generation.sources import data_folders
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import held_out, make_solver
+from vbbench.registry import held_out, make_solver, variant_for
 from vbbench.solving.isolation.grants import beside
 from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
@@ -48,7 +48,7 @@ def solve(
 ) -> Path:
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
 
-    A solver that was fitted on the dataset's split is run as the variant that was not (`registry.held_out`).
+    A solver that was fitted on a source of the dataset is run as the variant that was not (`registry.held_out`).
     Interrupted work continues where it stopped when the same call is made again.
 
     Parameters
@@ -81,7 +81,8 @@ def solve(
             "or name the folder that holds it (truth)"
         )
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
-    run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
+    sources = dataset.info.sources
+    run_as = _held_out_apart(opened, solver, sources) if isolate else held_out(solver, sources)
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
     solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance)
@@ -120,11 +121,10 @@ def _isolated(dataset: Dataset, out: Path, scheduler: str | None) -> Callable[[s
     return partial(IsolatedSolver, hidden=hidden, compiled=compiled)
 
 
-def _held_out_apart(opened: Callable[[str], Opened], solver: str, split: str) -> str:
+def _held_out_apart(opened: Callable[[str], Opened], solver: str, sources: frozenset[str]) -> str:
     """As `registry.held_out`, without importing the solver here."""
     with opened(solver) as running:
-        variants: dict[str, str] = running.held_out
-    return variants.get(split, solver)
+        return variant_for(solver, running.held_out, sources)
 
 
 def _reported(facts: list[dict[str, Any]]) -> list[str]:
@@ -141,7 +141,7 @@ def _declared(dataset: Dataset, solver: str, run_as: str, protocol: str, facts: 
         protocol=protocol,
         seconds_per_frame=seconds / max(frames, 1),
         hardware="; ".join(sorted({part["hardware"] for part in facts})),
-        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on {dataset.info.split}",
+        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on the data's source files",
     )
 
 

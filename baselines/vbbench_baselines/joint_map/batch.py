@@ -54,7 +54,7 @@ class MapBatch:
     """
 
     held_out: ClassVar[Mapping[str, str]] = variants_held_out("Batch")
-    """Variants with a prior that never saw the split."""
+    """Variants with a prior that never saw the recording, by the SHA-256 of its files."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     ego_prior: bool = True

@@ -56,7 +56,7 @@ class MapCausal:
     """
 
     held_out: ClassVar[Mapping[str, str]] = variants_held_out("Causal")
-    """Variants with a prior that never saw the split."""
+    """Variants with a prior that never saw the recording, by the SHA-256 of its files."""
 
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     ego_prior: bool = True

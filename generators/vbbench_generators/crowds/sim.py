@@ -20,7 +20,7 @@ from vbbench_generators.crowds.scenes import draw_scene
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
 from vbbench_generators.views.reprojection import HEIGHT_MEAN
-from vbbench_generators.views.viewing import view
+from vbbench_generators.views.viewing import look_definition, view
 
 REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
@@ -127,7 +127,7 @@ def plan_simulation(
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
-    camera = options.camera or make_camera(scenario.camera)
+    camera, look = options.camera or make_camera(scenario.camera), options.look or tier.look
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",
@@ -141,7 +141,7 @@ def plan_simulation(
         scenes=(),
         definition={
             "generator": f"simulation/{REVISION}",
-            "look": options.look,
+            **look_definition(look),
             "limit": options.limit,
             "engine": asked.engine,
             "scenario": asdict(scenario),
@@ -153,7 +153,7 @@ def plan_simulation(
         info=info,
         scenario=scenario,
         engine=asked.engine,
-        look=options.look,
+        look=look,
         tier=tier,
         limit=options.limit,
     )

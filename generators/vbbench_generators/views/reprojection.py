@@ -18,7 +18,7 @@ from vbbench.sequence import SequenceData
 from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
-from vbbench_generators.views.viewing import view
+from vbbench_generators.views.viewing import look_definition, view
 
 HEIGHT_MEAN = 1.70
 """μ_h in m, as in the paper."""
@@ -118,6 +118,7 @@ def plan_reprojection(
         )
     refuse_footage(options, card.name)
     tier, camera = get_tier(options.tier), options.camera or PanoramaCamera()
+    look = options.look or tier.look
     info = DatasetInfo(
         split=card.name,
         title=card.title,
@@ -131,7 +132,7 @@ def plan_reprojection(
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",
-            "look": options.look,
+            **look_definition(look),
             "limit": options.limit,
             "count_observer": rules.count_observer,
             "rules": asdict(rules),
@@ -147,7 +148,7 @@ def plan_reprojection(
         info=info,
         scenes=people,
         rules=rules,
-        look=options.look,
+        look=look,
         tier=tier,
         precision=precision,
         limit=options.limit,

@@ -1,5 +1,8 @@
 """What one observer sees of a scene: the camera carried along, people's boxes, what shows, and what is given."""
 
+from dataclasses import asdict
+from typing import Any, cast
+
 import numpy as np
 
 from vbbench.files.dataset_info import DatasetInfo
@@ -12,6 +15,16 @@ from vbbench.sequence import Sequence, SequenceData, Truth, held_persons
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
 from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped
+from vbbench_generators.views.looking.laws import LONGEST_LEAD, Law, Way, natural_yaws
+from vbbench_generators.views.looking.settings import natural_look
+
+LOOK_STREAM = 5
+"""Spawn key of the generator of natural looks, apart from the one of every sequence: boxes keep their noise."""
+
+
+def look_definition(look: Look) -> dict[str, Any]:
+    """What yaws follow from, as JSON: part of a dataset's definition and id."""
+    return {"look": look, **({} if look in ("motion", "wander") else {"natural": asdict(natural_look())})}
 
 
 def truth_of_tracks(truth: Truth, people: IntArray, persons: IntArray) -> Truth:
@@ -45,7 +58,7 @@ def view(
     crowd : [T, K] who is there to be seen in these frames; who is not may still hide others.
     heading : [T] where the observer walks, in rad.
     info : camera of the dataset.
-    look : whether the camera looks where its bearer walks.
+    look : how the camera turns: along ``heading``, wandering about it, or as people's heads do.
     tier : what is done to exact boxes.
     index : number of the sequence.
     rng : the sequence's random numbers.
@@ -54,6 +67,10 @@ def view(
     frames = slice(span.first, span.first + len(span.counted))
     if look == "wander":
         heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
+    elif look != "motion":
+        heading = _natural_heading(
+            scene, span, look, np.random.SeedSequence([info.known_seed, index], spawn_key=(LOOK_STREAM,))
+        )
     poses = np.concatenate([scene.positions[frames, span.column], wrapped(heading)[:, None]], axis=1)
     seen = crowd & span.counted[:, None]
     seen[:, span.column] = False
@@ -86,3 +103,19 @@ def view(
         given=arrivals_given(truth, ~np.isnan(boxes[..., 2] + truth.positions[..., 0])),
     )
     return SequenceData(sequence=sequence, truth=truth, persons=persons)
+
+
+def _natural_heading(scene: Scene, span: Span, look: Look, seed: np.random.SeedSequence) -> FloatArray:
+    """[T] in rad where the observer's head points in the frames of the span, drawn from a stream of its own."""
+    reach, end = int(np.ceil(2.0 * LONGEST_LEAD / scene.dt)), span.first + len(span.counted)
+    first = max(span.first - reach, 0)
+    path = scene.positions[first : end + reach, span.column]
+    known = np.flatnonzero(~np.isnan(path[:, 0]))
+    way = Way(
+        path=path[known],
+        times=scene.dt * (known + first - span.first).astype(np.float64),
+        around=scene.positions[span.first : end],
+        dt=scene.dt,
+    )
+    law: Law | None = None if look == "natural" else cast(Law, look)
+    return natural_yaws(way, natural_look(), np.random.default_rng(seed), law)

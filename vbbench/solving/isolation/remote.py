@@ -48,7 +48,7 @@ class Child:
         variants = facts.get("held_out")
         if facts["said"] != "ready" or not isinstance(variants, dict):
             raise self._nonsense("a greeting without its variants")
-        held_out = {str(split): plain(str(name), 200) for split, name in variants.items()}
+        held_out = {str(source): plain(str(name), 200) for source, name in variants.items()}
         match facts.get("solver"):
             case "frame":
                 return RemoteFrameSolver(self, keep_compiled, held_out)
@@ -149,7 +149,7 @@ class Remote:
     Parameters
     ----------
     keep_compiled : see `IsolatedSolver.keep_compiled`.
-    held_out : its variants for splits that it was fitted on, as in `registry.held_out`.
+    held_out : its variants by the SHA-256 of files that it was fitted on, as in `registry.held_out`.
     """
 
     def __init__(self, child: Child, keep_compiled: Callable[[], None], held_out: dict[str, str]) -> None:
