@@ -2,17 +2,15 @@
 
 import argparse
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from vbbench.boxes import cut_to_picture, overlaps, rectangles
 from vbbench.generation.generator import Options
-from vbbench.registry import load
 from vbbench.generation.tier import Observations, Sight, Tier, get_tier
 from vbbench.geometry import IntArray
+from vbbench.registry import load
 
 SPLITS = ("hotel", "eth", "students", "street")
 GIVEN = 2
@@ -65,7 +63,12 @@ class Tally:
         people = self.people
         figures = [1 - self.found / people, self.nobody / people, self.switches / people]
         return " | ".join(
-            [f"{people:,}", *(f"{100 * value:.2f} %" for value in figures), f"{self.overlap / max(self.found, 1):.3f}", f"{100*self.scored / people:.1f} %"]
+            [
+                f"{people:,}",
+                *(f"{100 * value:.2f} %" for value in figures),
+                f"{self.overlap / max(self.found, 1):.3f}",
+                f"{100 * self.scored / people:.1f} %",
+            ]
         )
 
 
@@ -79,8 +82,9 @@ def switches(persons: IntArray) -> int:
 
 
 if __name__ == "__main__":
+    from vbbench.camera import PanoramaCamera, PerspectiveCamera
     from vbbench_generators.tiers.tracking.fine_time import finer
-    from vbbench.camera import PerspectiveCamera, PanoramaCamera
+
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("splits", nargs="*", default=SPLITS)
     parser.add_argument("--every", type=int, default=1)

@@ -4,7 +4,10 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-_WORD = re.compile(r"[\w.,:~/+-]{1,200}")
+from vbbench.camera import camera_to_dict, make_camera
+from vbbench.errors import VbbenchError
+
+_WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
 def generate_command(facts: Mapping[str, Any], out: str) -> str:
@@ -21,20 +24,22 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
     seed = "secret --withhold-truth" if facts.get("seed", 0) is None else facts.get("seed", 0)
     drawn = {} if "every" in definition and seed == 0 else {"--seed": seed}
     words = [(name, _word(value)) for name, value in {**options, **drawn, "--limit": definition.get("limit")}.items()]
-    said = [f"{name} {word}" for name, word in words if word]
+    said = [f"{name} {word}".rstrip() for name, word in words if word is not None]
     return " ".join(["vbbench generate", _word(facts.get("split")) or "SPLIT", *said, f"--out {out}"])
 
 
 def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
     split, tier, height_std = (facts.get(name) for name in ("split", "tier", "height_std"))
     look, scenario = definition.get("look"), _object(definition.get("scenario"))
+    undetected = "detector" in definition and definition["detector"] is None
     people, usual = scenario.get("people"), {"sim": "open", "street": "street"}.get(str(split))
     return {
         "--source": "FILE" if split == "custom" else None,
-        "--camera": _object(facts.get("camera")).get("kind"),
+        "--camera": _camera(_object(facts.get("camera"))),
         "--tier": tier,
         "--observer": definition.get("observer"),
-        "--sigma-h": None if height_std == 0.07 else height_std,
+        "--no-detector": "" if undetected else None,
+        "--sigma-h": None if height_std == 0.07 or tier == "field" else height_std,
         "--look": None if look == "motion" and tier != "field" else look,
         "--dt": facts.get("dt") if split == "custom" else None,
         "--scenario": None if scenario.get("name") == usual else scenario.get("name"),
@@ -49,6 +54,15 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
     scenes = facts.get("scenes")
     names = ",".join(map(str, scenes)) if isinstance(scenes, list) else None
     return {"--source": "FOLDER", "--sequences": names, "--every": definition.get("every")}
+
+
+def _camera(values: Mapping[str, Any]) -> str | None:
+    """The kind, of a camera that ``--camera`` makes; ``None`` of a tier's own."""
+    try:
+        usual = camera_to_dict(make_camera(str(values.get("kind", ""))))
+    except VbbenchError:
+        return None
+    return usual["kind"] if usual == values else None
 
 
 def _people(numbers: list[Any]) -> str | None:

@@ -68,6 +68,8 @@ class FootageSplit(ABC):
         refused = {
             "--tier": options.tier != "ideal",
             "--camera": options.camera is not None,
+            "--observer": options.observer != "walker",
+            "--no-detector": not options.detector,
             "--look": options.look is not None,
             "--scenario, --people or --engine": options.simulation is not None,
         }
