@@ -159,8 +159,8 @@ def _differences(kept: Path, differences: Callable[[], Iterable[str]], missing: 
 
 
 def bundled_solvers() -> list[str]:
-    """Names of the solvers that come with vbbench, strangers' left out."""
-    return sorted(name for name, point in registered("solver").items() if point.dist and point.dist.name == "vbbench")
+    """Names of the solvers that come with vbbench and stand on its boards."""
+    return sorted(REFERENCES)
 
 
 def code_of(kind: Kind, name: str) -> str:
