@@ -1,0 +1,182 @@
+"""The study of transfer: do datasets of tier `field` rank solvers as a real camera does, here KITTI's?
+
+Solvers and variants of them answer both: KITTI's recordings, every 4th frame and every frame, and trajectories seen by
+a vehicle's camera in tier `field` at the same frame times. `vbbench.reproduction.agreement` says how alike they rank.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.folders.locks import loose_files
+from vbbench.generation.footage import FootageOptions
+from vbbench.generation.generator import Options, Simulation
+from vbbench.geometry import FloatArray
+from vbbench.protocol import get_protocol
+from vbbench.registry import load_all, make_solver
+from vbbench.reproduction.agreement import Agreement, Errors, agreement
+from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.scoring.scorecard import Score
+
+REAL = "kitti"
+TIER = "field"
+PROTOCOLS = ("sequential", "one-step")
+METRICS = ("dx", "dt")
+CAP = 2.0
+"""In m; whoever is farther astray in a sequence is lost, and how far is chance."""
+BLOCK = 16.0
+"""Seconds that a block lasts: as the longest run of every 4th frame."""
+MADE = {4: "students-resampled", 1: "street"}
+"""Split of the made dataset by every how many of KITTI's frames, which are .1 s apart: it has the same frame time."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """A solver to rank; packages register theirs, by name, in mappings under ``vbbench.variants``.
+
+    Parameters
+    ----------
+    solver : a registered name, or ``module:attribute``.
+    feet : whether it trusts where people's feet are in the picture, and with that a level camera.
+    """
+
+    solver: str
+    feet: bool = False
+
+
+def registered_variants() -> dict[str, Variant]:
+    """The variants of all installed packages, by name."""
+    return {name: variant for found in load_all("variant").values() for name, variant in found.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransferStudy:
+    """What to compare.
+
+    Parameters
+    ----------
+    kitti : folder of KITTI's tracking benchmark, as split `kitti` reads it.
+    poses : folder of the camera's poses that somebody found, which count where they keep parked cars in place better.
+    variants : by name.
+    every : every how many of KITTI's frames; the made dataset has the same seconds a frame.
+    protocols : names of protocols.
+    limit : most sequences of a made dataset.
+    seed : of the made datasets.
+    """
+
+    kitti: Path
+    poses: Path | None = None
+    variants: Mapping[str, Variant] = field(default_factory=registered_variants)
+    every: Sequence[int] = (4, 1)
+    protocols: Sequence[str] = PROTOCOLS
+    limit: int | None = 120
+    seed: int = 0
+
+    def real(self, every: int) -> Options:
+        """Options of KITTI's dataset."""
+        return Options(source=self.kitti, footage=FootageOptions(every=every, poses=self.poses))
+
+    def made(self, every: int) -> Options:
+        """Options of the dataset beside it: a vehicle's camera, boxes as people draw them."""
+        return Options(tier=TIER, observer="vehicle", detector=False, seed=self.seed, limit=self.limit)
+
+    def check(self) -> None:
+        """Find the mistakes that can be found before the work starts.
+
+        Raises
+        ------
+        VbbenchError
+            If a solver, a protocol or a number of frames cannot be.
+        """
+        if len(self.variants) < 3:
+            raise VbbenchError(f"{len(self.variants)} solvers have no ranks to compare; name at least three")
+        for every in self.every:
+            if every not in MADE:
+                raise VbbenchError(f"every is {' or '.join(map(str, MADE))}, not {every}: frame times that both have")
+        for protocol in self.protocols:
+            get_protocol(protocol)
+        for variant in self.variants.values():
+            make_solver(variant.solver)
+
+
+class Case(NamedTuple):
+    """One comparison: every how many frames, the protocol, and the metric."""
+
+    every: int
+    protocol: str
+    metric: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """One case measured.
+
+    Parameters
+    ----------
+    case : which.
+    made, real : errors of the variants, in their order.
+    agreement : how alike they rank.
+    """
+
+    case: Case
+    made: Errors
+    real: Errors
+    agreement: Agreement
+
+
+def measure_transfer(
+    study: TransferStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False
+) -> list[Comparison]:
+    """Generate, solve, score and compare every case.
+
+    Datasets and submissions are kept in ``out``; complete ones are reused.
+
+    Raises
+    ------
+    VbbenchError
+        If the study is invalid, or another dataset or submission is in the way.
+    """
+    study.check()
+    out = Path(out)
+    with loose_files(out):
+        return [found for every in study.every for found in _compare(study, every, out, jobs, overwrite)]
+
+
+def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: bool) -> Iterator[Comparison]:
+    folders = {name: out / f"{name}-{every}" / "dataset" for name in (REAL, TIER)}
+    real = ensure_dataset(REAL, folders[REAL], study.real(every), jobs=jobs, overwrite=overwrite)
+    made = ensure_dataset(MADE[every], folders[TIER], study.made(every), jobs=jobs, overwrite=overwrite)
+    feet = np.array([variant.feet for variant in study.variants.values()])
+    solvers = [variant.solver for variant in study.variants.values()]
+    for protocol in study.protocols:
+        scores = [
+            dict(ensure_scores(dataset, solvers, protocol, jobs=jobs, overwrite=overwrite)) for dataset in (made, real)
+        ]
+        for metric in METRICS:
+            mine, theirs = (
+                errors_of(dataset, list(found.values()), metric)
+                for dataset, found in zip((made, real), scores, strict=True)
+            )
+            found = agreement(mine, theirs, feet)
+            yield Comparison(case=Case(every, protocol, metric), made=mine, real=theirs, agreement=found)
+
+
+def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
+    """The errors of ``scores`` of one dataset, all of the same sequences: whoever has none in a sequence has the cap."""
+    index = scores[0].per_sequence.sequence
+    values = np.stack([one.per_sequence.figures[metric] for one in scores])
+    known = ~np.isnan(values).all(axis=0)
+    index, values = index[known], values[:, known]
+    first, frames, scene = (dataset.rows[name][index] for name in ("first_frame", "frames", "scene"))
+    return Errors(
+        values=np.fmin(values, CAP),
+        scene=scene,
+        start=first * dataset.info.dt,
+        end=(first + frames) * dataset.info.dt,
+        block=BLOCK,
+    )
