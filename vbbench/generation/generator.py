@@ -105,6 +105,8 @@ def parse_people(text: str) -> tuple[int, ...]:
 
 
 Look = Literal["motion", "wander"]
+Observer = Literal["walker", "vehicle"]
+"""Who carries the camera: one of the people, or a vehicle among them."""
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
 
@@ -117,10 +119,12 @@ class Options:
     ----------
     camera : what everybody is seen with; ``None`` for the split's own.
     tier : how observations are corrupted: the name of a registered tier (`vbbench.generation.tier`).
-    height_std : σ_h in m of the people's heights.
+    height_std : σ_h in m of the people's heights; ``None`` for the tier's own, or .07.
     seed : the one seed; 0 is a seed like any other.
     limit : only the first so many sequences; ``None`` for all.
     look : whether the camera looks where its bearer walks, or wanders about that.
+    observer : who carries the camera.
+    detector : whether boxes are those of a detector, in tiers that leave the choice.
     source : file or folder that holds the source files; ``None`` to search the usual places.
     dt : seconds per frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
@@ -135,10 +139,12 @@ class Options:
 
     camera: Camera | None = None
     tier: str = "ideal"
-    height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
+    height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] | None = None
     seed: Annotated[int, Within(0, 2**256)] = 0
     limit: Annotated[int, Within(1, 2**31)] | None = None
     look: Look = "motion"
+    observer: Observer = "walker"
+    detector: bool = True
     source: Path | None = None
     dt: Annotated[float, FRAME_TIME] | None = None
     homography: Path | None = None

@@ -12,14 +12,13 @@ from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Card, Engine, Look, Options, Simulation, refuse_footage
-from vbbench.generation.tier import Tier, get_tier
+from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import draw_scene
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
-from vbbench_generators.views.reprojection import HEIGHT_MEAN
 from vbbench_generators.views.viewing import view
 
 REVISION = 1
@@ -34,6 +33,7 @@ class SimulationPlan:
 
     info: DatasetInfo
     scenario: Scenario
+    heights: Heights
     engine: Engine
     look: Look
     tier: Tier
@@ -51,7 +51,7 @@ class SimulationPlan:
         """One sequence with its scene; its random numbers follow from the seed and its index alone."""
         rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
         people = self.scenario.people[index % len(self.scenario.people)]
-        heights = self.info.height_mean + self.info.height_std * rng.standard_normal(people)
+        heights = self.heights.mean + self.heights.std * rng.standard_normal(people)
         drawn = draw_scene(
             self.scenario,
             people,
@@ -91,7 +91,7 @@ class SimSplit:
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""
-        return plan_simulation(self.card, options, SIM_SCENARIO, get_tier(options.tier))
+        return plan_simulation(self.card, options, SIM_SCENARIO, chosen_tier(options))
 
 
 def plan_simulation(
@@ -127,7 +127,7 @@ def plan_simulation(
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
-    camera = options.camera or make_camera(scenario.camera)
+    camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",
@@ -135,9 +135,9 @@ def plan_simulation(
         tier=tier.name,
         seed=options.seed,
         dt=scenario.dt,
-        height_mean=HEIGHT_MEAN,
-        height_std=options.height_std,
-        pixel_std=tier.pixel_std(camera),
+        height_mean=heights.told_mean,
+        height_std=heights.told_std,
+        **asdict(tier.told(camera)),
         scenes=(),
         definition={
             "generator": f"simulation/{REVISION}",
@@ -152,6 +152,7 @@ def plan_simulation(
     return SimulationPlan(
         info=info,
         scenario=scenario,
+        heights=heights,
         engine=asked.engine,
         look=options.look,
         tier=tier,
@@ -174,7 +175,7 @@ class StreetSplit:
         asked = options.simulation
         if asked is not None and asked.scenario is not None:
             raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; --scenario is for the split 'sim'")
-        tier = get_tier(options.tier)
+        tier = chosen_tier(options)
         if tier.hides:
             return plan_simulation(self.card, options, STREET_SCENARIO, tier, input=tier.name)
         hidden = BehindOthers(name=tier.name, summary=tier.summary, tier=tier)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.generation.tier import Observations, Sight, Tier
+from vbbench.generation.tier import Observations, Sight, Tier, Told
 from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
 from vbbench_generators.tiers.tracking.observing import track_people
@@ -85,9 +85,14 @@ class BehindOthers(Tier):
         """How people hide one another, and what the tier says."""
         return {"hiding": asdict(self.hiding), **self.tier.definition}
 
-    def pixel_std(self, camera: Camera) -> float:
+    @property
+    def own_camera(self) -> Camera | None:
+        """The tier's."""
+        return self.tier.own_camera
+
+    def told(self, camera: Camera) -> Told:
         """As the tier says."""
-        return self.tier.pixel_std(camera)
+        return self.tier.told(camera)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """What the tier makes of everybody who shows enough."""

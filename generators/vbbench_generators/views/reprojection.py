@@ -11,7 +11,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Card, Look, Options, refuse_footage
-from vbbench.generation.tier import Tier, get_tier
+from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -20,18 +20,16 @@ from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
 from vbbench_generators.views.viewing import view
 
-HEIGHT_MEAN = 1.70
-"""μ_h in m, as in the paper."""
 REVISION = 1
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 HEIGHT_STREAM = 1
 """Spawn key of the generator of heights, apart from the one of every sequence."""
 
 
-def draw_heights(scene: Scene, number: int, info: DatasetInfo) -> Scene:
-    """The scene with heights N(μ_h, σ_h²) in m, by person, from the seed."""
-    rng = np.random.default_rng(np.random.SeedSequence([info.known_seed, number], spawn_key=(HEIGHT_STREAM,)))
-    return scene.with_heights(info.height_mean + info.height_std * rng.standard_normal(len(scene.people)))
+def draw_heights(scene: Scene, number: int, seed: int, heights: Heights) -> Scene:
+    """The scene with heights in m, by person, from the seed and the scene's number."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, number], spawn_key=(HEIGHT_STREAM,)))
+    return scene.with_heights(heights.mean + heights.std * rng.standard_normal(len(scene.people)))
 
 
 @dataclass(frozen=True)
@@ -117,7 +115,8 @@ def plan_reprojection(
             f"{card.name} has its own people"
         )
     refuse_footage(options, card.name)
-    tier, camera = get_tier(options.tier), options.camera or PanoramaCamera()
+    tier, heights = chosen_tier(options), chosen_heights(options)
+    camera = options.camera or tier.own_camera or PanoramaCamera()
     info = DatasetInfo(
         split=card.name,
         title=card.title,
@@ -125,9 +124,9 @@ def plan_reprojection(
         tier=tier.name,
         seed=options.seed,
         dt=scenes[0].dt,
-        height_mean=HEIGHT_MEAN,
-        height_std=options.height_std,
-        pixel_std=tier.pixel_std(camera),
+        height_mean=heights.told_mean,
+        height_std=heights.told_std,
+        **asdict(tier.told(camera)),
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",
@@ -142,7 +141,7 @@ def plan_reprojection(
         caution=card.caution,
         calibration=calibration,
     )
-    people = tuple(draw_heights(scene, number, info) for number, scene in enumerate(scenes))
+    people = tuple(draw_heights(scene, number, options.seed, heights) for number, scene in enumerate(scenes))
     return Reprojection(
         info=info,
         scenes=people,
