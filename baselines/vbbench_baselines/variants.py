@@ -1,7 +1,7 @@
 """The solvers with one thing changed each: what a study needs that asks whether two datasets rank solvers alike.
 
-Each is named on the command line as ``vbbench_baselines.variants:NAME``, such as
-``vbbench_baselines.variants:map-causal-heights``. No constant is changed, only what a solver is told or may use:
+`vbbench reproduce transfer` ranks them. Each is named on the command line as ``vbbench_baselines.variants:NAME``, such
+as ``vbbench_baselines.variants:map-causal-heights``. No constant is changed, only what a solver is told or may use:
 
 - ``heights``: a box tells its distance by its height, not by where its feet are (`MapCausal.feet` off).
 - ``free``: nothing is expected of the observer's own walk (``ego_prior`` off).
@@ -20,6 +20,7 @@ from functools import partial
 from typing import Any
 
 from vbbench.geometry import FloatArray
+from vbbench.reproduction.variants import Variant
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 from vbbench_baselines.joint_map.batch import MapBatch
@@ -113,6 +114,18 @@ FACTORIES: Mapping[str, Make] = {
     "map-batch-heights-noise-4": _told_batch(_BATCH_HEIGHTS, 4.0),
 }
 """What makes each variant."""
+
+_SOLVERS = ("cv", "sf", "vb-cv", "vb-sf", "map-causal", "map-batch")
+
+
+def _relies_on_feet(name: str) -> bool:
+    return name.startswith("map-") and "heights" not in name
+
+
+VARIANTS = {name: Variant(solver=name, feet=_relies_on_feet(name)) for name in _SOLVERS} | {
+    name: Variant(solver=f"{__name__}:{name}", feet=_relies_on_feet(name)) for name in FACTORIES
+}
+"""What `vbbench.reproduction.transfer` ranks: the solvers as they are, and their variants."""
 
 
 def __getattr__(name: str) -> Make:

@@ -1,4 +1,4 @@
-"""The study of transfer: do datasets of tier `field` rank solvers as a real camera does, here KITTI's?
+"""The study of transfer: whether datasets of tier `field` rank solvers as a real camera does, here KITTI's.
 
 Solvers and variants of them answer both: KITTI's recordings, every 4th frame and every frame, and trajectories seen by
 a vehicle's camera in tier `field` at the same frame times. `vbbench.reproduction.agreement` says how alike they rank.
@@ -15,12 +15,12 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.generation.footage import FootageOptions
-from vbbench.generation.generator import Options, Simulation
-from vbbench.geometry import FloatArray
+from vbbench.generation.generator import Options
 from vbbench.protocol import get_protocol
-from vbbench.registry import load_all, make_solver
+from vbbench.registry import make_solver
 from vbbench.reproduction.agreement import Agreement, Errors, agreement
 from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.reproduction.variants import Variant, registered_variants
 from vbbench.scoring.scorecard import Score
 
 REAL = "kitti"
@@ -33,25 +33,6 @@ BLOCK = 16.0
 """Seconds that a block lasts: as the longest run of every 4th frame."""
 MADE = {4: "students-resampled", 1: "street"}
 """Split of the made dataset by every how many of KITTI's frames, which are .1 s apart: it has the same frame time."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Variant:
-    """A solver to rank; packages register theirs, by name, in mappings under ``vbbench.variants``.
-
-    Parameters
-    ----------
-    solver : a registered name, or ``module:attribute``.
-    feet : whether it trusts where people's feet are in the picture, and with that a level camera.
-    """
-
-    solver: str
-    feet: bool = False
-
-
-def registered_variants() -> dict[str, Variant]:
-    """The variants of all installed packages, by name."""
-    return {name: variant for found in load_all("variant").values() for name, variant in found.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,8 +62,9 @@ class TransferStudy:
         """Options of KITTI's dataset."""
         return Options(source=self.kitti, footage=FootageOptions(every=every, poses=self.poses))
 
-    def made(self, every: int) -> Options:
-        """Options of the dataset beside it: a vehicle's camera, boxes as people draw them."""
+    @property
+    def made(self) -> Options:
+        """Options of the datasets beside it: a vehicle's camera, boxes as people draw them."""
         return Options(tier=TIER, observer="vehicle", detector=False, seed=self.seed, limit=self.limit)
 
     def check(self) -> None:
@@ -150,7 +132,7 @@ def measure_transfer(
 def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: bool) -> Iterator[Comparison]:
     folders = {name: out / f"{name}-{every}" / "dataset" for name in (REAL, TIER)}
     real = ensure_dataset(REAL, folders[REAL], study.real(every), jobs=jobs, overwrite=overwrite)
-    made = ensure_dataset(MADE[every], folders[TIER], study.made(every), jobs=jobs, overwrite=overwrite)
+    made = ensure_dataset(MADE[every], folders[TIER], study.made, jobs=jobs, overwrite=overwrite)
     feet = np.array([variant.feet for variant in study.variants.values()])
     solvers = [variant.solver for variant in study.variants.values()]
     for protocol in study.protocols:
@@ -167,7 +149,7 @@ def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: 
 
 
 def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
-    """The errors of ``scores`` of one dataset, all of the same sequences: whoever has none in a sequence has the cap."""
+    """The errors of ``scores`` on one dataset, sequences without any left out; what is NaN else counts as the cap."""
     index = scores[0].per_sequence.sequence
     values = np.stack([one.per_sequence.figures[metric] for one in scores])
     known = ~np.isnan(values).all(axis=0)
