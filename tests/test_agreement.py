@@ -4,24 +4,17 @@ import numpy as np
 import pytest
 
 from vbbench.geometry import FloatArray
-from vbbench.reproduction.agreement import (
-    Errors,
-    agreement,
-    alike,
-    block_counts,
-    number_of_blocks,
-    regret,
-    separated,
-    spearman,
-)
+from vbbench.reproduction.agreement import Errors, agreement, alike, regret, separated, spearman
+from vbbench.scoring.timeline import Timeline
 
 NOBODY = np.zeros(4, bool)
 
 
-def errors(values: FloatArray, block: float = 10.0) -> Errors:
-    """Sequences of 10 s, one after the other in one scene."""
-    start = 10.0 * np.arange(values.shape[1])
-    return Errors(values=values, scene=np.zeros(len(start), int), start=start, end=start + 10.0, block=block)
+def errors(values: FloatArray, scene: list[int] | None = None) -> Errors:
+    """Sequences of 10 frames, one after the other in their scenes."""
+    number = np.array(scene or [0] * values.shape[1])
+    first = np.array([10 * int((number[:n] == number[n]).sum()) for n in range(len(number))])
+    return Errors(values=values, timeline=Timeline.of(number, first, first + 9))
 
 
 def test_spearman_by_hand() -> None:
@@ -53,9 +46,9 @@ def test_regret_is_that_of_the_winner() -> None:
 
 def test_pairs_are_separated_where_the_whole_interval_is_on_one_side() -> None:
     rng = np.random.default_rng(0)
-    common = rng.normal(size=(1000, 1))
-    drawn = np.concatenate([common, common + 1.0, common + rng.normal(size=(1000, 1))], axis=1)
-    assert separated(drawn).tolist() == [[False, True, False], [False] * 3, [False] * 3]
+    common = 2.0 + rng.normal(size=40)
+    values = np.stack([common, common + 0.3 + 0.1 * rng.normal(size=40), common + rng.normal(size=40)])
+    assert separated(errors(values)).tolist() == [[False, True, False], [False] * 3, [False] * 3]
 
 
 def test_a_dataset_agrees_with_itself() -> None:
@@ -64,7 +57,7 @@ def test_a_dataset_agrees_with_itself() -> None:
     assert found.spearman.value == found.spearman_without_feet.value == found.alike.value == 1.0
     assert found.ratio.value == found.regret.value == pytest.approx(1.0)
     assert found.ratio.low < 1.0 < found.ratio.high
-    assert found.blocks == (12, 12)
+    assert found.blocks[0] == found.blocks[1] > 2
 
 
 def test_the_ratio_is_a_geometric_mean() -> None:
@@ -74,7 +67,7 @@ def test_the_ratio_is_a_geometric_mean() -> None:
 
 
 def test_feet_are_left_out() -> None:
-    real = np.full((4, 3), 1.0) * np.array([[1.0], [2.0], [3.0], [4.0]])
+    real = np.array([[1.0], [2.0], [3.0], [4.0]]) + 0.01 * np.random.default_rng(0).normal(size=(4, 40))
     made = real.copy()
     made[0] = 9.0
     feet = np.array([True, False, False, False])
@@ -85,26 +78,30 @@ def test_feet_are_left_out() -> None:
     assert (found.alike.value, found.alike_without_feet.value) == (0.5, 1.0)
 
 
-def test_a_block_holds_what_follows_in_time_and_starts_anywhere() -> None:
-    values = np.zeros((4, 8))
-    counts = block_counts(errors(values, block=20.0), np.random.default_rng(0), 4000)
-    assert number_of_blocks(errors(values, block=20.0)) == 4
-    assert counts.sum(axis=1).min() == counts.sum(axis=1).max() == 8
-    np.testing.assert_allclose(counts.mean(axis=0), 1.0, atol=0.05)
-    neighbours = np.corrcoef(counts.T)[np.arange(8), (np.arange(8) + 1) % 8]
-    assert neighbours.min() > 0.2
+def test_blocks_hold_what_follows_in_time_and_all_sequences_alike() -> None:
+    level = np.repeat(np.random.default_rng(0).normal(size=20), 5)
+    found = errors(np.tile(level, (4, 1)))
+    assert 3 <= found.blocks <= 14
+    counts = found.counts(4000, seed=0)
+    np.testing.assert_allclose(counts.mean(axis=0), 1.0, atol=0.1)
+    correlation: FloatArray = np.asarray(np.corrcoef(counts.T))
+    assert correlation[0, [1, 99]].min() > 0.5
+    assert abs(correlation[0, 50]) < 0.5
 
 
 def test_scenes_lie_one_behind_the_other() -> None:
-    one = errors(np.zeros((4, 4)))
-    scene, start = np.array([0, 0, 1, 1]), one.start % 20.0 + 500.0
-    again = Errors(values=one.values, scene=scene, start=start, end=start + 10.0, block=10.0)
-    assert number_of_blocks(again) == number_of_blocks(one) == 4
+    values = np.random.default_rng(0).uniform(size=(4, 12))
+    one, several = errors(values), errors(values, [0] * 4 + [1] * 4 + [2] * 4)
+    assert one.timeline.total == several.timeline.total == 120.0
+    np.testing.assert_array_equal(one.timeline.middle, several.timeline.middle)
 
 
-def test_dependent_sequences_have_wider_intervals_in_blocks() -> None:
+def test_dependent_sequences_have_wider_intervals() -> None:
     rng = np.random.default_rng(0)
-    level = np.repeat(rng.normal(size=20), 5)
-    values = np.exp(0.5 * level + 0.05 * rng.normal(size=(4, 100)))
-    widths = [np.ptp(np.quantile(errors(values, b).resampled(2000, 0)[:, 0], (0.025, 0.975))) for b in (10.0, 50.0)]
-    assert widths[1] > 1.6 * widths[0]
+    noise = 0.05 * rng.normal(size=(4, 100))
+    alone, together = rng.normal(size=100), np.repeat(rng.normal(size=20), 5)
+    widths = [
+        np.ptp(np.quantile(errors(np.exp(0.5 * level + noise)).resampled(2000, 0)[:, 0], (0.025, 0.975)))
+        for level in (alone, together)
+    ]
+    assert widths[1] > 1.5 * widths[0]

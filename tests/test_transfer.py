@@ -13,7 +13,7 @@ from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.registry import load, make_solver
-from vbbench.reproduction.transfer import CAP, Comparison, TransferStudy, errors_of, measure_transfer
+from vbbench.reproduction.transfer import CAP, Case, Comparison, TransferStudy, errors_of, measure_transfer
 from vbbench.reproduction.transfer_report import TARGETS, plot_transfer, reproduce_transfer, spoken
 from vbbench.reproduction.variants import Variant, registered_variants
 from vbbench.scoring import score
@@ -52,10 +52,9 @@ def test_figures_are_capped_means_of_the_scores(found: list[Comparison], out: Pa
     assert found[0].real.means[NAMES.index("vb-cv")] == pytest.approx(expected)
 
 
-def test_sequences_have_their_time_in_seconds(found: list[Comparison], out: Path) -> None:
-    real, rows = found[0].real, Dataset(out / "kitti-1" / "dataset").rows
-    np.testing.assert_allclose(real.start, 0.1 * rows["first_frame"])
-    np.testing.assert_allclose(real.end - real.start, 0.1 * rows["frames"])
+def test_sequences_are_where_they_were_in_the_recording(found: list[Comparison], out: Path) -> None:
+    real, rows = found[0].real.timeline, Dataset(out / "kitti-1" / "dataset").rows
+    np.testing.assert_allclose(real.middle, rows["first_frame"] - rows["first_frame"][0] + 0.5 * rows["frames"])
 
 
 def test_who_goes_astray_counts_as_the_cap(out: Path, found: list[Comparison]) -> None:
@@ -80,7 +79,7 @@ def test_what_is_there_is_taken_over_and_files_hold_every_number(
     values: dict[str, Any] = json.loads((out / "transfer.json").read_text("utf-8"))
     assert list(values["variants"]) == list(NAMES)
     for one, case in zip(found, values["cases"], strict=True):
-        assert (case["every"], case["protocol"], case["metric"]) == one.case
+        assert Case(case["every"], case["protocol"], case["metric"]) == one.case
         assert [case["errors"][name]["kitti"] for name in NAMES] == one.real.means.tolist()
         for name in TARGETS:
             value = getattr(one.agreement, name).value

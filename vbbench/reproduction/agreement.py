@@ -18,11 +18,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.scoring.block_bootstrap import block_means
+from vbbench.scoring.timeline import Timeline
 
 RESAMPLES = 2000
 SEED = 20231119
 LEVEL = (0.025, 0.975)
+FEWEST_BLOCKS = 7.0
+"""Ranks cannot be drawn from fewer; intervals are then rough."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,16 +36,11 @@ class Errors:
     Parameters
     ----------
     values : [V, N] of every variant and sequence, in the metric's unit.
-    scene : [N] scene of each sequence.
-    start, end : [N] when it begins and ends, in s of its scene.
-    block : seconds that a block lasts.
+    timeline : when the sequences were.
     """
 
     values: FloatArray
-    scene: IntArray
-    start: FloatArray
-    end: FloatArray
-    block: float
+    timeline: Timeline
 
     @property
     def means(self) -> FloatArray:
@@ -49,13 +48,36 @@ class Errors:
         mean: FloatArray = self.values.mean(axis=1)
         return mean
 
+    @property
+    def blocks(self) -> int:
+        """How many blocks a resample has."""
+        return max(1, round(self.timeline.total / self._block))
+
     def resampled(self, resamples: int, seed: int) -> FloatArray:
         """[R, V] figures on blocks drawn with replacement."""
-        counts = block_counts(self, np.random.default_rng(seed), resamples)
-        kept = counts.sum(axis=1) > 0
-        counts = counts[kept]
+        counts = self.counts(resamples, seed)
         means: FloatArray = counts @ self.values.T / counts.sum(axis=1, keepdims=True)
         return means
+
+    def counts(self, resamples: int, seed: int) -> FloatArray:
+        """[R, N] how often each sequence is drawn; draws of nobody are left out.
+
+        A block is a stretch of the line of time, its start uniform; from the line's end on it goes on at the beginning.
+        A sequence is in the blocks that its middle is in.
+        """
+        random, total = np.random.default_rng(seed), self.timeline.total
+        counts = np.zeros((resamples, self.values.shape[1]))
+        for _ in range(self.blocks):
+            starts = random.uniform(0.0, total, (resamples, 1))
+            counts += (self.timeline.middle - starts) % total < total / self.blocks
+        drawn: FloatArray = counts[counts.sum(axis=1) > 0.0]
+        return drawn
+
+    @property
+    def _block(self) -> float:
+        """Frames: as intervals of means have it, but no longer than leaves `FEWEST_BLOCKS` if a sequence is shorter."""
+        line = self.timeline
+        return max(line.longest, min(line.block_length(self.values.T), line.total / FEWEST_BLOCKS))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +95,9 @@ class Agreement:
 
     Parameters
     ----------
+    spearman, spearman_without_feet, alike, alike_without_feet, ratio, regret : the figures.
     separated : number of pairs that the real data separate.
+    blocks : of the made data and of the real data.
     """
 
     spearman: Estimate
@@ -86,40 +110,10 @@ class Agreement:
     blocks: tuple[int, int]
 
 
-def block_counts(errors: Errors, random: np.random.Generator, resamples: int) -> FloatArray:
-    """[R, N] how often each sequence is drawn.
-
-    Scenes lie one behind the other on a line of time; a block is a stretch of it, its start uniform, from its end on it
-    goes on at the line's beginning. A sequence is in the blocks that its middle is in.
-    """
-    middle, length = _line_of_time(errors)
-    number = max(1, round(length / errors.block))
-    starts = random.uniform(0.0, length, (resamples, number, 1))
-    inside = (middle - starts) % length < errors.block
-    counts: FloatArray = inside.sum(axis=1).astype(float)
-    return counts
-
-
-def number_of_blocks(errors: Errors) -> int:
-    """How many blocks a resample has."""
-    return max(1, round(_line_of_time(errors)[1] / errors.block))
-
-
-def _line_of_time(errors: Errors) -> tuple[FloatArray, float]:
-    """The middle [N] of each sequence on the line of time, and its length; both in s."""
-    middle, length = 0.5 * (errors.start + errors.end), 0.0
-    for scene in np.unique(errors.scene):
-        own = errors.scene == scene
-        first, last = errors.start[own].min(), errors.end[own].max()
-        middle[own] += length - first
-        length += last - first
-    return middle, length
-
-
 def agreement(made: Errors, real: Errors, feet: BoolArray, resamples: int = RESAMPLES) -> Agreement:
     """How alike ``made`` and ``real`` rank the same variants, ``feet`` [V] being those that rely on feet."""
     drawn_made, drawn_real = made.resampled(resamples, SEED), real.resampled(resamples, SEED + 1)
-    apart = separated(drawn_real)
+    apart = separated(real)
     rest = ~feet
     both = np.outer(rest, rest)
 
@@ -137,7 +131,7 @@ def agreement(made: Errors, real: Errors, feet: BoolArray, resamples: int = RESA
         ratio=estimate(lambda f, r: np.exp(np.log(f / r).mean(axis=1))),
         regret=estimate(regret),
         separated=int(apart.sum()),
-        blocks=(number_of_blocks(made), number_of_blocks(real)),
+        blocks=(made.blocks, real.blocks),
     )
 
 
@@ -151,13 +145,13 @@ def spearman(made: FloatArray, real: FloatArray) -> FloatArray:
     return np.where(spread > 0.0, (f * r).sum(axis=1) / np.where(spread > 0.0, spread, 1.0), np.nan)
 
 
-def separated(drawn: FloatArray) -> BoolArray:
-    """[V, V] the pairs u < v whose difference has one sign throughout the 95 % interval of figures drawn [R, V]."""
-    count = drawn.shape[1]
-    apart = np.zeros((count, count), np.bool_)
-    for one in range(count):
-        low, high = np.quantile(drawn[:, one, None] - drawn[:, one + 1 :], LEVEL, axis=0)
-        apart[one, one + 1 :] = (low > 0.0) | (high < 0.0)
+def separated(errors: Errors) -> BoolArray:
+    """[V, V] the pairs u < v whose paired difference has a 95 % interval without 0, by blocks of time."""
+    one, other = np.triu_indices(len(errors.values), k=1)
+    differences = (errors.values[one] - errors.values[other]).T
+    low, high = block_means(errors.timeline, differences).interval().T
+    apart = np.zeros((len(errors.values),) * 2, np.bool_)
+    apart[one, other] = (low > 0.0) | (high < 0.0)
     return apart
 
 

@@ -22,6 +22,7 @@ from vbbench.reproduction.agreement import Agreement, Errors, agreement
 from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
 from vbbench.reproduction.variants import Variant, registered_variants
 from vbbench.scoring.scorecard import Score
+from vbbench.scoring.timeline import Timeline
 
 REAL = "kitti"
 TIER = "field"
@@ -29,8 +30,6 @@ PROTOCOLS = ("sequential", "one-step")
 METRICS = ("dx", "dt")
 CAP = 2.0
 """In m; whoever is farther astray in a sequence is lost, and how far is chance."""
-BLOCK = 16.0
-"""Seconds that a block lasts: as the longest run of every 4th frame."""
 MADE = {4: "students-resampled", 1: "street"}
 """Split of the made dataset by every how many of KITTI's frames, which are .1 s apart: it has the same frame time."""
 
@@ -155,10 +154,4 @@ def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
     known = ~np.isnan(values).all(axis=0)
     index, values = index[known], values[:, known]
     first, frames, scene = (dataset.rows[name][index] for name in ("first_frame", "frames", "scene"))
-    return Errors(
-        values=np.fmin(values, CAP),
-        scene=scene,
-        start=first * dataset.info.dt,
-        end=(first + frames) * dataset.info.dt,
-        block=BLOCK,
-    )
+    return Errors(values=np.fmin(values, CAP), timeline=Timeline.of(scene, first, first + frames - 1))
