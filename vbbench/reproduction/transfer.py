@@ -5,7 +5,7 @@ a vehicle's camera in tier `field` at the same frame times. `vbbench.reproductio
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,13 +14,16 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.footage import FootageOptions
-from vbbench.generation.generator import Options
+from vbbench.generation.generator import Generator, Options
+from vbbench.geometry import BoolArray
 from vbbench.protocol import get_protocol
-from vbbench.registry import make_solver
+from vbbench.registry import load, make_solver
 from vbbench.reproduction.agreement import Agreement, Errors, agreement
 from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
 from vbbench.reproduction.variants import Variant, registered_variants
+from vbbench.scene import Scene
 from vbbench.scoring.scorecard import Score
 from vbbench.scoring.timeline import Timeline
 
@@ -30,8 +33,8 @@ PROTOCOLS = ("sequential", "one-step")
 METRICS = ("dx", "dt")
 CAP = 2.0
 """In m; whoever is farther astray in a sequence is lost, and how far is chance."""
-MADE = {4: "students-resampled", 1: "street"}
-"""Split of the made dataset by every how many of KITTI's frames, which are .1 s apart: it has the same frame time."""
+DT = 0.1
+"""Seconds between KITTI's frames."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +46,8 @@ class TransferStudy:
     kitti : folder of KITTI's tracking benchmark, as split `kitti` reads it.
     poses : folder of the camera's poses that somebody found, which count where they keep parked cars in place better.
     variants : by name.
-    every : every how many of KITTI's frames; the made dataset has the same seconds a frame.
+    every : every how many of KITTI's frames; the made datasets have the same seconds a frame.
+    split : whose people the made datasets show; between their frames people follow smooth curves.
     protocols : names of protocols.
     limit : most sequences of a made dataset.
     seed : of the made datasets.
@@ -53,6 +57,7 @@ class TransferStudy:
     poses: Path | None = None
     variants: Mapping[str, Variant] = field(default_factory=registered_variants)
     every: Sequence[int] = (4, 1)
+    split: str = "hotel"
     protocols: Sequence[str] = PROTOCOLS
     limit: int | None = 120
     seed: int = 0
@@ -77,8 +82,8 @@ class TransferStudy:
         if len(self.variants) < 3:
             raise VbbenchError(f"{len(self.variants)} solvers have no ranks to compare; name at least three")
         for every in self.every:
-            if every not in MADE:
-                raise VbbenchError(f"every is {' or '.join(map(str, MADE))}, not {every}: frame times that both have")
+            self.real(every)
+        load("generator", self.split)
         for protocol in self.protocols:
             get_protocol(protocol)
         for variant in self.variants.values():
@@ -131,7 +136,8 @@ def measure_transfer(
 def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: bool) -> Iterator[Comparison]:
     folders = {name: out / f"{name}-{every}" / "dataset" for name in (REAL, TIER)}
     real = ensure_dataset(REAL, folders[REAL], study.real(every), jobs=jobs, overwrite=overwrite)
-    made = ensure_dataset(MADE[every], folders[TIER], study.made, jobs=jobs, overwrite=overwrite)
+    split, options = _people(study, every, out)
+    made = ensure_dataset(split, folders[TIER], options, jobs=jobs, overwrite=overwrite)
     feet = np.array([variant.feet for variant in study.variants.values()])
     solvers = [variant.solver for variant in study.variants.values()]
     for protocol in study.protocols:
@@ -145,6 +151,36 @@ def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: 
             )
             found = agreement(mine, theirs, feet)
             yield Comparison(case=Case(every, protocol, metric), made=mine, real=theirs, agreement=found)
+
+
+def _people(study: TransferStudy, every: int, out: Path) -> tuple[str, Options]:
+    """The split and the options of a made dataset; where the study's split has other frames, of a file made of it."""
+    generator: Generator = load("generator", study.split)
+    scene, dt = generator.plan(Options(seed=study.seed)).scenes[0], every * DT
+    if abs(scene.dt - dt) < 1e-6:
+        return study.split, study.made
+    path = out / f"{study.split}-{every}.txt"
+    write_text_atomically(path, people_as_text(scene, dt))
+    return "custom", replace(study.made, source=path, dt=dt)
+
+
+def people_as_text(scene: Scene, dt: float) -> str:
+    """A scene at frames of ``dt`` s, a line ``frame id x y`` for each person, on cubic splines through their places."""
+    from scipy.interpolate import CubicSpline
+
+    times, lines = scene.dt * np.arange(scene.frames), []
+    for column, person in enumerate(scene.people.tolist()):
+        for run in runs_of(scene.present[:, column]):
+            wanted = np.arange(np.ceil(times[run][0] / dt - 1e-9), times[run][-1] / dt + 1e-9)
+            places = CubicSpline(times[run], scene.positions[run, column])(wanted * dt)
+            lines += [f"{frame:.0f} {person} {x:.4f} {y:.4f}" for frame, (x, y) in zip(wanted, places, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def runs_of(present: BoolArray) -> list[slice]:
+    """The runs of two frames or more in which somebody is ``present`` [T]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], present, [False]]))).reshape(-1, 2)
+    return [slice(first, last) for first, last in edges.tolist() if last - first > 1]
 
 
 def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
