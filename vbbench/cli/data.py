@@ -46,7 +46,7 @@ def generate(
     camera: str | None = None,
     tier: str = "ideal",
     sigma_h: float | None = None,
-    look: Literal["motion", "wander"] = "motion",
+    look: Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"] | None = None,
     observer: Literal["walker", "vehicle"] = "walker",
     detector: bool = True,
     seed: int | Literal["secret"] = 0,
@@ -76,11 +76,13 @@ def generate(
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
         camera: panorama (360 degrees), perspective (90 degrees, 1280x720), or one that an installed package registers;
-            default: the tier's (field: KITTI's) or the split's own (perspective for sim and street, panorama elsewhere).
+            default: the tier's (field: KITTI's), or the split's own (perspective for sim, street; panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
         sigma_h: Standard deviation of people's heights in m, .07 by default; their mean is 1.70 m. Tier field has
             heights of its own.
-        look: Where the camera looks: along its bearer's past motion, or wandering about that direction.
+        look: How the camera turns: motion (along its bearer's past motion), wander (wandering about that), natural (as
+            people's heads do: one of the laws follow, ahead, glance and sway in each sequence), or one of these laws
+            alone; default: the tier's own.
         observer: Who carries the camera: a walker, one of the people, or a vehicle that stands or drives among them.
         detector: Boxes are those of a detector and tracker (tier field); without it as people draw them.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.

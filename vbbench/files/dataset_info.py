@@ -55,8 +55,8 @@ class DatasetInfo:
     ``calibration`` describes the camera that recorded the scenes, with its uncertainty, if metres depend on it; it
     follows from the definition, up to rounding, and is not part of the id.
 
-    ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std`` are what solvers are told of the errors of boxes and
-    camera (`vbbench.solver.Problem`).
+    ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std`` are what solvers are told of the errors of boxes
+    and camera (`vbbench.solver.Problem`).
 
     Footage may have several ``cameras``, ``camera`` being the first of them, ``pictures`` of each sequence, and less
     ``truth`` than is known of what was generated.

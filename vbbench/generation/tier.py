@@ -13,7 +13,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted
-from vbbench.generation.generator import Observer, Options
+from vbbench.generation.generator import Look, Observer, Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.registry import load_all, load_registered, registered
 from vbbench.sequence import Truth
@@ -115,6 +115,8 @@ class Tier:
     """Whether people may stand in the way of others; a sight then holds everybody who is there."""
     tracks: ClassVar[bool] = False
     """Whether boxes are those of tracks, not of people; the dataset then has the table ``truth/tracks``."""
+    look: ClassVar[Look] = "motion"
+    """How the camera turns where the user does not say."""
 
     @property
     def definition(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Card, Engine, Look, Options, Simulation, refuse_footage
+from vbbench.generation.generator import Card, Engine, Look, Observer, Options, Simulation, refuse_footage
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -19,6 +19,7 @@ from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import draw_scene
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
+from vbbench_generators.views.vehicle import observer_definition, ride
 from vbbench_generators.views.viewing import view
 
 REVISION = 1
@@ -38,6 +39,7 @@ class SimulationPlan:
     look: Look
     tier: Tier
     limit: int | None = None
+    observer: Observer = "walker"
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
@@ -62,16 +64,20 @@ class SimulationPlan:
         )
         scene = drawn.scene.with_heights(heights)
         span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+        poses = None
+        if self.observer == "vehicle":
+            span, poses = ride(scene, span, scene.present, self.info.camera, rng)
         data = view(
             scene,
             span,
-            scene.present,
+            scene.present[span.first : span.first + len(span.counted)],
             drawn.heading,
             info=self.info,
             look=self.look,
             tier=self.tier,
             index=index,
             rng=rng,
+            poses=poses,
         )
         return replace(data, scene=scene)
 
@@ -128,6 +134,7 @@ def plan_simulation(
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
     camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
+    look = options.look or tier.look
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",
@@ -141,7 +148,7 @@ def plan_simulation(
         scenes=(),
         definition={
             "generator": f"simulation/{REVISION}",
-            "look": options.look,
+            **observer_definition(options, look),
             "limit": options.limit,
             "engine": asked.engine,
             "scenario": asdict(scenario),
@@ -154,9 +161,10 @@ def plan_simulation(
         scenario=scenario,
         heights=heights,
         engine=asked.engine,
-        look=options.look,
+        look=look,
         tier=tier,
         limit=options.limit,
+        observer=options.observer,
     )
 
 

@@ -37,7 +37,8 @@ class Rules:
 class Span:
     """An observer's frames: scene frames first … first + len(counted) − 1.
 
-    ``counted`` [T] says in which of them enough others are present; in the rest nobody is observed, but time goes on.
+    ``column`` is the observer's among the people of the scene, −1 for a vehicle. ``counted`` [T] says in which of them
+    enough others are present; in the rest nobody is observed, but time goes on.
     """
 
     scene: int

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Card, Look, Options, refuse_footage
+from vbbench.generation.generator import Card, Look, Observer, Options, refuse_footage
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
@@ -18,6 +18,7 @@ from vbbench.sequence import SequenceData
 from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
+from vbbench_generators.views.vehicle import observer_definition, ride
 from vbbench_generators.views.viewing import view
 
 REVISION = 1
@@ -43,6 +44,7 @@ class Reprojection:
     tier: Tier
     precision: Precision | None = None
     limit: int | None = None
+    observer: Observer = "walker"
 
     def __len__(self) -> int:
         return len(self.spans)
@@ -61,19 +63,24 @@ class Reprojection:
 
     def build(self, index: int) -> SequenceData:
         """One sequence; its random numbers follow from the seed and its index alone."""
-        span = self.spans[index]
+        span, poses = self.spans[index], None
+        scene, crowd = self.scenes[span.scene], self._crowds[span.scene]
+        heading = _frames_of(self._headings[span.scene], span)[:, span.column]
         rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
+        if self.observer == "vehicle":
+            span, poses = ride(scene, span, _frames_of(crowd, span), self.info.camera, rng)
         return view(
-            self.scenes[span.scene],
+            scene,
             span,
-            _frames_of(self._crowds[span.scene], span),
-            _frames_of(self._headings[span.scene], span)[:, span.column],
+            _frames_of(crowd, span),
+            heading,
             info=self.info,
             look=self.look,
             tier=self.tier,
             index=index,
             rng=rng,
             precision=self.precision,
+            poses=poses,
         )
 
     @cached_property
@@ -117,6 +124,7 @@ def plan_reprojection(
     refuse_footage(options, card.name)
     tier, heights = chosen_tier(options), chosen_heights(options)
     camera = options.camera or tier.own_camera or PanoramaCamera()
+    look = options.look or tier.look
     info = DatasetInfo(
         split=card.name,
         title=card.title,
@@ -130,7 +138,7 @@ def plan_reprojection(
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",
-            "look": options.look,
+            **observer_definition(options, look),
             "limit": options.limit,
             "count_observer": rules.count_observer,
             "rules": asdict(rules),
@@ -146,8 +154,9 @@ def plan_reprojection(
         info=info,
         scenes=people,
         rules=rules,
-        look=options.look,
+        look=look,
         tier=tier,
         precision=precision,
         limit=options.limit,
+        observer=options.observer,
     )

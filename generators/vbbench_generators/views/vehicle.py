@@ -5,18 +5,24 @@ random the middle of the crowd is straight ahead, at a distance and from a side 
 longest run of frames in which enough people are in view and nobody is run over.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.geometry import BoolArray, FloatArray, wrap_angle, world_to_relative
+from vbbench.errors import VbbenchError
+from vbbench.generation.generator import Look, Options
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
+from vbbench.scene import Scene
+from vbbench_generators.footage.sequences import NO_OBSERVER
+from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.views.viewing import look_definition
 
 Speed = Annotated[float, Within(0.0, 100.0, "m/s")]
 Seconds = Annotated[float, Within(1e-3, 1e4, "s")]
@@ -53,6 +59,21 @@ def get_vehicle() -> VehicleModel:
     return read_bundled("vbbench_generators", "views/vehicle.toml", VehicleModel, "top level")
 
 
+def observer_definition(options: Options, look: Look) -> dict[str, Any]:
+    """What a camera's way follows from, as JSON: part of a dataset's definition and id.
+
+    Raises
+    ------
+    VbbenchError
+        If a vehicle is asked to look somewhere else than ahead.
+    """
+    if options.observer == "walker":
+        return look_definition(look)
+    if options.look is not None:
+        raise VbbenchError("a vehicle looks where it drives; leave --look out, or ask for --observer walker")
+    return {"observer": options.observer, "vehicle": asdict(get_vehicle())}
+
+
 @dataclass(frozen=True)
 class Drive:
     """A vehicle's way.
@@ -67,17 +88,31 @@ class Drive:
     poses: FloatArray
 
 
-def drive(crowd: FloatArray, dt: float, camera: Camera, model: VehicleModel, rng: np.random.Generator) -> Drive:
-    """A way among people at ``crowd`` [T, K, 2] in m, NaN = absent, with frames of ``dt`` s.
+def ride(
+    scene: Scene, span: Span, crowd: BoolArray, camera: Camera, rng: np.random.Generator
+) -> tuple[Span, FloatArray]:
+    """The frames of a ``span`` that a vehicle watches, in place of the person who would, and its poses [T, 3].
 
-    Where no way that was drawn sees enough people for long enough, the vehicle stands aside and sees them all.
+    ``crowd`` [T, K] says who is there to be seen in the frames of the span.
     """
-    there = ~np.isnan(crowd[..., 0])
+    positions = scene.positions[span.first : span.first + len(span.counted)]
+    way = drive(positions, crowd & span.counted[:, None], scene.dt, camera, get_vehicle(), rng)
+    counted = span.counted[way.first : way.first + len(way.poses)]
+    return Span(scene=span.scene, column=NO_OBSERVER, first=span.first + way.first, counted=counted), way.poses
+
+
+def drive(
+    crowd: FloatArray, there: BoolArray, dt: float, camera: Camera, model: VehicleModel, rng: np.random.Generator
+) -> Drive:
+    """A way among people at ``crowd`` [T, K, 2] in m, NaN = absent, of whom ``there`` [T, K] are to be seen.
+
+    Where no way that was drawn sees enough of them for long enough, the vehicle stands aside and sees them all.
+    """
     wanted = min(model.fewest, int(there.sum(axis=1).max(initial=1)))
     shortest = min(model.shortest, int((there.sum(axis=1) >= wanted).sum()))
     for _ in range(model.tries):
         poses = _draw(crowd, there, dt, model, rng)
-        first, last = _longest_run(_good(crowd, poses, wanted, camera, model))
+        first, last = _longest_run(_good(crowd, there, poses, wanted, camera, model))
         if last - first >= shortest:
             return Drive(first, poses[first:last])
     return Drive(0, np.tile(_aside(crowd[there], camera, model, rng), (len(crowd), 1)))
@@ -109,11 +144,13 @@ def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generato
     return speeds, np.where(speeds > 0.0, turns, 0.0)
 
 
-def _good(crowd: FloatArray, poses: FloatArray, wanted: int, camera: Camera, model: VehicleModel) -> BoolArray:
+def _good(
+    crowd: FloatArray, there: BoolArray, poses: FloatArray, wanted: int, camera: Camera, model: VehicleModel
+) -> BoolArray:
     """[T] whether enough people are in view, and nobody is in the way."""
     right, forward = np.moveaxis(world_to_relative(crowd, poses), -1, 0)
     away = np.hypot(right, forward)
-    seen = away < model.horizon
+    seen = there & (away < model.horizon)
     if camera.view is not None:
         azimuth = np.arctan2(right, forward)
         seen &= (azimuth > camera.view[0]) & (azimuth < camera.view[1])

@@ -12,7 +12,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, summary
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.footage import FOOTAGE
-from vbbench.generation.generator import Options
+from vbbench.generation.tier import HEIGHT_STD, Tier, get_tier
 from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
@@ -152,14 +152,18 @@ def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:
 
 def generate_command(info: DatasetInfo) -> str:
     """The line that makes a dataset."""
-    definition, usual = info.definition, Options()
+    definition = info.definition
     if info.tier == FOOTAGE:
         return _footage_command(info)
+    tier = get_tier(info.tier) if info.tier in registered("tier") else Tier(name=info.tier, summary="")
+    undetected = "detector" in definition and definition["detector"] is None
     options = {
-        "--camera": info.camera.kind,
+        "--camera": None if info.camera == tier.own_camera else info.camera.kind,
         "--tier": info.tier,
-        "--sigma-h": None if info.height_std == usual.height_std else f"{info.height_std:g}",
-        "--look": None if definition.get("look", usual.look) == usual.look else definition["look"],
+        "--sigma-h": None if tier.own_heights or info.height_std == HEIGHT_STD else f"{info.height_std:g}",
+        "--look": None if definition.get("look", tier.look) == tier.look else definition["look"],
+        "--observer": definition.get("observer"),
+        "--no-detector": "" if undetected else None,
         "--seed": "secret --withhold-truth" if info.seed is None else info.seed,
         "--limit": definition.get("limit"),
         "--out": f"{info.split}-{info.tier}",
@@ -180,5 +184,5 @@ def _footage_command(info: DatasetInfo) -> str:
 
 
 def _command(info: DatasetInfo, options: dict[str, Any]) -> str:
-    words = [f"{name} {value}" for name, value in options.items() if value is not None]
+    words = [f"{name} {value}".rstrip() for name, value in options.items() if value is not None]
     return " ".join(["vbbench generate", info.split, *words])

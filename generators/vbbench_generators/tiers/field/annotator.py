@@ -1,7 +1,7 @@
 """Boxes as people draw them: whole bodies, cut off at the picture's borders, off by a share of their height.
 
-With l the box's height, a person's own errors and those that change from frame to frame add up on the lower edge and the
-centre column; the upper edge is nearly exact, since a head is what a box begins with.
+With l the box's height, a person's own errors and those that change from frame to frame add up on the lower edge and
+the centre column; the upper edge is nearly exact, since a head is what a box begins with.
 """
 
 import numpy as np

@@ -94,4 +94,5 @@ def _bob(poses: FloatArray, dt: float, phase: float, model: MountModel) -> Float
     pace = np.minimum(steps / dt / model.bob_pace, 1.0)
     pace[-1:] = pace[-2:-1]  # nobody knows the step after the last frame
     time = np.arange(len(poses)) * dt
-    return model.bob * pace * np.sin(2.0 * np.pi * model.step_rate * time + phase)
+    bob: FloatArray = model.bob * pace * np.sin(2.0 * np.pi * model.step_rate * time + phase)
+    return bob

@@ -1,8 +1,8 @@
 r"""Boxes of people as a carried camera sees them: tilted, at its own height, over uneven ground; exact.
 
-A person at (right X, forward Z), h tall, has the near edge of the body at ρ(X, Z), ρ = (d − δ)/d with d = √(X² + Z²) and
-the edge δ. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical centre, which is m_t over the
-ground. In the frame (right, down, forward) of the camera with pitch p and roll r a point (ρX, D, ρZ) is at
+A person at (right X, forward Z), h tall, has the near edge of the body at ρ(X, Z), ρ = (d − δ)/d with d = √(X² + Z²)
+and the edge δ. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical centre, which is m_t over
+the ground. In the frame (right, down, forward) of the camera with pitch p and roll r a point (ρX, D, ρZ) is at
 
     a = D cos p + ρZ sin p,   right = ρX cos r + a sin r,   down = a cos r − ρX sin r,   forward = ρZ cos p − D sin p,
 
@@ -85,7 +85,7 @@ def _near_edges(relative: FloatArray, near_edge: float) -> FloatArray:
 
 
 def _pixels(along: FloatArray, down: FloatArray, pitch: FloatArray, roll: FloatArray, camera: Camera) -> FloatArray:
-    """Pixels [N, 2] of points at ``along`` [N, 2] (right, forward), ``down`` [N] m below a camera with this tilt [N]."""
+    """Pixels [N, 2] of points at ``along`` [N, 2] (right, forward), ``down`` [N] m below a camera tilted so [N]."""
     right, forward = along.T
     (s, c), (sr, cr) = ((np.sin(angle), np.cos(angle)) for angle in (pitch, roll))
     across = c * down + s * forward

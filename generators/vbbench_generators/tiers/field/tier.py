@@ -1,6 +1,6 @@
 """The tier `field`: boxes as a real camera that is carried among people gives them."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,17 +23,24 @@ class Field(Tier):
     Parameters
     ----------
     outline : what people look like to whom they hide.
+    detects : whether boxes are those of a detector and tracker, not of people who draw them.
     """
 
     outline: Outline = field(default_factory=Outline)
+    detects: bool = True
     hides = True
     tracks = True
+    look = "natural"
 
     @property
     def definition(self) -> dict[str, Any]:
         """The whole recipe, and what people look like."""
         recipe = get_field()
-        return {"field": {name: asdict(part) for name, part in vars(recipe).items()}, "outline": asdict(self.outline)}
+        return {
+            "field": {name: asdict(part) for name, part in vars(recipe).items()},
+            "outline": asdict(self.outline),
+            "detector": {} if self.detects else None,
+        }
 
     @property
     def own_camera(self) -> Camera:
@@ -54,6 +61,10 @@ class Field(Tier):
             tilt_std=float(np.hypot(recipe.tilt.pitch_std, recipe.tilt.sway_pitch_std)),
             mount_height_std=recipe.mount.std,
         )
+
+    def annotated(self) -> "Field":
+        """Boxes as people draw them."""
+        return replace(self, detects=False)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Boxes as people draw them."""
@@ -90,6 +101,6 @@ def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Gen
 
 field_tier = Field(
     name="field",
-    summary="A camera as real as footage: tilted and swaying over uneven ground, with boxes cut off at its borders, of a "
-    "detector and tracker, or as people draw them (--no-detector).",
+    summary="A camera as real as footage: tilted and swaying over uneven ground, with boxes cut off at its borders, of "
+    "a detector and tracker, or as people draw them (--no-detector).",
 )
