@@ -9,7 +9,9 @@ from typing import Any, Literal
 
 from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
 
-Kind = Literal["camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "command"]
+Kind = Literal[
+    "camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "variant", "command"
+]
 _SPOKEN = {"generator": "split", "reader": "recording format"}
 
 

@@ -40,6 +40,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "reproduce figure-sigma": reproduce.figure_sigma,
     "reproduce readings": reproduce.readings,
     "reproduce table4": reproduce.table4,
+    "reproduce transfer": reproduce.transfer,
     "export csv": exchange.export_csv,
     "export mot": exchange.export_mot,
     "import mot": exchange.import_mot,
