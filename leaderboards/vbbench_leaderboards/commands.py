@@ -19,10 +19,18 @@ def add(
     results: Path = RESULTS,
     name: str = "",
     reference: str = "",
-    link: str = "",
+    code: str = "",
+    authors: str = "",
+    trained_on: str = "",
+    tuned_on: str = "",
+    delay: str = "",
+    date: str = "",
+    rerun_by: str = "",
     overwrite: bool = False,
 ) -> None:
     """Score a submission and write its result file.
+
+    What its row must say comes from submission.json, or from the options here: authors, trained-on, tuned-on, delay.
 
     Args:
         submission: Folder with submission.json, poses and positions.
@@ -31,13 +39,35 @@ def add(
         results: Folder of the result files.
         name: Name of the solver on the board; default: the one in the submission.
         reference: Where it is described, in one line; default: the one in the submission.
-        link: Web address of the solver.
+        code: Web address of the solver's code.
+        authors: Who made it.
+        trained_on: What its parameters were learned from; 'nothing' is an answer.
+        tuned_on: What you looked at when you chose the rest; 'nothing' is an answer.
+        delay: Frames that an answer comes after its own: 0 for a causal solver; or 'offline'.
+        date: Day of the result, YYYY-MM-DD; default: today.
+        rerun_by: Who else made the figures again, and when.
         overwrite: Replace an existing result.
     """
+    from vbbench_leaderboards.results.about import parse_delay
     from vbbench_leaderboards.submitting import add as write
 
-    description = {"name": name, "reference": reference, "link": link}
-    _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, **description))
+    path = write(
+        submission,
+        dataset,
+        results,
+        truth=truth,
+        overwrite=overwrite,
+        name=name,
+        reference=reference,
+        code=code,
+        authors=authors,
+        trained_on=trained_on,
+        tuned_on=tuned_on,
+        delay=parse_delay(delay),
+        date=date,
+        rerun_by=rerun_by,
+    )
+    _say(path)
 
 
 def template(folder: Positional[Path], /) -> None:

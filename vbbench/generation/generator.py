@@ -120,6 +120,7 @@ class Options:
     height_std : σ_h in m of the people's heights.
     seed : the one seed; 0 is a seed like any other.
     limit : only the first so many sequences; ``None`` for all.
+    stride : of these, only every so many-th; ``None`` for all.
     look : whether the camera looks where its bearer walks, or wanders about that.
     source : file or folder that holds the source files; ``None`` to search the usual places.
     dt : seconds per frame of a user's own file.
@@ -138,6 +139,7 @@ class Options:
     height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
     seed: Annotated[int, Within(0, 2**256)] = 0
     limit: Annotated[int, Within(1, 2**31)] | None = None
+    stride: Annotated[int, Within(2, 10_000)] | None = None
     look: Look = "motion"
     source: Path | None = None
     dt: Annotated[float, FRAME_TIME] | None = None

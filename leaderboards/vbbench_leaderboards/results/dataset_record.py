@@ -162,6 +162,7 @@ def generate_command(info: DatasetInfo) -> str:
         "--look": None if definition.get("look", usual.look) == usual.look else definition["look"],
         "--seed": "secret --withhold-truth" if info.seed is None else info.seed,
         "--limit": definition.get("limit"),
+        "--stride": definition.get("stride"),
         "--out": f"{info.split}-{info.tier}",
     }
     return _command(info, options)

@@ -1,0 +1,40 @@
+"""Every so many-th sequence of a dataset: the same as in the whole, numbered anew, under an id of its own."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench.cli import main
+from vbbench.errors import VbbenchError
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench_leaderboards.results.dataset_record import generate_command
+
+
+def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
+    whole = generate("demo", tmp_path / "whole", Options(limit=8, tier="noisy"))
+    part = generate("demo", tmp_path / "part", Options(limit=8, stride=3, tier="noisy"))
+    assert len(part) == 3
+    assert part.info.id != whole.info.id
+    assert "--limit 8 --stride 3" in generate_command(part.info)
+    for index in range(len(part)):
+        mine, theirs = part.sequence(index), whole.sequence(3 * index)
+        assert mine.index == index
+        np.testing.assert_array_equal(mine.observations, theirs.observations)
+        np.testing.assert_array_equal(part.truth(mine).poses, whole.truth(theirs).poses)
+
+
+def test_the_recording_of_a_thinned_dataset_is_whole(data_folder: Path, tmp_path: Path) -> None:
+    whole = generate("hotel", tmp_path / "whole", Options(limit=20))
+    part = generate("hotel", tmp_path / "part", Options(limit=20, stride=10))
+    mine, theirs = part.sequence(1), whole.sequence(10)
+    np.testing.assert_array_equal(mine.observations, theirs.observations)
+    assert (mine.scene, mine.first_frame) == (theirs.scene, theirs.first_frame)
+
+
+def test_footage_and_strides_that_are_none_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(VbbenchError, match="stride"):
+        Options(stride=1)
+    assert main(["generate", "demo", "--stride", "1", "--out", str(tmp_path / "x")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
