@@ -1,5 +1,6 @@
 """Results made of figures alone, for the tests of ranks, charts and pages."""
 
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -8,21 +9,21 @@ from vbbench.geometry import FloatArray
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import PerSequence
 from vbbench.scoring.statistics import summarise
+from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.result import Board, Result
 
+ABOUT = About(authors="somebody", date="2026-11-22", delay=0, trained_on="nothing", tuned_on="nothing")
 BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 
 
 def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -> Result:
-    """A solver whose every metric has the figures ``dx`` [N] of the sequences 0 … N − 1."""
+    """A solver whose every metric has the figures ``dx`` [N] of the sequences 0 … N − 1; facts of its row among others."""
     count = len(dx)
     figures = {name: np.asarray(dx, float) for name in METRICS}
     sequence, ones = np.arange(count), np.ones(count, np.int64)
     own = PerSequence(sequence=sequence, frames=ones, positions=ones, posed=ones, placed=ones, figures=figures)
     values = {
         "version": "1.0",
-        "reference": "",
-        "link": "",
         "dataset": "0123456789abcdef",
         "camera": "panorama",
         "seed": 0,
@@ -30,9 +31,11 @@ def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -
         "hardware": "a machine",
         "submission": {},
     }
+    own_words = {field.name: facts.pop(field.name) for field in fields(About) if field.name in facts}
     return Result(
         board=board,
         solver=solver,
+        about=replace(ABOUT, **own_words),
         score=score(solver, board, figures, facts.pop("score", {})),
         per_sequence=own,
         **{**values, **facts},

@@ -104,30 +104,39 @@ def check(
 def rerun(
     split: tuple[str, ...] = (),
     solver: tuple[str, ...] = (),
-    tier: tuple[str, ...] = ("ideal", "noisy"),
+    tier: tuple[str, ...] = (),
+    seed: int | None = None,
+    by: str = "",
     results: Path = RESULTS,
     work: Path = WORK,
     update: bool = False,
     fresh: bool = False,
     jobs: int = 1,
+    scheduler: str | None = None,
 ) -> int:
-    """Make the datasets, solve and score every board again, and report what drifted from the result files.
+    """Make the datasets, solve and score every board again with a new seed, and report which results stand.
 
     Exit status 1 means that something drifted and was not written.
 
     Args:
-        split: Splits; default: all with published results whose source files are available.
+        split: Splits; default: all with published boards whose source files are available.
         solver: Solvers; default: all that come with vbbench.
-        tier: Tiers; 'vbbench tiers' lists them.
+        tier: Tiers; default: those with published boards.
+        seed: Seed of the datasets; default: a new one, which is printed. With the boards' own seed (in their records)
+            figures must be the same, with any other they must agree within their intervals.
+        by: Who makes the figures again, and when; with --update it is written into the rows.
         results: Folder of the result files.
         work: Folder for datasets and submissions; complete ones that the same code made are used again.
         update: Write what drifted and what is new.
         fresh: Use nothing in the work folder again.
         jobs: Number of processes; the figures do not depend on it.
+        scheduler: Address of a Dask cluster (tcp://...) that generates and solves instead.
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
-    run = Rerun(results=results, work=work, update=update, fresh=fresh, jobs=jobs)
+    run = Rerun(
+        results=results, work=work, seed=seed, by=by, update=update, fresh=fresh, jobs=jobs, scheduler=scheduler
+    )
     drifted = 0
     for outcome in run.boards(split, solver, tier):
         drifted += outcome.is_drift

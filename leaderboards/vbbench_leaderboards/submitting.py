@@ -53,7 +53,6 @@ def add(
             f"'{solver}' cannot be the name of a result's file; give one with `name`: up to 40 letters, "
             "digits and . _ + -, beginning with a letter or digit"
         )
-    facts = About.of(info, **about)
     if info.dataset != opened.info.id:
         raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
     record = _record_of(opened, results)
@@ -67,8 +66,7 @@ def add(
     if path.exists() and not overwrite:
         raise VbbenchError(f"{path} exists; set overwrite to replace it, or give another `name`")
     _check_sums(opened)
-    judged = score(submission, dataset, truth)
-    result = Result.of(judged, submission, facts, name=solver)
+    result = Result.of(score(submission, dataset, truth), submission, About.of(info, **about), name=solver)
     return write_result(result, results, record or BoardDataset.of(opened))
 
 

@@ -28,7 +28,7 @@ LONGEST_TEXT = 1000
 LONGEST_FRAME = 1e6
 """Most seconds per frame that are accepted: eleven days."""
 
-OFFLINE = "offline"
+OFFLINE: Literal["offline"] = "offline"
 """The delay of a solver that answers when it has seen the whole sequence."""
 
 LONGEST_DELAY = 1_000_000

@@ -140,7 +140,10 @@ def _declared(
 ) -> SubmissionInfo:
     seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
     return SubmissionInfo(
-        **words,
+        authors=words.get("authors", ""),
+        code=words.get("code", ""),
+        trained_on=words.get("trained_on", ""),
+        tuned_on=words.get("tuned_on", ""),
         delay=0 if all(part["causal"] for part in facts) else OFFLINE,
         solver=solver,
         version=solver_version(solver),
