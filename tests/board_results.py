@@ -17,7 +17,7 @@ BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
 
 
 def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -> Result:
-    """A solver whose every metric has the figures ``dx`` [N] of the sequences 0 … N − 1; facts of its row among others."""
+    """A solver whose every metric has the figures ``dx`` [N] of the sequences 0 … N − 1."""
     count = len(dx)
     figures = {name: np.asarray(dx, float) for name in METRICS}
     sequence, ones = np.arange(count), np.ones(count, np.int64)

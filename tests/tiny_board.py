@@ -12,11 +12,6 @@ from vbbench_leaderboards.submitting import add
 
 FILE = Path("tiny", "sequential-ideal", "cv.json")
 SOLVERS = ("cv", "vb-cv")
-WORDS = {"authors": "somebody", "trained_on": "nothing", "tuned_on": "nothing"}
-"""What every row must say and no bundled solver declares."""
-
-OPTIONS = ("--authors", "somebody", "--trained-on", "nothing", "--tuned-on", "nothing")
-"""The same on a command line."""
 
 
 def tiny_dataset(folder: Path, crowd: Crowd | None = None) -> Path:
@@ -37,5 +32,5 @@ def tiny_board(room: Path) -> Path:
         answers = room / "work" / "submissions" / "tiny" / "sequential-ideal" / solver
         answers.parent.mkdir(parents=True, exist_ok=True)
         solve(Dataset(dataset), solver, "sequential", answers)
-        add(answers, dataset, room / "results", **WORDS)
+        add(answers, dataset, room / "results")
     return room / "results"

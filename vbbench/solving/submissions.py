@@ -24,10 +24,10 @@ from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver
 from vbbench.solver import FrameSolver
+from vbbench.solving.declared import declared_facts
 from vbbench.solving.isolation.grants import beside
 from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
-from vbbench.solving.declared import declared_facts
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
 from vbbench.solving.warming import begin, warm_up

@@ -48,7 +48,9 @@ def disagreements(kept: Result, fresh: Result, comparisons: int) -> list[str]:
     found = block_means(Timeline.of(one.scene, one.first_frame, one.last_frame), new - old)
     level = LEVEL / (comparisons * len(names))
     lines = []
-    for name, difference, p, before, after in zip(names, found.mean, found.p_values(), _mean(old), _mean(new), strict=True):
+    for name, difference, p, before, after in zip(
+        names, found.mean, found.p_values(), _mean(old), _mean(new), strict=True
+    ):
         known_p = p if np.isfinite(p) else float(abs(difference) <= FEW * before)
         if np.isfinite(difference) and known_p < level:
             how = f"p {p:.1g}, drift below {level:.1g}" if np.isfinite(p) else f"more than {FEW:.0%}"

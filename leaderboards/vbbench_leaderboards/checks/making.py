@@ -58,9 +58,7 @@ class Workshop:
         folder = submission_folder(self.room, board, solver)
 
         def make() -> None:
-            solve(
-                dataset, solver, board.protocol, folder, jobs=self.jobs, scheduler=self.scheduler, overwrite=True
-            )
+            solve(dataset, solver, board.protocol, folder, jobs=self.jobs, scheduler=self.scheduler, overwrite=True)
             if self.scheduler is not None:
                 merge(folder)
 

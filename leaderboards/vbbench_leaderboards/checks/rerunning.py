@@ -18,7 +18,8 @@ from vbbench.generation.tier import get_tier
 from vbbench.parallel.parts import progress_bar
 from vbbench.registry import load
 from vbbench.scoring import score
-from vbbench_leaderboards.checks.bundled import bundled_facts, bundled_solvers
+from vbbench.solving.declared import declared_facts
+from vbbench_leaderboards.checks.bundled import REFERENCES, bundled_solvers
 from vbbench_leaderboards.checks.judging import Judge, Outcome
 from vbbench_leaderboards.checks.making import Workshop
 from vbbench_leaderboards.results.about import About
@@ -117,5 +118,6 @@ class Rerun:
 
     def _result(self, shop: Workshop, dataset: Dataset, board: Board, solver: str) -> Result:
         submission = shop.submission(dataset, board, solver)
-        about = About.of(SubmissionInfo.read(submission), **bundled_facts(solver), rerun_by=self.by)
+        words = {**declared_facts(solver), "reference": REFERENCES.get(solver, ""), "rerun_by": self.by}
+        about = About.of(SubmissionInfo.read(submission), **words)
         return Result.of(score(submission, dataset.folder), submission, about, name=solver)

@@ -62,9 +62,7 @@ def _caution(site: Site, board: Board) -> str:
     return (said if caution else "") + kept
 
 
-_DIAGNOSTIC = (
-    "A diagnostic: kept to compare with the paper and to find faults. It does not say how a solver does on a real camera."
-)
+_DIAGNOSTIC = "A diagnostic: kept to compare with the paper and to find faults. It does not say how a solver does on real cameras."
 
 
 def _tools(site: Site, board: Board) -> str:

@@ -38,7 +38,9 @@ def _apart(rows: str) -> str:
     if not rows:
         return ""
     words = "These see frames after the one they answer: ranked among themselves"
-    head = f'<tbody class="apart"><tr><th colspan="{_columns()}" scope="rowgroup"><span>{words}</span></th></tr></tbody>'
+    head = (
+        f'<tbody class="apart"><tr><th colspan="{_columns()}" scope="rowgroup"><span>{words}</span></th></tr></tbody>'
+    )
     return f'{head}<tbody class="rows" id="late-rows">{rows}</tbody>'
 
 
@@ -47,9 +49,9 @@ def _heads() -> Iterator[str]:
     yield _head("solver", "Solver", kind="name")
     for metric, term in error_terms().items():
         yield _head(metric, term.name, term.unit, definition=metric)
-        for summary, how in SUMMARIES.items():
+        for key, how in SUMMARIES.items():
             name = f"{term.name} {how.name}"
-            yield _head(f"{metric}_{summary}", name, term.unit, definition=summary, kind=f"num {_MORE}")
+            yield _head(f"{metric}_{key}", name, term.unit, definition=key, kind=f"num {_MORE}")
     for drift, term in drift_terms().items():
         yield _head(drift, term.name, term.unit, definition=drift, kind=f"num {_MORE}")
     for column in ("failures", "coverage", "time"):
@@ -137,7 +139,8 @@ def _quoted_rows(board: Board) -> str:
     if not rows:
         return ""
     title = link(the_paper().link, f"the paper, Table {rows[0].table}")
-    head = f'<tr><th colspan="{_columns()}" scope="rowgroup"><span>Quoted from {title}: plain means, not measured here, not ranked</span></th></tr>'
+    words = f"Quoted from {title}: plain means, not measured here, not ranked"
+    head = f'<tr><th colspan="{_columns()}" scope="rowgroup"><span>{words}</span></th></tr>'
     return f'<tbody class="quoted">{head}{"".join(map(_quoted_row, rows))}</tbody>'
 
 

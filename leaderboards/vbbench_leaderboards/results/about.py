@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass, fields, replace
-from datetime import date as Day
+import datetime
 from typing import Any, Literal
 
 from vbbench.errors import VbbenchError
@@ -64,7 +64,7 @@ class About:
         """
         own = {field.name: getattr(info, field.name) for field in fields(About) if hasattr(info, field.name)}
         given = {name: value for name, value in asked.items() if value not in ("", None)}
-        facts = {"date": f"{Day.today()}", **own, **given}
+        facts = {"date": f"{datetime.date.today()}", **own, **given}
         if facts["delay"] is None:
             raise VbbenchError(
                 "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
@@ -82,7 +82,7 @@ class About:
         if not _CODE.fullmatch(self.code):
             raise VbbenchError(f"`code` {self.code} is not an address; give one that begins with https:// or http://")
         try:
-            is_day = f"{Day.fromisoformat(self.date)}" == self.date
+            is_day = f"{datetime.date.fromisoformat(self.date)}" == self.date
         except ValueError:
             is_day = False
         if not is_day:
