@@ -7,16 +7,15 @@ whole run, over all results and metrics that are compared, with a probability of
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
-from vbbench.scoring.block_bootstrap import block_means
+from vbbench.scoring.block_bootstrap import Means, block_means
 from vbbench.scoring.metrics import section
 from vbbench.scoring.scorecard import PerSequence
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.statistics import capped_figures
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.result import Result
 
@@ -42,20 +41,20 @@ def disagreements(kept: Result, fresh: Result, comparisons: int) -> list[str]:
     one, other = _shared(kept.per_sequence, fresh.per_sequence)
     if not len(one.sequence):
         return ["no sequence is scored in both; solve the whole dataset"]
-    names = [*section("metrics")]
-    caps = get_protocol(kept.board.protocol).caps
-    old, new = (np.stack([np.minimum(x.figures[n], caps[n]) for n in names], axis=1) for x in (one, other))
-    found = block_means(Timeline.of(one.scene, one.first_frame, one.last_frame), new - old)
+    names, caps = [*section("metrics")], get_protocol(kept.board.protocol).caps
+    old, new = (capped_figures(caps, {name: rows.figures[name] for name in names}) for rows in (one, other))
+    found = block_means(one.timeline, new - old)
     level = LEVEL / (comparisons * len(names))
-    lines = []
-    for name, difference, p, before, after in zip(
-        names, found.mean, found.p_values(), _mean(old), _mean(new), strict=True
-    ):
-        known_p = p if np.isfinite(p) else float(abs(difference) <= FEW * before)
-        if np.isfinite(difference) and known_p < level:
-            how = f"p {p:.1g}, drift below {level:.1g}" if np.isfinite(p) else f"more than {FEW:.0%}"
-            lines.append(f"{name}: was {before:.4f}, is {after:.4f} with another seed ({how})")
-    return lines
+    return [*_lines(names, found, _mean(old), _mean(new), level)]
+
+
+def _lines(names: list[str], found: Means, old: FloatArray, new: FloatArray, level: float) -> Iterator[str]:
+    """What drifted: the means of the differences against the level of each, before and after [M]."""
+    for name, difference, p, before, after in zip(names, found.mean, found.p_values(), old, new, strict=True):
+        few = np.isnan(p)
+        if np.isfinite(difference) and (abs(difference) > FEW * before if few else p < level):
+            how = f"more than {FEW:.0%} apart" if few else f"p = {p:.1g}, below {level:.1g}"
+            yield f"{name}: was {before:.4f}, is {after:.4f} with another seed ({how})"
 
 
 def record_disagreements(kept: BoardDataset, fresh: BoardDataset) -> Iterator[str]:
@@ -75,7 +74,8 @@ def _shared(one: PerSequence, other: PerSequence) -> tuple[PerSequence, PerSeque
     return one.select(np.isin(one.sequence, other.sequence)), other.select(np.isin(other.sequence, one.sequence))
 
 
-def _mean(values: FloatArray) -> Any:
+def _mean(values: FloatArray) -> FloatArray:
     """The mean of each column [N, M] over the rows that have a figure."""
     there = np.isfinite(values)
-    return np.where(there, values, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    total: FloatArray = np.where(there, values, 0.0).sum(axis=0)
+    return total / np.maximum(there.sum(axis=0), 1)

@@ -7,6 +7,7 @@ from string import Template
 from vbbench import __version__
 from vbbench.generation.footage import FOOTAGE
 from vbbench.paper import the_paper
+from vbbench.protocol import get_protocol
 from vbbench_leaderboards.charts.task import task_drawing
 from vbbench_leaderboards.markup import code, link, text
 from vbbench_leaderboards.page.headline import headline_table
@@ -21,7 +22,7 @@ from vbbench_leaderboards.page.words import (
     term_of,
     tiers,
 )
-from vbbench_leaderboards.results.boards import LEADING_TIERS, PAPER_SPLITS, PAPER_TIER
+from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, LEADING_TIERS, PAPER_SPLITS, PAPER_TIER
 from vbbench_leaderboards.results.ranking import LEVEL
 
 _COMMANDS = [
@@ -32,9 +33,6 @@ _COMMANDS = [
     "vbbench leaderboard add answer --dataset sim-field --name my-solver",
     "vbbench leaderboard build --out site",
 ]
-
-
-_CAPS = "2 m or .5 rad"
 
 
 def front_page(site: Site) -> str:
@@ -50,12 +48,17 @@ def front_page(site: Site) -> str:
         tiers=_terms(tiers()),
         columns=_terms(COLUMNS),
         level=f"{LEVEL:g}",
-        caps=text(_CAPS),
+        caps=_caps(),
         paper=link(the_paper().link, the_paper().source),
         commands=code(_COMMANDS, "Lines that add a solver"),
         count=sum(map(len, site.results.values())),
         boards_count=len(site.results),
     )
+
+
+def _caps() -> str:
+    caps = get_protocol(HEADLINE_PROTOCOL).caps
+    return f"{caps['dx']:g} m or {caps['dr']:g} rad"
 
 
 def _terms(terms: dict[str, Term]) -> str:

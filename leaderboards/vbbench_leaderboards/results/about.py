@@ -1,8 +1,8 @@
 """What a row says of a solver beside its figures: who made it, what it has seen, who made its figures again."""
 
+import datetime
 import re
 from dataclasses import dataclass, fields, replace
-import datetime
 from typing import Any, Literal
 
 from vbbench.errors import VbbenchError

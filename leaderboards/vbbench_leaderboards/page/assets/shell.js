@@ -43,6 +43,8 @@
       if (here) link.setAttribute("aria-current", "true");
       else link.removeAttribute("aria-current");
     }
+    const kept = /** @type {HTMLDetailsElement | null} */ (document.getElementById("kept"));
+    if (kept && kept.querySelector("[aria-current]")) kept.open = true;
   }
 
   /** @param {any} board @param {any} state */
