@@ -1,4 +1,4 @@
-"""A small folder of results for tests of pages and checks: figures that are drawn, not measured, on boards of all kinds."""
+"""A small folder of results for tests of pages and checks: drawn figures, not measured ones, on boards of all kinds."""
 
 from pathlib import Path
 

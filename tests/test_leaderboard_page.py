@@ -302,8 +302,8 @@ def test_a_row_says_who_made_it_and_what_it_has_seen() -> None:
     }
     html = board_of(site_of(result("a", ERRORS, **facts)))["html"]
     who = html.partition('id="who"')[2].partition("</table>")[0]
-    for words in ("2 frames late", "A. Somebody", "2026-02-03", "Zara 1", "Hotel", "B. Else, 2026-03-04"):
-        assert f">{words}<" in who
+    for fact in ("2 frames late", "A. Somebody", "2026-02-03", "Zara 1", "Hotel", "B. Else, 2026-03-04"):
+        assert f">{fact}<" in who
     assert 'href="https://example.org/code"' in who
     assert "nobody yet" in board_of(site_of(result("a", ERRORS)))["html"]
 

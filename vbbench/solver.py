@@ -31,7 +31,6 @@ class Problem:
 
     Parameters
     ----------
-    sequence : its number in the dataset.
     camera : intrinsics and mount height.
     dt : seconds per frame.
     tracks : [K] ids of the columns of every array below.
@@ -40,7 +39,6 @@ class Problem:
     covariances : whether covariances are wanted; otherwise they are ignored.
     """
 
-    sequence: int
     camera: Camera
     dt: float
     tracks: IntArray

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
 from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.files.dataset_checks import find_fault
+from vbbench.files.generate_command import generate_command
 from vbbench.files.tables import file_sha256
 from vbbench.folders.swapping import finish_swaps
 from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
@@ -21,7 +22,8 @@ from vbbench.parsing.json_text import canonical_digest, read_object
 Known = Literal["whole", "poses", "relative", "none"]
 """What is known of a dataset's truth; see `vbbench.files.dataset_checks.TRUTH_TABLES`."""
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Since 2 every sequence has a world of its own (``truth/frames``), and tracks are not numbered like people."""
 INFO_FILE = "dataset.json"
 
 
@@ -172,7 +174,9 @@ def _checked(path: Path) -> dict[str, Any]:
     version = values.get("format_version")
     if version != FORMAT_VERSION:
         problem = f"format version {quoted(version)}, this vbbench reads {FORMAT_VERSION}"
-        raise FileError(path, f"{problem}; generate it again")
+        raise FileError(
+            path, f"{problem}; make it anew with '{generate_command(values, str(path.parent))} --overwrite'"
+        )
     fault = find_fault(values)
     if fault is not None:
         raise FileError(path, f"{fault}; generate the dataset again")

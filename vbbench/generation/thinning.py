@@ -13,7 +13,7 @@ from vbbench.sequence import SequenceData
 
 @dataclass(frozen=True)
 class Thinned:
-    """A plan's sequences 0, ``stride``, 2·``stride`` and so on, each as in the whole, numbered anew from 0.
+    """A plan's sequences 0, ``stride``, 2·``stride`` and so on, seen as in the whole, numbered anew from 0.
 
     The dataset's definition, and so its id, names the stride.
     """

@@ -26,7 +26,7 @@ from vbbench.registry import held_out, make_solver
 from vbbench.solver import FrameSolver
 from vbbench.solving.declared import declared_facts
 from vbbench.solving.isolation.grants import beside
-from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
@@ -171,6 +171,8 @@ def _solve_part(
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
+            if isinstance(solver, Remote):
+                solver.is_now(f"solving sequence {sequence.index}")
             estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
             for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
                 groups[table].append(to_arrow(table, rows))
@@ -194,6 +196,7 @@ def _warm_solver(
     run = (dataset.info.id, name, protocol.name, covariance)
     with opened(name) as solver:
         if isinstance(solver, RemoteFrameSolver | RemoteSequenceSolver):
+            solver.is_now("warming up")
             warm_up(solver, problem, protocol, longest)
             solver.keep_compiled()
         elif run not in _warm:

@@ -22,7 +22,7 @@ from vbbench_generators.views.viewing import view
 
 HEIGHT_MEAN = 1.70
 """μ_h in m, as in the paper."""
-REVISION = 1
+REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 HEIGHT_STREAM = 1
 """Spawn key of the generator of heights, apart from the one of every sequence."""

@@ -62,7 +62,9 @@ def _caution(site: Site, board: Board) -> str:
     return (said if caution else "") + kept
 
 
-_DIAGNOSTIC = "A diagnostic: kept to compare with the paper and to find faults. It does not say how a solver does on real cameras."
+_DIAGNOSTIC = (
+    "A diagnostic: kept to compare with the paper and to find faults. It does not say how a solver does on a camera."
+)
 
 
 def _tools(site: Site, board: Board) -> str:

@@ -1,5 +1,6 @@
 """The record of a board's dataset: one committed file per split and tier, ``SPLIT/TIER.json`` beside the results."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +10,9 @@ import numpy as np
 
 from vbbench.camera import camera_to_dict
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_info import DatasetInfo, summary
+from vbbench.files.dataset_info import summary
+from vbbench.files.generate_command import generate_command
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation.footage import FOOTAGE
-from vbbench.generation.generator import Options
 from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
@@ -95,7 +95,7 @@ class BoardDataset:
             camera=camera_to_dict(info.camera),
             seed=info.seed,
             dt=info.dt,
-            command=generate_command(info),
+            command=generate_command(json.loads(info.to_json()), f"{info.split}-{info.tier}"),
             counts=summary(info),
             caution=info.caution,
             licence=card.licence if card else "",
@@ -148,38 +148,3 @@ def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:
         positions += np.bincount(rows.sequence[known], minlength=size)
     there = np.flatnonzero(frames)
     return ScoredSequences(sequence=there, frames=frames[there], positions=positions[there])
-
-
-def generate_command(info: DatasetInfo) -> str:
-    """The line that makes a dataset."""
-    definition, usual = info.definition, Options()
-    if info.tier == FOOTAGE:
-        return _footage_command(info)
-    options = {
-        "--camera": info.camera.kind,
-        "--tier": info.tier,
-        "--sigma-h": None if info.height_std == usual.height_std else f"{info.height_std:g}",
-        "--look": None if definition.get("look", usual.look) == usual.look else definition["look"],
-        "--seed": "secret --withhold-truth" if info.seed is None else info.seed,
-        "--limit": definition.get("limit"),
-        "--stride": definition.get("stride"),
-        "--out": f"{info.split}-{info.tier}",
-    }
-    return _command(info, options)
-
-
-def _footage_command(info: DatasetInfo) -> str:
-    """The line that makes it from a user's own recordings."""
-    options = {
-        "--source": "FOLDER",
-        "--sequences": ",".join(info.scenes),
-        "--every": info.definition.get("every"),
-        "--limit": info.definition.get("limit"),
-        "--out": f"{info.split}-{info.tier}",
-    }
-    return _command(info, options)
-
-
-def _command(info: DatasetInfo, options: dict[str, Any]) -> str:
-    words = [f"{name} {value}" for name, value in options.items() if value is not None]
-    return " ".join(["vbbench generate", info.split, *words])

@@ -155,13 +155,16 @@ class Remote:
     def __init__(self, child: Child, keep_compiled: Callable[[], None], held_out: dict[str, str]) -> None:
         self._child, self.keep_compiled, self.held_out = child, keep_compiled, held_out
 
+    def is_now(self, working_on: str) -> None:
+        """What it is about to do, for the messages about it; it is not told."""
+        self._child.working_on = working_on
+
 
 class RemoteFrameSolver(Remote):
     """A `FrameSolver` in another process."""
 
     def start(self, problem: Problem) -> None:
         """As `FrameSolver.start`."""
-        self._child.working_on = f"solving sequence {problem.sequence}"
         people = len(problem.tracks)
         self._expected: Shapes = {
             "pose": (FLOAT, (3,)),
@@ -191,7 +194,6 @@ class RemoteSequenceSolver(Remote):
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """As `SequenceSolver.solve`."""
-        self._child.working_on = f"solving sequence {problem.sequence}"
         shown = {
             "tracks": problem.tracks,
             "observations": observations,
