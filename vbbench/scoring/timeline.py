@@ -99,9 +99,10 @@ def autocorrelation(series: FloatArray, scene: IntArray) -> FloatArray:
     """Autocorrelation [K] within scenes of the series in the columns [n, M] that are centred, mean over the columns."""
     size = len(series)
     lags = min(size, int(np.ceil(np.sqrt(size))) + _in_a_row(size) + 1)
-    covariance = np.stack(
-        [(series[: size - k] * series[k:] * (scene[: size - k] == scene[k:])[:, None]).sum(axis=0) for k in range(lags)]
-    )
+    covariance = np.zeros((lags, series.shape[1]))
+    for k in range(lags):
+        together = scene[: size - k] == scene[k:]
+        covariance[k] = (series[: size - k] * series[k:])[together].sum(axis=0)
     varying = covariance[0] > 0
     if not varying.any():
         return np.eye(1, lags)[0]
@@ -122,7 +123,7 @@ def _in_a_row(size: int) -> int:
 
 
 def _last_significant(small: BoolArray, run: int) -> int:
-    """The last lag before the first ``run`` of small correlations [K], of lags 1, 2, …"""
+    """The last lag before the first ``run`` of small correlations [K], which begin at lag 1."""
     runs = np.flatnonzero(np.convolve(small, np.ones(run), "valid") == run) if len(small) >= run else np.empty(0)
     return int(runs[0]) if len(runs) else int(np.max(np.flatnonzero(~small) + 1, initial=0))
 
