@@ -23,7 +23,8 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
     options = _of_footage(facts, definition) if "every" in definition else _of_trajectories(facts, definition)
     seed = "secret --withhold-truth" if facts.get("seed", 0) is None else facts.get("seed", 0)
     drawn = {} if "every" in definition and seed == 0 else {"--seed": seed}
-    words = [(name, _word(value)) for name, value in {**options, **drawn, "--limit": definition.get("limit")}.items()]
+    part = {"--limit": definition.get("limit"), "--stride": definition.get("stride")}
+    words = [(name, _word(value)) for name, value in {**options, **drawn, **part}.items()]
     said = [f"{name} {word}".rstrip() for name, word in words if word is not None]
     return " ".join(["vbbench generate", _word(facts.get("split")) or "SPLIT", *said, f"--out {out}"])
 

@@ -21,6 +21,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
 from vbbench.generation.generator import FootagePlan, Generator, Options, Plan, SizedPlan
+from vbbench.generation.thinning import thinned
 from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
@@ -122,7 +123,7 @@ def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
 
 
 def _plan(generator: Generator, split: str, options: Options) -> Plan:
-    plan = generator.plan(options)
+    plan = thinned(generator.plan(options), options.stride)
     if not len(plan):
         raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
     return plan

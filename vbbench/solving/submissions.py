@@ -13,7 +13,7 @@ from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import part_ranges
-from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.files.submission import OFFLINE, SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_rows import answer_rows
 from vbbench.files.tables import to_arrow
 from vbbench.folders.replacing import write_text_atomically
@@ -23,6 +23,8 @@ from vbbench.parallel.partitions import Layout, part_name, write_layout, write_p
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, variant_for
+from vbbench.solver import FrameSolver
+from vbbench.solving.declared import declared_facts
 from vbbench.solving.isolation.grants import beside
 from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
@@ -86,7 +88,8 @@ def solve(
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
     solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance)
-    declared = partial(_declared, dataset, solver, run_as, protocol)
+    words = {} if isolate else declared_facts(run_as)
+    declared = partial(_declared, dataset, solver, run_as, protocol, words)
     ranges, label = part_ranges(len(dataset), dataset.cells), f"{solver} {protocol}"
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key, partitioned=scheduler is not None):
@@ -132,9 +135,16 @@ def _reported(facts: list[dict[str, Any]]) -> list[str]:
     return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
-def _declared(dataset: Dataset, solver: str, run_as: str, protocol: str, facts: list[dict[str, Any]]) -> SubmissionInfo:
+def _declared(
+    dataset: Dataset, solver: str, run_as: str, protocol: str, words: dict[str, str], facts: list[dict[str, Any]]
+) -> SubmissionInfo:
     seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
     return SubmissionInfo(
+        authors=words.get("authors", ""),
+        code=words.get("code", ""),
+        trained_on=words.get("trained_on", ""),
+        tuned_on=words.get("tuned_on", ""),
+        delay=0 if all(part["causal"] for part in facts) else OFFLINE,
         solver=solver,
         version=solver_version(solver),
         dataset=dataset.info.id,
@@ -157,6 +167,7 @@ def _solve_part(
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
     seconds, frames = 0.0, 0
     with _warm_solver(dataset, name, opened, protocol, covariance, first) as solver:
+        causal = isinstance(solver, FrameSolver) or protocol.needs_truth  # otherwise it gets whole sequences
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
@@ -167,6 +178,7 @@ def _solve_part(
                 groups[table].append(to_arrow(table, rows))
             seconds, frames = seconds + spent, frames + sequence.frames
     facts = {"seconds": seconds, "frames": frames, "heights": bool(groups["heights"]), "hardware": hardware()}
+    facts["causal"] = causal
     return Part(groups=groups, facts=facts)
 
 
