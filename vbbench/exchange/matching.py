@@ -50,12 +50,15 @@ def match_boxes(
 
 
 def match_tracks(
-    found: FloatArray, true: FloatArray, people: IntArray, camera: Camera, *, least: float = LEAST_OVERLAP
+    found: FloatArray,
+    true: FloatArray,
+    people: IntArray,
+    camera: Camera,
+    *,
+    least: float = LEAST_OVERLAP,
+    staying: bool = False,
 ) -> IntArray:
     """The person behind each track in each frame.
-
-    Whoever was behind a track the last time stays behind it while their boxes overlap enough, as in the CLEAR metrics
-    (Bernardin and Stiefelhagen 2008): of two people side by side the one does not become the other and back again.
 
     Parameters
     ----------
@@ -64,6 +67,9 @@ def match_tracks(
     people : [P] their ids.
     camera : the camera of the pictures.
     least : as of `match_boxes`.
+    staying : whether whoever was behind a track the last time stays behind it while their boxes overlap enough, as in
+        the CLEAR metrics (Bernardin and Stiefelhagen 2008). Boxes that are far from exact need it: of two people side
+        by side the one does not become the other and back again.
 
     Returns
     -------
@@ -73,7 +79,7 @@ def match_tracks(
     last = np.full(found.shape[1], -1)
     for frame, (boxes, real) in enumerate(zip(found, true, strict=True)):
         tracks, columns = (np.flatnonzero(~np.isnan(b[:, 3])) for b in (boxes, real))
-        paired = last[tracks][:, None] == columns
+        paired = last[tracks][:, None] == columns if staying else None
         rows, partners = match_boxes(boxes[tracks], real[columns], camera, least=least, paired=paired)
         persons[frame, tracks[rows]] = people[columns[partners]]
         last[tracks[rows]] = columns[partners]

@@ -98,8 +98,7 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
     _refuse_stray(found, camera)
     frames = len(labels)
     loose, _ = _dense(found, _places_in_frames(found.frame), frames)
-    alone = [_persons(loose[n : n + 1], labels[n : n + 1], people, camera) for n in range(frames)]
-    detected = _agreement(loose, np.concatenate(alone), labels, people, camera)
+    detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
     _check_matches(found.path, detected)
     tracks, boxes, scores = _linked(found, frames, dt, camera)
     persons = _persons(boxes, labels, people, camera)
