@@ -1,0 +1,78 @@
+"""What the joint solvers gain over the paper's cascade, cue by cue.
+
+The cascade tells distances from box heights, and expects nothing of the observer's head. The joint solvers also use
+where the feet are and where the head turns. Both cues are taken away, one at a time and together; what is left is joint
+inference alone, over walks as they were learned from other recordings.
+
+``python -m benchmarks.map_gain [--sequences 1000] [--jobs 2]`` prints the tables of docs/map-solver.md: Δx in m under
+``sequential``, and in brackets by how much less than ``vb-cv``'s it is.
+"""
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from typing import get_args
+
+from benchmarks.map_evaluation import Case, Figures, Maker, evaluate
+from vbbench.generation.generator import Look
+from vbbench_baselines.joint_map.batch import MapBatch
+from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
+from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
+
+SPLITS = ("hotel", "eth", "eth-15fps")
+TIERS = ("ideal", "noisy")
+PROTOCOL = "sequential"
+
+
+def cues(case: Case) -> dict[str, tuple[Maker, Maker]]:
+    """By what is used, ``map-causal`` and ``map-batch``, with the prior of the other recordings."""
+    whole = case.prior
+    headless = replace(whole, following=0.0)
+    settings = {
+        "feet and head": {"prior": whole},
+        "feet, no head": {"prior": headless},
+        "head, no feet": {"prior": whole, "feet": False},
+        "neither: joint inference alone": {"prior": headless, "feet": False},
+    }
+    return {name: (partial(MapCausal, **one), partial(MapBatch, **one)) for name, one in settings.items()}
+
+
+def rows(case: Case, sequences: int, jobs: int) -> Iterator[str]:
+    """The rows of a case's table."""
+    with case.made() as dataset:
+        measure = partial(evaluate, dataset, protocol=PROTOCOL, sequences=sequences, jobs=jobs)
+        cascade = measure(ConstantVelocityBirdifier)
+        yield f"| {case} | `vb-cv` | {mean(cascade):.3f} | |"
+        force = measure(SocialForceBirdifier)
+        yield f"| {case} | `vb-sf` | {cell(force, cascade)} | |"
+        for name, (causal, batch) in cues(case).items():
+            yield f"| {case} | {name} | {cell(measure(causal), cascade)} | {cell(measure(batch), cascade)} |"
+
+
+def mean(figures: Figures) -> float:
+    """Mean Δx in m over sequences."""
+    return float(figures.errors[:, 0].mean())
+
+
+def cell(figures: Figures, cascade: Figures) -> str:
+    """Δx and the share that it is less than the cascade's."""
+    return f"{mean(figures):.3f} ({mean(figures) / mean(cascade) - 1.0:+.0%})"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sequences", type=int, default=1000)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--look", nargs="+", choices=get_args(Look), default=["motion", "wander"])
+    options = parser.parse_args()
+    print("| | cues | `map-causal` | `map-batch` |\n|---|---|---|---|")
+    for look in options.look:
+        for case in [Case(split=split, tier=tier, look=look) for split in SPLITS for tier in TIERS]:
+            for row in rows(case, options.sequences, options.jobs):
+                print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()
