@@ -31,7 +31,7 @@ from vbbench_leaderboards.results.sealed_json import (
 )
 
 SCHEMA = "result"
-COUNTS = ("sequence", "frames", "positions", "posed", "placed")
+COUNTS = ("sequence", "scene", "first_frame", "last_frame", "frames", "positions", "posed", "placed")
 """What a result tells of each sequence, and boards are ranked by."""
 
 LARGEST_FIGURE = 10 * LARGEST
