@@ -13,7 +13,7 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -38,7 +38,7 @@ def cues(case: Case) -> dict[str, tuple[Maker, Maker]]:
     """By what is used, ``map-causal`` and ``map-batch``, with the prior of the other recordings."""
     whole = case.prior
     headless = replace(whole, following=0.0)
-    settings = {
+    settings: dict[str, dict[str, Any]] = {
         "feet and head": {"prior": whole},
         "feet, no head": {"prior": headless},
         "head, no feet": {"prior": whole, "feet": False},
@@ -72,11 +72,12 @@ def capped(figures: Figures) -> FloatArray:
 
 
 def cell(figures: Figures, cascade: Figures, timeline: Timeline) -> str:
-    """Δx, and how much more than the cascade's it is, with the interval of that."""
+    """Δx, and how much more than the cascade's it is, with the interval of that: of the logarithm of their ratio."""
     mine, theirs = capped(figures), capped(cascade)
-    more = block_means(timeline, (mine - theirs)[:, None])
-    low, high = more.interval()[0] / theirs.mean()
-    return f"{mine.mean():.3f} ({more.mean[0] / theirs.mean():+.0%}, {low:+.0%} to {high:+.0%})"
+    ratio = mine.mean() / theirs.mean()
+    spread = block_means(timeline, (mine / mine.mean() - theirs / theirs.mean())[:, None])
+    low, high = ratio * np.exp(spread.interval()[0])
+    return f"{mine.mean():.3f} ({ratio - 1.0:+.0%}, {low - 1.0:+.0%} to {high - 1.0:+.0%})"
 
 
 def main() -> None:
