@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.solver import Problem
 from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest
 from vbbench_baselines.cascade.message_passing import pass_messages
 from vbbench_baselines.cascade.people import descend, sample_rays, tabulate
@@ -132,13 +133,20 @@ class LiteralBirdifier(PriorHeightsFreeObserver):
         E = Σ_k ‖F_k − ẍ_k‖ + ½ (h_k − μ_h)²/σ_h²  (+ Σ_(i,k) V_ik in the second stage),
 
     of accelerations in m/s² with weight one, V = ‖∇ exp(−d²/2σ²)/√(2πσ²)‖ with σ = 1 m, the solver's own past counted
-    as if it were known, and the 100 nearest people. The norm is rounded below a thousandth of a m/s², because a descent
-    needs a slope everywhere.
+    as if it were known, and the 100 nearest people. The norm is rounded at a thousandth, because a descent needs a
+    slope everywhere. `acceleration_std` and `strength` follow from the time of a frame.
     """
 
-    acceleration_std: float = 1.0
     estimate_std: float = 0.0
-    strength: float = float((2.0 * np.pi) ** -0.5)
     softness: float = 1e-3
     most_people: int = 100
     iterations: int = 500
+
+    def start(self, problem: Problem) -> None:
+        """See `vbbench.solver.FrameSolver.start`.
+
+        With the velocity at t in F = (w − ẋ)/η, ‖F − ẍ‖ is (1 + dt/η)‖x − p‖/dt².
+        """
+        self.acceleration_std = 1.0 / (1.0 + problem.dt / self.relaxation)
+        self.strength = self.acceleration_std / np.sqrt(2.0 * np.pi * self.sigma**2)
+        super().start(problem)

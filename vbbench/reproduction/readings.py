@@ -81,9 +81,10 @@ def all_readings() -> tuple[Reading, ...]:
     """Every reading: one-step first, as ``vb-sf`` is before what the text says."""
     solver = load("solver", SOLVER)
     pairs: Mapping[str, tuple[str, str]] = solver.readings
+    knowledge: tuple[Heights, ...] = ("learned", "known", "prior")
     kinds: list[tuple[Heights, bool, str, bool]] = [
         (heights, ego_prior, pairs["prior" if heights == "known" else heights][not ego_prior], False)
-        for heights, ego_prior in itertools.product(("learned", "known", "prior"), (True, False))
+        for heights, ego_prior in itertools.product(knowledge, (True, False))
     ]
     kinds.append(("prior", False, solver.literal, True))
     return tuple(

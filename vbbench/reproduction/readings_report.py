@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting import style
@@ -131,10 +132,13 @@ def _draw_panel(axes: Axes, split: str, found: Readings) -> None:
     rows = np.arange(len(found.rows))
     own = [row.summaries[split][HEADLINE] for row in found.rows]
     axes.axvline(paper_figures(split)[HEADLINE], color=style.ESTIMATE, linewidth=1.2, label="the paper's figure")
-    look = {"linestyle": "none", "marker": "o", "markersize": 4.5}
+    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4.5}
     axes.plot([s.frame_mean for s in own], rows, color=style.TRUTH, fillstyle="none", label="over frames", **look)
     axes.plot([s.mean for s in own], rows, color=style.GIVEN, label="over sequences", **look)
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(rows, [])
     axes.set_title(split, fontsize=10.0, loc="left", color=style.INK)

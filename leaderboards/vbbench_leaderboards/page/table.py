@@ -15,7 +15,7 @@ _MORE = "more"
 """Class of the columns that are shown on request only."""
 
 QUOTED_PROTOCOL = "one-step"
-"""The reading of the paper's tables that its figures agree with; it does not name a protocol."""
+"""The protocol that the paper's figures agree with; its text says ``sequential`` (docs/reproduce.md)."""
 
 
 def board_table(site: Site, board: Board) -> str:
