@@ -19,8 +19,8 @@ from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import draw_scene
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
-from vbbench_generators.views.vehicle import observer_definition, ride
-from vbbench_generators.views.viewing import view
+from vbbench_generators.views.vehicle import draw_window, observer_definition, ride
+from vbbench_generators.views.viewing import view, walked
 
 REVISION = 1
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
@@ -63,21 +63,21 @@ class SimulationPlan:
             rng=rng,
         )
         scene = drawn.scene.with_heights(heights)
-        span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
-        poses = None
         if self.observer == "vehicle":
-            span, poses = ride(scene, span, scene.present, self.info.camera, rng)
+            window = draw_window(scene, index, rng)
+            span, poses = ride(scene, window, window.of(scene.present), self.info.camera, rng)
+        else:
+            span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+            poses = walked(scene, span, drawn.heading, self.look, (self.info.known_seed, index), rng)
         data = view(
             scene,
             span,
-            scene.present[span.first : span.first + len(span.counted)],
-            drawn.heading,
+            span.of(scene.present),
+            poses,
             info=self.info,
-            look=self.look,
             tier=self.tier,
             index=index,
             rng=rng,
-            poses=poses,
         )
         return replace(data, scene=scene)
 

@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
@@ -18,8 +17,8 @@ from vbbench.sequence import SequenceData
 from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
-from vbbench_generators.views.vehicle import observer_definition, ride
-from vbbench_generators.views.viewing import view
+from vbbench_generators.views.vehicle import find_windows, observer_definition, ride
+from vbbench_generators.views.viewing import view, walked
 
 REVISION = 1
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
@@ -52,35 +51,40 @@ class Reprojection:
     @cached_property
     def spans(self) -> list[Span]:
         """Every sequence's frames, by scene and person id."""
-        spans = [span for n, scene in enumerate(self.scenes) for span in find_spans(scene, n, self.rules)]
+        spans = [span for n, scene in enumerate(self.scenes) for span in self._spans_of(scene, n)]
         return spans[: self.limit]
+
+    def _spans_of(self, scene: Scene, number: int) -> list[Span]:
+        if self.observer == "vehicle":
+            return find_windows(scene, number, self._crowds[number])
+        return find_spans(scene, number, self.rules)
 
     @cached_property
     def expected_rows(self) -> IntArray:
         """[N] people present in each sequence, summed over frames: its observations, where nobody is hidden."""
         people = [crowd.sum(axis=1) for crowd in self._crowds]
-        return np.array([_frames_of(people[span.scene], span)[span.counted].sum() for span in self.spans])
+        return np.array([span.of(people[span.scene])[span.counted].sum() for span in self.spans])
 
     def build(self, index: int) -> SequenceData:
         """One sequence; its random numbers follow from the seed and its index alone."""
-        span, poses = self.spans[index], None
+        span = self.spans[index]
         scene, crowd = self.scenes[span.scene], self._crowds[span.scene]
-        heading = _frames_of(self._headings[span.scene], span)[:, span.column]
         rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
         if self.observer == "vehicle":
-            span, poses = ride(scene, span, _frames_of(crowd, span), self.info.camera, rng)
+            span, poses = ride(scene, span, span.of(crowd), self.info.camera, rng)
+        else:
+            heading = span.of(self._headings[span.scene])[:, span.column]
+            poses = walked(scene, span, heading, self.look, (self.info.known_seed, index), rng)
         return view(
             scene,
             span,
-            _frames_of(crowd, span),
-            heading,
+            span.of(crowd),
+            poses,
             info=self.info,
-            look=self.look,
             tier=self.tier,
             index=index,
             rng=rng,
             precision=self.precision,
-            poses=poses,
         )
 
     @cached_property
@@ -90,11 +94,6 @@ class Reprojection:
     @cached_property
     def _headings(self) -> list[FloatArray]:
         return [causal_headings(scene.positions, scene.dt) for scene in self.scenes]
-
-
-def _frames_of(values: NDArray[Any], span: Span) -> NDArray[Any]:
-    """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
-    return values[span.first : span.first + len(span.counted)]
 
 
 def plan_reprojection(

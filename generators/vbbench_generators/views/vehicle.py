@@ -5,7 +5,7 @@ random the middle of the crowd is straight ahead, at a distance and from a side 
 longest run of frames in which enough people are in view and nobody is run over.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any
@@ -47,7 +47,10 @@ class VehicleModel:
     horizon: Metres
     fewest: Count
     shortest: Count
+    longest: Count
+    stride: Count
     tries: Count
+    places: Count
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -74,63 +77,91 @@ def observer_definition(options: Options, look: Look) -> dict[str, Any]:
     return {"observer": options.observer, "vehicle": asdict(get_vehicle())}
 
 
-@dataclass(frozen=True)
-class Drive:
-    """A vehicle's way.
+def find_windows(scene: Scene, number: int, crowd: BoolArray) -> list[Span]:
+    """The windows of a scene, the ``number``-th, in which a vehicle would see enough of the ``crowd`` [T, K]."""
+    model = get_vehicle()
+    first = np.arange(0, max(scene.frames - model.longest, 0) + 1, model.stride)
+    enough = crowd.sum(axis=1) >= model.fewest
+    runs = [_longest_run(enough[start : start + model.longest]) for start in first]
+    return [
+        Span(
+            scene=number, column=NO_OBSERVER, first=int(start), counted=np.ones(min(model.longest, scene.frames), bool)
+        )
+        for start, (begin, end) in zip(first, runs, strict=True)
+        if end - begin >= model.shortest
+    ]
 
-    Parameters
-    ----------
-    first : frame of the crowd at which it begins.
-    poses : [T, 3] (x, y, yaw) in m and rad, from there on.
-    """
 
-    first: int
-    poses: FloatArray
+def draw_window(scene: Scene, number: int, rng: np.random.Generator) -> Span:
+    """A window of a scene, the ``number``-th, drawn at random."""
+    longest = min(get_vehicle().longest, scene.frames)
+    first = int(rng.integers(scene.frames - longest + 1))
+    return Span(scene=number, column=NO_OBSERVER, first=first, counted=np.ones(longest, bool))
 
 
 def ride(
-    scene: Scene, span: Span, crowd: BoolArray, camera: Camera, rng: np.random.Generator
+    scene: Scene, window: Span, crowd: BoolArray, camera: Camera, rng: np.random.Generator
 ) -> tuple[Span, FloatArray]:
-    """The frames of a ``span`` that a vehicle watches, in place of the person who would, and its poses [T, 3].
+    """The frames of a ``window`` in which a vehicle sees enough, and its poses [T, 3] in them.
 
-    ``crowd`` [T, K] says who is there to be seen in the frames of the span.
+    ``crowd`` [T, K] says who is there to be seen in the frames of the window.
     """
-    positions = scene.positions[span.first : span.first + len(span.counted)]
-    way = drive(positions, crowd & span.counted[:, None], scene.dt, camera, get_vehicle(), rng)
-    counted = span.counted[way.first : way.first + len(way.poses)]
-    return Span(scene=span.scene, column=NO_OBSERVER, first=span.first + way.first, counted=counted), way.poses
+    places = window.of(scene.positions)
+    first, poses = drive(places, crowd, scene.dt, camera, get_vehicle(), rng)
+    return replace(window, first=window.first + first, counted=window.counted[: len(poses)]), poses
 
 
 def drive(
-    crowd: FloatArray, there: BoolArray, dt: float, camera: Camera, model: VehicleModel, rng: np.random.Generator
-) -> Drive:
-    """A way among people at ``crowd`` [T, K, 2] in m, NaN = absent, of whom ``there`` [T, K] are to be seen.
+    places: FloatArray, crowd: BoolArray, dt: float, camera: Camera, model: VehicleModel, rng: np.random.Generator
+) -> tuple[int, FloatArray]:
+    """A way among people: the first of the frames that it takes, and its poses [T, 3] from there on.
+
+    Parameters
+    ----------
+    places : [T, K, 2] in m of everybody, NaN = absent.
+    crowd : [T, K] who of them is to be seen.
+    dt : seconds per frame.
+    camera : what they are seen with.
 
     Where no way that was drawn sees enough of them for long enough, the vehicle stands aside and sees them all.
     """
-    wanted = min(model.fewest, int(there.sum(axis=1).max(initial=1)))
-    shortest = min(model.shortest, int((there.sum(axis=1) >= wanted).sum()))
+    people = crowd.sum(axis=1)
+    wanted = min(model.fewest, int(people.max(initial=1)))
+    shortest = min(model.shortest, int((people >= wanted).sum()))
     for _ in range(model.tries):
-        poses = _draw(crowd, there, dt, model, rng)
-        first, last = _longest_run(_good(crowd, there, poses, wanted, camera, model))
+        ways = _lay(_draw_way(len(places), dt, model, rng), places, crowd, model, rng)
+        runs = [_longest_run(good) for good in _good(places, crowd, ways, wanted, camera, model)]
+        best = int(np.argmax([last - first for first, last in runs]))
+        first, last = runs[best]
         if last - first >= shortest:
-            return Drive(first, poses[first:last])
-    return Drive(0, np.tile(_aside(crowd[there], camera, model, rng), (len(crowd), 1)))
+            return first, ways[best, first:last]
+    first, last = _longest_run(people >= wanted)
+    return first, np.tile(_aside(places[crowd], camera, model, rng), (last - first, 1))
 
 
-def _draw(crowd: FloatArray, there: BoolArray, dt: float, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
-    """A way [T, 3] that has the crowd ahead at some time."""
-    speeds, turns = _motion(len(crowd), dt, model, rng)
+def _draw_way(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
+    """A way [T, 3] from the origin, ahead along x."""
+    speeds, turns = _motion(frames, dt, model, rng)
     yaw = np.concatenate([[0.0], np.cumsum(turns * dt)])
     steps = speeds[:, None] * dt * np.stack([np.cos(yaw[:-1]), np.sin(yaw[:-1])], axis=-1)
-    places = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
-    at = rng.choice(np.flatnonzero(there.any(axis=1)))
-    side, away = rng.uniform(-np.pi, np.pi), rng.uniform(model.nearest_crowd, model.farthest_crowd)
-    middle = np.median(crowd[at, there[at]], axis=0) - away * np.array([np.cos(side), np.sin(side)])
-    turned = side - yaw[at]
-    cos, sin = np.cos(turned), np.sin(turned)
-    moved = (places - places[at]) @ np.array([[cos, sin], [-sin, cos]]) + middle
-    return np.concatenate([moved, wrap_angle(yaw + turned)[:, None]], axis=1)
+    return np.concatenate([np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), yaw[:, None]], axis=1)
+
+
+def _lay(
+    way: FloatArray, places: FloatArray, crowd: BoolArray, model: VehicleModel, rng: np.random.Generator
+) -> FloatArray:
+    """The ``way`` [T, 3] laid `VehicleModel.places` times [P, T, 3], so that it has the crowd ahead at some time."""
+    count = model.places
+    at = rng.choice(np.flatnonzero(crowd.any(axis=1)), count)
+    side, away = rng.uniform(-np.pi, np.pi, count), rng.uniform(model.nearest_crowd, model.farthest_crowd, count)
+    middle = np.stack([np.median(places[t, crowd[t]], axis=0) for t in at])
+    goal = middle - away[:, None] * np.stack([np.cos(side), np.sin(side)], axis=-1)
+    turned = side - way[at, 2]
+    relative = way[:, :2] - way[at, None, :2]
+    cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]
+    x = goal[:, :1] + cos * relative[..., 0] - sin * relative[..., 1]
+    y = goal[:, 1:] + sin * relative[..., 0] + cos * relative[..., 1]
+    return np.stack([x, y, wrap_angle(way[:, 2] + turned[:, None])], axis=-1)
 
 
 def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -145,16 +176,16 @@ def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generato
 
 
 def _good(
-    crowd: FloatArray, there: BoolArray, poses: FloatArray, wanted: int, camera: Camera, model: VehicleModel
+    places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, camera: Camera, model: VehicleModel
 ) -> BoolArray:
-    """[T] whether enough people are in view, and nobody is in the way."""
-    right, forward = np.moveaxis(world_to_relative(crowd, poses), -1, 0)
+    """[P, T] whether enough people are in view along each of the ``ways`` [P, T, 3], and nobody is in the way."""
+    right, forward = np.moveaxis(world_to_relative(places, ways), -1, 0)
     away = np.hypot(right, forward)
-    seen = there & (away < model.horizon)
+    seen = crowd & (away < model.horizon)
     if camera.view is not None:
         azimuth = np.arctan2(right, forward)
         seen &= (azimuth > camera.view[0]) & (azimuth < camera.view[1])
-    good: BoolArray = (seen.sum(axis=1) >= wanted) & ~(away < model.clearance).any(axis=1)
+    good: BoolArray = (seen.sum(axis=-1) >= wanted) & ~(away < model.clearance).any(axis=-1)
     return good
 
 

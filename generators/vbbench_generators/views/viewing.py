@@ -42,15 +42,13 @@ def view(
     scene: Scene,
     span: Span,
     crowd: BoolArray,
-    heading: FloatArray,
+    poses: FloatArray,
     *,
     info: DatasetInfo,
-    look: Look,
     tier: Tier,
     index: int,
     rng: np.random.Generator,
     precision: Precision | None = None,
-    poses: FloatArray | None = None,
 ) -> SequenceData:
     """The sequence of one observer.
 
@@ -58,24 +56,19 @@ def view(
     ----------
     scene, span : the observer's frames of the scene.
     crowd : [T, K] who is there to be seen in these frames; who is not may still hide others.
-    heading : [T] where the observer walks, in rad.
+    poses : [T, 3] of the camera.
     info : camera of the dataset.
-    look : how the camera turns: along ``heading``, wandering about it, or as people's heads do.
     tier : what is done to exact boxes.
     index : number of the sequence.
     rng : the sequence's random numbers.
     precision : what boxes are rounded to in the end; ``None`` = not at all.
-    poses : [T, 3] of a camera that none of the people carries; ``heading`` and ``look`` are then not asked.
     """
-    frames = slice(span.first, span.first + len(span.counted))
-    if poses is None:
-        poses = _walked(scene, span, heading, look, (info.known_seed, index), rng)
     seen = crowd & span.counted[:, None]
     if span.column != NO_OBSERVER:
         seen[:, span.column] = False
-    columns = np.flatnonzero((scene.present[frames] if tier.hides else seen).any(axis=0))
+    columns = np.flatnonzero((span.of(scene.present) if tier.hides else seen).any(axis=0))
     columns = columns[columns != span.column]
-    positions, people = scene.positions[frames].take(columns, axis=1), scene.people[columns]
+    positions, people = span.of(scene.positions).take(columns, axis=1), scene.people[columns]
     truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
     sight = Sight(
         truth=truth,
@@ -110,16 +103,24 @@ def view(
     return SequenceData(sequence=sequence, truth=truth, persons=persons)
 
 
-def _walked(
+def walked(
     scene: Scene, span: Span, heading: FloatArray, look: Look, seed: tuple[int, int], rng: np.random.Generator
 ) -> FloatArray:
-    """[T, 3] poses of a camera that one of the people carries."""
+    """[T, 3] poses of a camera that one of the people carries.
+
+    Parameters
+    ----------
+    scene, span : the bearer's frames of the scene.
+    heading : [T] where the bearer walks, in rad.
+    look : how the camera turns: along ``heading``, wandering about it, or as people's heads do.
+    seed : the dataset's seed, and the number of the sequence.
+    rng : the sequence's random numbers.
+    """
     if look == "wander":
         heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
     elif look != "motion":
         heading = _natural_heading(scene, span, look, np.random.SeedSequence(seed, spawn_key=(LOOK_STREAM,)))
-    places = scene.positions[span.first : span.first + len(span.counted), span.column]
-    return np.concatenate([places, wrapped(heading)[:, None]], axis=1)
+    return np.concatenate([span.of(scene.positions)[:, span.column], wrapped(heading)[:, None]], axis=1)
 
 
 def _natural_heading(scene: Scene, span: Span, look: Look, seed: np.random.SeedSequence) -> FloatArray:

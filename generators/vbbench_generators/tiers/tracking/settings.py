@@ -27,7 +27,7 @@ class DetectorModel:
     least_visible : who shows less than this share is never detected.
     top_std, side_std : jitter of top and bottom, and of left and right edges, in heights.
     edge_std : jitter of every edge besides, in px.
-    memory : correlation time in s of scores and jitter.
+    score_memory, jitter_memory : correlation times in s of scores, and of jitter and ``pull``.
     pull, pull_std : how much of the way a hidden edge is drawn to the edge of what shows, normal, cut to 0 … 1.
     merge_overlap, merge_rate : of two people whose boxes overlap so much, so many detections are one box about both.
     suppress_overlap : of two detections that overlap so much only the one of higher score is kept.
@@ -44,7 +44,8 @@ class DetectorModel:
     top_std: Spread
     side_std: Spread
     edge_std: Spread
-    memory: Positive
+    score_memory: Positive
+    jitter_memory: Positive
     pull: Share
     pull_std: Spread
     merge_overlap: Share
@@ -73,6 +74,7 @@ class TrackerSettings:
     measurement : standard deviation of a detection's centre, width and height, in heights.
     wander, acceleration : random steps of these four and of their speeds, in heights / s^½ and heights / s^1½.
     start_speed : standard deviation of a new track's speeds, in heights / s.
+    turn_std : error in px of what is taken off for the camera's turn from one frame to the next.
     least_boxes : tracks with fewer boxes are dropped.
     """
 
@@ -87,6 +89,7 @@ class TrackerSettings:
     wander: Positive
     acceleration: Positive
     start_speed: Positive
+    turn_std: Spread
     least_boxes: Annotated[int, Within(1, 10**6)]
 
     def __post_init__(self) -> None:
