@@ -13,9 +13,18 @@ from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.registry import load, make_solver
-from vbbench.reproduction.transfer import CAP, Case, Comparison, TransferStudy, errors_of, measure_transfer
+from vbbench.reproduction.transfer import (
+    CAP,
+    Case,
+    Comparison,
+    TransferStudy,
+    errors_of,
+    measure_transfer,
+    people_as_text,
+)
 from vbbench.reproduction.transfer_report import TARGETS, plot_transfer, reproduce_transfer, spoken
 from vbbench.reproduction.variants import Variant, registered_variants
+from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solver import FrameSolver, Problem
 from vbbench_baselines.variants import FACTORIES, Told, ToldBatch
@@ -27,7 +36,7 @@ NAMES = ("cv", "sf", "vb-cv", "vb-cv-noise-4")
 def study(tmp_path_factory: pytest.TempPathFactory) -> TransferStudy:
     training = write_kitti(tmp_path_factory.mktemp("kitti") / "training")
     variants = {name: registered_variants()[name] for name in NAMES}
-    return TransferStudy(kitti=training, variants=variants, every=(1,), limit=2)
+    return TransferStudy(kitti=training, variants=variants, every=(1,), split="demo", limit=3)
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +64,19 @@ def test_figures_are_capped_means_of_the_scores(found: list[Comparison], out: Pa
 def test_sequences_are_where_they_were_in_the_recording(found: list[Comparison], out: Path) -> None:
     real, rows = found[0].real.timeline, Dataset(out / "kitti-1" / "dataset").rows
     np.testing.assert_allclose(real.middle, rows["first_frame"] - rows["first_frame"][0] + 0.5 * rows["frames"])
+
+
+def test_people_between_frames_are_on_a_smooth_curve_and_nobody_is_extrapolated() -> None:
+    time = 0.4 * np.arange(8)
+    walk = np.column_stack([1.2 * time, 0.3 * time**2])
+    places = np.full((8, 2, 2), np.nan)
+    places[:, 0], places[[1, 2, 5], 1] = walk, walk[[1, 2, 5]] + 3.0
+    scene = Scene(name="two", dt=0.4, people=np.array([4, 7]), positions=places, heights=np.full(2, 1.7))
+    rows = np.array([line.split() for line in people_as_text(scene, 0.1).splitlines()], float)
+    assert rows[rows[:, 1] == 4][:, 0].tolist() == list(range(29))
+    assert rows[rows[:, 1] == 7][:, 0].tolist() == [4, 5, 6, 7, 8]
+    first = rows[rows[:, 1] == 4]
+    np.testing.assert_allclose(first[:, 2:], np.column_stack([0.12 * first[:, 0], 0.003 * first[:, 0] ** 2]), atol=1e-4)
 
 
 def test_who_goes_astray_counts_as_the_cap(out: Path, found: list[Comparison]) -> None:
@@ -103,7 +125,7 @@ def test_the_picture_has_a_numbered_point_for_every_variant(study: TransferStudy
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"every": (3,)}, "every is 4 or 1, not 3"),
+        ({"every": (0,)}, "every must be 1 to 1,000, not 0"),
         ({"protocols": ("onestep",)}, "onestep"),
         ({"variants": {"cv": Variant(solver="cv")}}, "1 solvers have no ranks to compare"),
         ({"variants": {name: Variant(solver=name) for name in ("cv", "sf", "vb-fs")}}, "did you mean 'vb-sf'"),
@@ -164,10 +186,13 @@ def test_noise_is_told_otherwise(study: TransferStudy, out: Path, found: list[Co
     assert isinstance(Told(solver, 4.0), FrameSolver)
 
 
-def test_command_line(study: TransferStudy, out: Path, found: list[Comparison], capsys: Any) -> None:
-    assert found
-    status, printed, _ = run(capsys, "reproduce", "transfer", "--kitti", study.kitti, "--every", 2)
+def test_command_line(study: TransferStudy, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "transfer"
+    arguments = ["reproduce", "transfer", "--kitti", study.kitti, "--out", out, "--every", 0]
+    status, printed, complaint = run(capsys, *arguments)
     assert (status, printed) == (2, "")
-    status, printed, _ = run(capsys, "reproduce", "transfer", "--help")
-    assert status == 0
-    assert "--kitti" in printed
+    assert "every must be 1 to 1,000, not 0" in complaint
+    status, _, complaint = run(capsys, *arguments[:4], "--out", out, "--solver", "vb-fs")
+    assert status == 2
+    assert "did you mean 'vb-sf'" in complaint
+    assert not out.exists()

@@ -159,8 +159,9 @@ def _people(study: TransferStudy, every: int, out: Path) -> tuple[str, Options]:
     scene, dt = generator.plan(Options(seed=study.seed)).scenes[0], every * DT
     if abs(scene.dt - dt) < 1e-6:
         return study.split, study.made
-    path = out / f"{study.split}-{every}.txt"
-    write_text_atomically(path, people_as_text(scene, dt))
+    path, text = out / f"{study.split}-{every}.txt", people_as_text(scene, dt)
+    if not path.is_file() or path.read_text("utf-8") != text:
+        write_text_atomically(path, text)
     return "custom", replace(study.made, source=path, dt=dt)
 
 
