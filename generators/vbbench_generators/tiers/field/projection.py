@@ -78,6 +78,16 @@ def frame(boxes: FloatArray, camera: Camera, aspect: float) -> Framed:
     return Framed(np.where((inside > 0.0)[..., None], cut, np.nan), inside)
 
 
+def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, K, 3] without what is above or below the picture, NaN where nothing is left; a panorama has no end."""
+    if camera.period is not None:
+        return boxes
+    last, half = camera.picture_size[1] - 1.0, 0.5 * boxes[..., 2]
+    top, bottom = (np.clip(boxes[..., 1] + end, 0.0, last) for end in (-half, half))
+    cut = np.stack([boxes[..., 0], 0.5 * (top + bottom), bottom - top], axis=-1)
+    return np.where((bottom > top)[..., None], cut, np.nan)
+
+
 def _near_edges(relative: FloatArray, near_edge: float) -> FloatArray:
     """The near edges [N, 2] of bodies at ``relative`` [N, 2]."""
     reach = np.hypot(relative[:, 0], relative[:, 1])
