@@ -85,7 +85,7 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["generate", "hotle", "--out", "x"], "did you mean 'hotel'"),
         (["generate", "demo"], "--out"),
         (["generate", "demo", "--out", "x", "--limit", "many"], "limit"),
-        (["generate", "demo", "--out", "x", "--tier", "blurred"], "no tier is called 'blurred'; known: ideal"),
+        (["generate", "demo", "--out", "x", "--tier", "blurred"], "no tier is called 'blurred'; known: field, ideal"),
         (
             ["generate", "demo", "--out", "x", "--tier", "niosy"],
             "no tier is called 'niosy'; did you mean 'noisy'",

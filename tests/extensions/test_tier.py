@@ -21,7 +21,7 @@ from vbbench_leaderboards.page import words
 from vbbench_leaderboards.results.result import Board
 
 VALUE = "tests.extensions.fragmented_tier:fragmented"
-BUNDLED = ["ideal", "noisy", "occluded", "tracked"]
+BUNDLED = ["ideal", "noisy", "occluded", "tracked", "field"]
 SMALL = Options(tier="fragmented", limit=2, simulation=Simulation(people=(6,)))
 
 
@@ -79,7 +79,7 @@ def test_its_datasets_are_read_where_it_is_not_installed(install: Install, tmp_p
     again = Dataset(made.folder)
     np.testing.assert_array_equal(again.track_persons(again.sequence(1)), persons)
     for make in (lambda: generate("sim", tmp_path / "two", SMALL), lambda: next(stream("sim", SMALL))):
-        with pytest.raises(UnknownNameError, match="no tier is called 'fragmented'; known: ideal, noisy"):
+        with pytest.raises(UnknownNameError, match="no tier is called 'fragmented'; known: field, ideal"):
             make()
     assert words.term_of(words.tiers(), "fragmented").full == "fragmented"
     assert Board(split="sim", tier="fragmented", protocol="one-step").key == "sim/one-step-fragmented"

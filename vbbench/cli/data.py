@@ -45,8 +45,10 @@ def generate(
     source: Path | None = None,
     camera: str | None = None,
     tier: str = "ideal",
-    sigma_h: float = 0.07,
-    look: Literal["motion", "wander"] = "motion",
+    sigma_h: float | None = None,
+    look: Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"] | None = None,
+    observer: Literal["walker", "vehicle"] = "walker",
+    detector: bool = True,
     seed: int | Literal["secret"] = 0,
     limit: int | None = None,
     stride: int | None = None,
@@ -75,10 +77,15 @@ def generate(
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
         camera: panorama (360 degrees), perspective (90 degrees, 1280x720), or one that an installed package registers;
-            default: the split's own (perspective for sim and street, panorama elsewhere).
+            default: the tier's (field: KITTI's), or the split's own (perspective for sim, street; panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
-        sigma_h: Standard deviation of people's heights in m; their mean is 1.70 m.
-        look: Where the camera looks: along its bearer's past motion, or wandering about that direction.
+        sigma_h: Standard deviation of people's heights in m, .07 by default; their mean is 1.70 m. Tier field has
+            heights of its own.
+        look: How the camera turns: motion (along its bearer's past motion), wander (wandering about that), natural (as
+            people's heads do: one of the laws follow, ahead, glance and sway in each sequence), or one of these laws
+            alone; default: the tier's own.
+        observer: Who carries the camera: a walker, one of the people, or a vehicle that stands or drives among them.
+        detector: Boxes are those of a detector and tracker (tier field); without it as people draw them.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
         limit: Make only this many sequences, from the first.
         stride: Of these, make only every so many-th.
@@ -122,6 +129,8 @@ def generate(
         tier=tier,
         height_std=sigma_h,
         look=look,
+        observer=observer,
+        detector=detector,
         seed=secret_seed(out) if seed == "secret" else seed,
         limit=limit,
         stride=stride,

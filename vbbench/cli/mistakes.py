@@ -95,12 +95,13 @@ def in_options(message: str, function: Callable[..., Any]) -> str:
 
 
 def _options(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """Every option with its type; the fields of a dataclass are options like the others."""
+    """Every option with its type; fields of a dataclass are options like the others, and what is on is turned off."""
     hints = get_type_hints(function)
     for name, parameter in inspect.signature(function).parameters.items():
         if parameter.kind is not parameter.POSITIONAL_ONLY:
             kinds = get_type_hints(hints[name]) if is_dataclass(hints[name]) else {name: hints[name]}
-            yield from ((f"--{option.replace('_', '-')}", kind) for option, kind in kinds.items())
+            off = "no-" if parameter.default is True else ""
+            yield from ((f"--{off}{option.replace('_', '-')}", kind) for option, kind in kinds.items())
 
 
 def _words(kind: Any) -> tuple[str, ...]:

@@ -142,6 +142,9 @@ class Dataset:
             height_mean=info.height_mean,
             height_std=info.height_std,
             pixel_std=info.pixel_std,
+            box_std=info.box_std,
+            tilt_std=info.tilt_std,
+            mount_height_std=info.mount_height_std,
             covariances=covariances,
         )
 

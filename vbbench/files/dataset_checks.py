@@ -188,6 +188,9 @@ _CHECKS: dict[str, Check] = {
 }
 
 _OPTIONAL: dict[str, Check] = {
+    "box_std": _number(0, 10),
+    "tilt_std": _number(0, 10),
+    "mount_height_std": _number(0, 1e3),
     "calibration": _or_null(_calibration),
     "cameras": _cameras,
     "truth": _must_be(f"one of {', '.join(TRUTH_TABLES)}", lambda value: value in TRUTH_TABLES),

@@ -57,6 +57,9 @@ class DatasetInfo:
     ``calibration`` describes the camera that recorded the scenes, with its uncertainty, if metres depend on it; it
     follows from the definition, up to rounding, and is not part of the id.
 
+    ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std`` are what solvers are told of the errors of boxes
+    and camera (`vbbench.solver.Problem`).
+
     Footage may have several ``cameras``, ``camera`` being the first of them, ``pictures`` of each sequence, and less
     ``truth`` than is known of what was generated.
     """
@@ -72,6 +75,9 @@ class DatasetInfo:
     pixel_std: float
     scenes: tuple[str, ...]
     definition: dict[str, Any]
+    box_std: float = 0.0
+    tilt_std: float = 0.0
+    mount_height_std: float = 0.0
     caution: str | None = None
     calibration: dict[str, Any] | None = None
     cameras: tuple[Camera, ...] = ()
@@ -133,6 +139,7 @@ class DatasetInfo:
         facts["cameras"] = [camera_to_dict(camera) for camera in self.cameras]
         facts["pictures"] = [pictures and asdict(pictures) for pictures in self.pictures]
         unsaid: dict[str, Any] = {"calibration": None, "cameras": [], "pictures": [], "truth": "whole"}
+        unsaid |= dict.fromkeys(("box_std", "tilt_std", "mount_height_std"), 0.0)
         return {name: value for name, value in facts.items() if name not in unsaid or value != unsaid[name]}
 
     @staticmethod
@@ -234,7 +241,7 @@ def describe(info: DatasetInfo) -> str:
         f"{info.split}: {info.title}",
         f"  {s['sequences']} sequences, mean {s['mean_frames']:.2f} frames, people ({included}) "
         f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']} (min / mean / max)",
-        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({info.pixel_std:g} px), "
+        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({_told_noise(info)}), "
         f"dt {info.dt:g} s",
         f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
     ]
@@ -249,6 +256,17 @@ def describe(info: DatasetInfo) -> str:
     if info.caution is not None:
         lines.append(f"  caution: {info.caution}")
     return "\n".join(lines)
+
+
+def _told_noise(info: DatasetInfo) -> str:
+    """What solvers are told of the errors of boxes and camera, as text."""
+    parts = [
+        (True, f"{info.pixel_std:g} px"),
+        (info.box_std, f"{info.box_std:.2%} of a box"),
+        (info.tilt_std, f"tilt ± {info.tilt_std:.3g} rad"),
+        (info.mount_height_std, f"mount ± {info.mount_height_std:g} m"),
+    ]
+    return ", ".join(text for said, text in parts if said)
 
 
 def table_paths(names: Iterable[str], work: WorkFolder, withhold_truth: bool) -> dict[str, Path]:

@@ -4,6 +4,9 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+_PERSPECTIVE = (1280, 720)
+"""Size in px of the camera that ``--camera perspective`` names."""
+
 _WORD = re.compile(r"[\w.,:~/+-]{1,200}")
 
 
@@ -22,7 +25,7 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
     drawn = {} if "every" in definition and seed == 0 else {"--seed": seed}
     part = {"--limit": definition.get("limit"), "--stride": definition.get("stride")}
     words = [(name, _word(value)) for name, value in {**options, **drawn, **part}.items()]
-    said = [f"{name} {word}" for name, word in words if word]
+    said = [f"{name} {word}".rstrip() for name, word in words if word is not None]
     return " ".join(["vbbench generate", _word(facts.get("split")) or "SPLIT", *said, f"--out {out}"])
 
 
@@ -32,9 +35,10 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
     people, usual = scenario.get("people"), {"sim": "open", "street": "street"}.get(str(split))
     return {
         "--source": "FILE" if split == "custom" else None,
-        "--camera": _object(facts.get("camera")).get("kind"),
+        "--camera": _camera(_object(facts.get("camera"))),
         "--tier": tier,
         "--observer": definition.get("observer"),
+        "--no-detector": "" if "detector" in definition and definition["detector"] is None else None,
         "--sigma-h": None if height_std == 0.07 else height_std,
         "--look": None if look == "motion" and tier != "field" else look,
         "--dt": facts.get("dt") if split == "custom" else None,
@@ -43,6 +47,12 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
         "--people": _people(people) if isinstance(people, list) else None,
         "--engine": None if definition.get("engine") == "numba" else definition.get("engine"),
     }
+
+
+def _camera(camera: Mapping[str, Any]) -> Any:
+    """The name of the camera; none of one that only a tier has."""
+    own_size = camera.get("kind") == "perspective" and (camera.get("width"), camera.get("height")) != _PERSPECTIVE
+    return None if own_size else camera.get("kind")
 
 
 def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
@@ -70,4 +80,4 @@ def _word(value: Any) -> str | None:
     """The value as a word of the line; ``None`` if it cannot be one."""
     text = f"{value:g}" if type(value) is float else str(value)
     spoken = value is not None and not isinstance(value, (dict, list, bool))
-    return text if spoken and (_WORD.fullmatch(text) or text == "secret --withhold-truth") else None
+    return text if spoken and (not text or _WORD.fullmatch(text) or text == "secret --withhold-truth") else None

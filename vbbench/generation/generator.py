@@ -104,7 +104,10 @@ def parse_people(text: str) -> tuple[int, ...]:
     return tuple(range(first, last + 1, step))
 
 
-Look = Literal["motion", "wander"]
+Look = Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"]
+"""How the camera turns: the last four are the laws that ``natural`` draws from, each alone."""
+Observer = Literal["walker", "vehicle"]
+"""Who carries the camera: one of the people, or a vehicle among them."""
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
 
@@ -117,11 +120,14 @@ class Options:
     ----------
     camera : what everybody is seen with; ``None`` for the split's own.
     tier : how observations are corrupted: the name of a registered tier (`vbbench.generation.tier`).
-    height_std : σ_h in m of the people's heights.
+    height_std : σ_h in m of the people's heights; ``None`` for the tier's own, or .07.
     seed : the one seed; 0 is a seed like any other.
     limit : only the first so many sequences; ``None`` for all.
     stride : of these, only every so many-th; ``None`` for all.
-    look : whether the camera looks where its bearer walks, or wanders about that.
+    look : how the camera turns: along its bearer's past motion, wandering about that, or as people's heads do;
+        ``None`` for the tier's own.
+    observer : who carries the camera; a vehicle looks where it drives.
+    detector : whether boxes are those of a detector, in tiers that leave the choice.
     source : file or folder that holds the source files; ``None`` to search the usual places.
     dt : seconds per frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
@@ -136,11 +142,13 @@ class Options:
 
     camera: Camera | None = None
     tier: str = "ideal"
-    height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] = 0.07
+    height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] | None = None
     seed: Annotated[int, Within(0, 2**256)] = 0
     limit: Annotated[int, Within(1, 2**31)] | None = None
     stride: Annotated[int, Within(2, 10_000)] | None = None
-    look: Look = "motion"
+    look: Look | None = None
+    observer: Observer = "walker"
+    detector: bool = True
     source: Path | None = None
     dt: Annotated[float, FRAME_TIME] | None = None
     homography: Path | None = None

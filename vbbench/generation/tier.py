@@ -13,9 +13,38 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted
+from vbbench.generation.generator import Look, Observer, Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.registry import load_all, load_registered
 from vbbench.sequence import Truth
+
+HEIGHT_MEAN, HEIGHT_STD = 1.70, 0.07
+"""μ_h in m, as in the paper, and σ_h unless somebody asks for another one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heights:
+    """People's heights in m: N(``mean``, ``std``²) as they are, N(``told_mean``, ``told_std``²) as solvers are told."""
+
+    mean: float
+    std: float
+    told_mean: float
+    told_std: float
+
+    @staticmethod
+    def as_told(mean: float, std: float) -> "Heights":
+        """Heights of which solvers are told the truth."""
+        return Heights(mean=mean, std=std, told_mean=mean, told_std=std)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """What solvers are told of the errors of boxes and camera; its fields are those of `vbbench.solver.Problem`."""
+
+    pixel_std: float
+    box_std: float = 0.0
+    tilt_std: float = 0.0
+    mount_height_std: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +60,7 @@ class Sight:
     watched : [T] frames in which anything may be seen.
     camera : what it is seen with.
     dt : seconds per frame.
+    observer : who carries it.
     """
 
     truth: Truth
@@ -39,6 +69,7 @@ class Sight:
     watched: BoolArray
     camera: Camera
     dt: float
+    observer: Observer = "walker"
 
     @cached_property
     def boxes(self) -> FloatArray:
@@ -82,6 +113,8 @@ class Tier:
 
     hides: ClassVar[bool] = False
     """Whether people may stand in the way of others; a sight then holds everybody who is there."""
+    look: ClassVar[Look] = "motion"
+    """How the camera turns where the user does not say."""
 
     @property
     def definition(self) -> dict[str, Any]:
@@ -91,6 +124,30 @@ class Tier:
     def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
         """What solvers are told: the standard deviation in px of a box's column, top and bottom."""
         return 0.0
+
+    def told(self, camera: Camera) -> Told:
+        """All that solvers are told of the errors of boxes and camera."""
+        return Told(pixel_std=self.pixel_std(camera))
+
+    @property
+    def own_camera(self) -> Camera | None:
+        """What people are seen with where the user names no camera; ``None`` leaves it to the split."""
+        return None
+
+    @property
+    def own_heights(self) -> Heights | None:
+        """How tall people are; ``None`` leaves it to split and user."""
+        return None
+
+    def annotated(self) -> "Tier":
+        """The same with boxes as people draw them, in place of a detector's.
+
+        Raises
+        ------
+        VbbenchError
+            If the tier has no detector that can be left out.
+        """
+        raise VbbenchError(f"tier '{self.name}' has no detector that can be left out; leave --no-detector out")
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Make the boxes; ``rng`` holds the sequence's random numbers."""
@@ -113,6 +170,22 @@ def get_tier(name: str) -> Tier:
     if found.name != name:
         raise VbbenchError(f"tier '{name}' calls itself '{found.name}': register it under that name")
     return found
+
+
+def chosen_tier(options: Options) -> Tier:
+    """The tier that is asked for, without its detector if none is wanted; raises VbbenchError if there is none such."""
+    tier = get_tier(options.tier)
+    return tier if options.detector else tier.annotated()
+
+
+def chosen_heights(options: Options) -> Heights:
+    """How tall people are, and what solvers are told; raises VbbenchError if the tier leaves no choice."""
+    own = get_tier(options.tier).own_heights
+    if own is None:
+        return Heights.as_told(HEIGHT_MEAN, HEIGHT_STD if options.height_std is None else options.height_std)
+    if options.height_std is not None:
+        raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; leave --sigma-h out")
+    return own
 
 
 def all_tiers() -> list[Tier]:

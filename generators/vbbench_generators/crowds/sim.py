@@ -11,16 +11,16 @@ import numpy as np
 from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Card, Engine, Look, Options, Simulation, refuse_footage
-from vbbench.generation.tier import Tier, get_tier
+from vbbench.generation.generator import Card, Engine, Look, Observer, Options, Simulation, refuse_footage
+from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import draw_scene
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
-from vbbench_generators.views.reprojection import HEIGHT_MEAN
-from vbbench_generators.views.viewing import view
+from vbbench_generators.views.vehicle import draw_window, observer_definition, ride
+from vbbench_generators.views.viewing import view, walked
 
 REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
@@ -34,10 +34,12 @@ class SimulationPlan:
 
     info: DatasetInfo
     scenario: Scenario
+    heights: Heights
     engine: Engine
     look: Look
     tier: Tier
     limit: int | None = None
+    observer: Observer = "walker"
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
@@ -51,7 +53,7 @@ class SimulationPlan:
         """One sequence with its scene; its random numbers follow from the seed and its index alone."""
         rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
         people = self.scenario.people[index % len(self.scenario.people)]
-        heights = self.info.height_mean + self.info.height_std * rng.standard_normal(people)
+        heights = self.heights.mean + self.heights.std * rng.standard_normal(people)
         drawn = draw_scene(
             self.scenario,
             people,
@@ -61,14 +63,18 @@ class SimulationPlan:
             rng=rng,
         )
         scene = drawn.scene.with_heights(heights)
-        span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+        if self.observer == "vehicle":
+            window = draw_window(scene, index, rng)
+            span, poses = ride(scene, window, window.of(scene.present), self.info.camera, rng)
+        else:
+            span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
+            poses = walked(scene, span, drawn.heading, self.look, (self.info.known_seed, index), rng)
         data = view(
             scene,
             span,
-            scene.present,
-            drawn.heading,
+            span.of(scene.present),
+            poses,
             info=self.info,
-            look=self.look,
             tier=self.tier,
             index=index,
             rng=rng,
@@ -91,7 +97,7 @@ class SimSplit:
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""
-        return plan_simulation(self.card, options, SIM_SCENARIO, get_tier(options.tier))
+        return plan_simulation(self.card, options, SIM_SCENARIO, chosen_tier(options))
 
 
 def plan_simulation(
@@ -127,7 +133,8 @@ def plan_simulation(
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
         raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
-    camera = options.camera or make_camera(scenario.camera)
+    camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
+    look = options.look or tier.look
     info = DatasetInfo(
         split=card.name,
         title=f"{card.title}; {scenario.title}",
@@ -135,13 +142,13 @@ def plan_simulation(
         tier=tier.name,
         seed=options.seed,
         dt=scenario.dt,
-        height_mean=HEIGHT_MEAN,
-        height_std=options.height_std,
-        pixel_std=tier.pixel_std(camera),
+        height_mean=heights.told_mean,
+        height_std=heights.told_std,
+        **asdict(tier.told(camera)),
         scenes=(),
         definition={
             "generator": f"simulation/{REVISION}",
-            "look": options.look,
+            **observer_definition(options, look),
             "limit": options.limit,
             "engine": asked.engine,
             "scenario": asdict(scenario),
@@ -152,10 +159,12 @@ def plan_simulation(
     return SimulationPlan(
         info=info,
         scenario=scenario,
+        heights=heights,
         engine=asked.engine,
-        look=options.look,
+        look=look,
         tier=tier,
         limit=options.limit,
+        observer=options.observer,
     )
 
 
@@ -174,7 +183,7 @@ class StreetSplit:
         asked = options.simulation
         if asked is not None and asked.scenario is not None:
             raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; --scenario is for the split 'sim'")
-        tier = get_tier(options.tier)
+        tier = chosen_tier(options)
         if tier.hides:
             return plan_simulation(self.card, options, STREET_SCENARIO, tier, input=tier.name)
         hidden = BehindOthers(name=tier.name, summary=tier.summary, tier=tier)

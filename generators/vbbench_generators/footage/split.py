@@ -68,7 +68,9 @@ class FootageSplit(ABC):
         refused = {
             "--tier": options.tier != "ideal",
             "--camera": options.camera is not None,
-            "--look": options.look != "motion",
+            "--observer": options.observer != "walker",
+            "--no-detector": not options.detector,
+            "--look": options.look is not None,
             "--scenario, --people or --engine": options.simulation is not None,
         }
         named = [name for name, asked in refused.items() if asked]

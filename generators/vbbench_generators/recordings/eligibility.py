@@ -1,9 +1,10 @@
 """Which person observes which frames of a scene, after a recipe's rules."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray
 from vbbench.parsing.numbers import Within, check_ranges
@@ -37,13 +38,18 @@ class Rules:
 class Span:
     """An observer's frames: scene frames first … first + len(counted) − 1.
 
-    ``counted`` [T] says in which of them enough others are present; in the rest nobody is observed, but time goes on.
+    ``column`` is the observer's among the people of the scene, −1 for a vehicle. ``counted`` [T] says in which of them
+    enough others are present; in the rest nobody is observed, but time goes on.
     """
 
     scene: int
     column: int
     first: int
     counted: BoolArray
+
+    def of(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
+        return values[self.first : self.first + len(self.counted)]
 
 
 def observed_crowd(scene: Scene, rules: Rules) -> BoolArray:

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.generation.tier import Observations, Sight, Tier
+from vbbench.generation.tier import Observations, Sight, Tier, Told
 from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
+from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
+from vbbench_generators.tiers.tracking.fine_time import finer
 from vbbench_generators.tiers.tracking.observing import track_people
 from vbbench_generators.tiers.tracking.settings import get_tracking
 
@@ -85,9 +87,14 @@ class BehindOthers(Tier):
         """How people hide one another, and what the tier says."""
         return {"hiding": asdict(self.hiding), **self.tier.definition}
 
-    def pixel_std(self, camera: Camera) -> float:
+    @property
+    def own_camera(self) -> Camera | None:
+        """The tier's."""
+        return self.tier.own_camera
+
+    def told(self, camera: Camera) -> Told:
         """As the tier says."""
-        return self.tier.pixel_std(camera)
+        return self.tier.told(camera)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """What the tier makes of everybody who shows enough."""
@@ -116,9 +123,13 @@ class Tracking(Tier):
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """The boxes of tracks, and who is behind them."""
-        showing, settings = _showing(sight, self.outline), get_tracking()
-        where = (sight.people, sight.camera, sight.dt, sight.watched)
-        tracked = track_people(sight.boxes, showing, *where, settings, self.outline, rng)
+        fine, every = finer(sight)
+        settings, camera = get_tracking(), sight.camera
+        turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
+        where = (sight.people, camera, fine.dt, fine.watched)
+        tracked = track_people(
+            fine.boxes, _showing(fine, self.outline), *where, settings, self.outline, rng, turns=turns, every=every
+        )
         return Observations(boxes=tracked.boxes, visible=tracked.scores, persons=tracked.persons)
 
 

@@ -68,12 +68,21 @@ def see(
     camera : the borders of its picture cut people off; a picture that closes on itself has none, up and down either.
     outline : everybody's.
     """
-    outline = outline or Outline()
-    columns, rows = camera.picture_size
-    wraps = camera.period is not None
     relative = world_to_relative(positions, poses)
     figures = _figures(relative, np.broadcast_to(heights, relative.shape[:-1]), camera)
-    distances = np.ascontiguousarray(camera.depth(relative))
+    return see_figures(figures, np.ascontiguousarray(camera.depth(relative)), camera, outline or Outline())
+
+
+def see_figures(figures: FloatArray, distances: FloatArray, camera: Camera, outline: Outline) -> Showing:
+    """What shows of people who stand in the picture as ``figures`` [T, K, 3], (u, row of the feet, l) in px.
+
+    Parameters
+    ----------
+    figures, distances : the latter [T, K] in m, by which people hide one another; both NaN = not there.
+    camera, outline : as of `see`.
+    """
+    columns, rows = camera.picture_size
+    wraps = camera.period is not None
     halves, tops = np.array(outline.half), np.array(outline.top)
     visible, boxes = _sweep(figures, distances, halves, tops, columns, np.inf if wraps else float(rows), wraps)
     boxes[..., 0] = camera.wrap_column(boxes[..., 0])

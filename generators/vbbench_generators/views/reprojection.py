@@ -5,33 +5,31 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Card, Look, Options, refuse_footage
-from vbbench.generation.tier import Tier, get_tier
+from vbbench.generation.generator import Card, Look, Observer, Options, refuse_footage
+from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
-from vbbench_generators.views.viewing import view
+from vbbench_generators.views.vehicle import find_windows, observer_definition, ride
+from vbbench_generators.views.viewing import view, walked
 
-HEIGHT_MEAN = 1.70
-"""μ_h in m, as in the paper."""
 REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 HEIGHT_STREAM = 1
 """Spawn key of the generator of heights, apart from the one of every sequence."""
 
 
-def draw_heights(scene: Scene, number: int, info: DatasetInfo) -> Scene:
-    """The scene with heights N(μ_h, σ_h²) in m, by person, from the seed."""
-    rng = np.random.default_rng(np.random.SeedSequence([info.known_seed, number], spawn_key=(HEIGHT_STREAM,)))
-    return scene.with_heights(info.height_mean + info.height_std * rng.standard_normal(len(scene.people)))
+def draw_heights(scene: Scene, number: int, seed: int, heights: Heights) -> Scene:
+    """The scene with heights in m, by person, from the seed and the scene's number."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, number], spawn_key=(HEIGHT_STREAM,)))
+    return scene.with_heights(heights.mean + heights.std * rng.standard_normal(len(scene.people)))
 
 
 @dataclass(frozen=True)
@@ -45,6 +43,7 @@ class Reprojection:
     tier: Tier
     precision: Precision | None = None
     limit: int | None = None
+    observer: Observer = "walker"
 
     def __len__(self) -> int:
         return len(self.spans)
@@ -52,26 +51,36 @@ class Reprojection:
     @cached_property
     def spans(self) -> list[Span]:
         """Every sequence's frames, by scene and person id."""
-        spans = [span for n, scene in enumerate(self.scenes) for span in find_spans(scene, n, self.rules)]
+        spans = [span for n, scene in enumerate(self.scenes) for span in self._spans_of(scene, n)]
         return spans[: self.limit]
+
+    def _spans_of(self, scene: Scene, number: int) -> list[Span]:
+        if self.observer == "vehicle":
+            return find_windows(scene, number, self._crowds[number])
+        return find_spans(scene, number, self.rules)
 
     @cached_property
     def expected_rows(self) -> IntArray:
         """[N] people present in each sequence, summed over frames: its observations, where nobody is hidden."""
         people = [crowd.sum(axis=1) for crowd in self._crowds]
-        return np.array([_frames_of(people[span.scene], span)[span.counted].sum() for span in self.spans])
+        return np.array([span.of(people[span.scene])[span.counted].sum() for span in self.spans])
 
     def build(self, index: int) -> SequenceData:
         """One sequence; its random numbers follow from the seed and its index alone."""
         span = self.spans[index]
+        scene, crowd = self.scenes[span.scene], self._crowds[span.scene]
         rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
+        if self.observer == "vehicle":
+            span, poses = ride(scene, span, span.of(crowd), self.info.camera, rng)
+        else:
+            heading = span.of(self._headings[span.scene])[:, span.column]
+            poses = walked(scene, span, heading, self.look, (self.info.known_seed, index), rng)
         return view(
-            self.scenes[span.scene],
+            scene,
             span,
-            _frames_of(self._crowds[span.scene], span),
-            _frames_of(self._headings[span.scene], span)[:, span.column],
+            span.of(crowd),
+            poses,
             info=self.info,
-            look=self.look,
             tier=self.tier,
             index=index,
             rng=rng,
@@ -85,11 +94,6 @@ class Reprojection:
     @cached_property
     def _headings(self) -> list[FloatArray]:
         return [causal_headings(scene.positions, scene.dt) for scene in self.scenes]
-
-
-def _frames_of(values: NDArray[Any], span: Span) -> NDArray[Any]:
-    """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
-    return values[span.first : span.first + len(span.counted)]
 
 
 def plan_reprojection(
@@ -117,7 +121,9 @@ def plan_reprojection(
             f"{card.name} has its own people"
         )
     refuse_footage(options, card.name)
-    tier, camera = get_tier(options.tier), options.camera or PanoramaCamera()
+    tier, heights = chosen_tier(options), chosen_heights(options)
+    camera = options.camera or tier.own_camera or PanoramaCamera()
+    look = options.look or tier.look
     info = DatasetInfo(
         split=card.name,
         title=card.title,
@@ -125,13 +131,13 @@ def plan_reprojection(
         tier=tier.name,
         seed=options.seed,
         dt=scenes[0].dt,
-        height_mean=HEIGHT_MEAN,
-        height_std=options.height_std,
-        pixel_std=tier.pixel_std(camera),
+        height_mean=heights.told_mean,
+        height_std=heights.told_std,
+        **asdict(tier.told(camera)),
         scenes=tuple(scene.name for scene in scenes),
         definition={
             "generator": f"reprojection/{REVISION}",
-            "look": options.look,
+            **observer_definition(options, look),
             "limit": options.limit,
             "count_observer": rules.count_observer,
             "rules": asdict(rules),
@@ -142,13 +148,14 @@ def plan_reprojection(
         caution=card.caution,
         calibration=calibration,
     )
-    people = tuple(draw_heights(scene, number, info) for number, scene in enumerate(scenes))
+    people = tuple(draw_heights(scene, number, options.seed, heights) for number, scene in enumerate(scenes))
     return Reprojection(
         info=info,
         scenes=people,
         rules=rules,
-        look=options.look,
+        look=look,
         tier=tier,
         precision=precision,
         limit=options.limit,
+        observer=options.observer,
     )

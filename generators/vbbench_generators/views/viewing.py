@@ -1,5 +1,8 @@
 """What one observer sees of a scene: the camera carried along, people's boxes, what shows, and what is given."""
 
+from dataclasses import asdict
+from typing import Any, cast
+
 import numpy as np
 
 from vbbench.files.dataset_info import DatasetInfo
@@ -9,9 +12,20 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence, SequenceData, Truth, held_persons
+from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
 from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped
+from vbbench_generators.views.looking.laws import LONGEST_LEAD, Law, Way, natural_yaws
+from vbbench_generators.views.looking.settings import natural_look
+
+LOOK_STREAM = 5
+"""Spawn key of the generator of natural looks, apart from the one of every sequence: boxes keep their noise."""
+
+
+def look_definition(look: Look) -> dict[str, Any]:
+    """What yaws follow from, as JSON: part of a dataset's definition and id."""
+    return {"look": look, **({} if look in ("motion", "wander") else {"natural": asdict(natural_look())})}
 
 
 def truth_of_tracks(truth: Truth, people: IntArray, persons: IntArray) -> Truth:
@@ -28,10 +42,9 @@ def view(
     scene: Scene,
     span: Span,
     crowd: BoolArray,
-    heading: FloatArray,
+    poses: FloatArray,
     *,
     info: DatasetInfo,
-    look: Look,
     tier: Tier,
     index: int,
     rng: np.random.Generator,
@@ -43,26 +56,28 @@ def view(
     ----------
     scene, span : the observer's frames of the scene.
     crowd : [T, K] who is there to be seen in these frames; who is not may still hide others.
-    heading : [T] where the observer walks, in rad.
+    poses : [T, 3] of the camera.
     info : camera of the dataset.
-    look : whether the camera looks where its bearer walks.
     tier : what is done to exact boxes.
     index : number of the sequence.
     rng : the sequence's random numbers.
     precision : what boxes are rounded to in the end; ``None`` = not at all.
     """
-    frames = slice(span.first, span.first + len(span.counted))
-    if look == "wander":
-        heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
-    poses = np.concatenate([scene.positions[frames, span.column], wrapped(heading)[:, None]], axis=1)
     seen = crowd & span.counted[:, None]
-    seen[:, span.column] = False
-    columns = np.flatnonzero((scene.present[frames] if tier.hides else seen).any(axis=0))
+    if span.column != NO_OBSERVER:
+        seen[:, span.column] = False
+    columns = np.flatnonzero((span.of(scene.present) if tier.hides else seen).any(axis=0))
     columns = columns[columns != span.column]
-    positions, people = scene.positions[frames].take(columns, axis=1), scene.people[columns]
+    positions, people = span.of(scene.positions).take(columns, axis=1), scene.people[columns]
     truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
     sight = Sight(
-        truth=truth, people=people, seen=seen[:, columns], watched=span.counted, camera=info.camera, dt=info.dt
+        truth=truth,
+        people=people,
+        seen=seen[:, columns],
+        watched=span.counted,
+        camera=info.camera,
+        dt=info.dt,
+        observer="vehicle" if span.column == NO_OBSERVER else "walker",
     )
     made = tier.observe(sight, rng)
     boxes, visible, persons = made.boxes, made.visible, made.persons
@@ -78,7 +93,7 @@ def view(
     sequence = Sequence(
         index=index,
         scene=span.scene,
-        observer=int(scene.people[span.column]),
+        observer=NO_OBSERVER if span.column == NO_OBSERVER else int(scene.people[span.column]),
         first_frame=span.first,
         tracks=tracks,
         observations=boxes,
@@ -86,3 +101,39 @@ def view(
         given=arrivals_given(truth, ~np.isnan(boxes[..., 2] + truth.positions[..., 0])),
     )
     return SequenceData(sequence=sequence, truth=truth, persons=persons)
+
+
+def walked(
+    scene: Scene, span: Span, heading: FloatArray, look: Look, seed: tuple[int, int], rng: np.random.Generator
+) -> FloatArray:
+    """[T, 3] poses of a camera that one of the people carries.
+
+    Parameters
+    ----------
+    scene, span : the bearer's frames of the scene.
+    heading : [T] where the bearer walks, in rad.
+    look : how the camera turns: along ``heading``, wandering about it, or as people's heads do.
+    seed : the dataset's seed, and the number of the sequence.
+    rng : the sequence's random numbers.
+    """
+    if look == "wander":
+        heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
+    elif look != "motion":
+        heading = _natural_heading(scene, span, look, np.random.SeedSequence(seed, spawn_key=(LOOK_STREAM,)))
+    return np.concatenate([span.of(scene.positions)[:, span.column], wrapped(heading)[:, None]], axis=1)
+
+
+def _natural_heading(scene: Scene, span: Span, look: Look, seed: np.random.SeedSequence) -> FloatArray:
+    """[T] in rad where the observer's head points in the frames of the span, drawn from a stream of its own."""
+    reach, end = int(np.ceil(2.0 * LONGEST_LEAD / scene.dt)), span.first + len(span.counted)
+    first = max(span.first - reach, 0)
+    path = scene.positions[first : end + reach, span.column]
+    known = np.flatnonzero(~np.isnan(path[:, 0]))
+    way = Way(
+        path=path[known],
+        times=scene.dt * (known + first - span.first).astype(np.float64),
+        around=scene.positions[span.first : end],
+        dt=scene.dt,
+    )
+    law: Law | None = None if look == "natural" else cast(Law, look)
+    return natural_yaws(way, natural_look(), np.random.default_rng(seed), law)

@@ -62,14 +62,15 @@ def log_odds(heights: FloatArray, visible: FloatArray, model: DetectorModel) -> 
 
 def _found(people: Visible, model: DetectorModel, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Boxes [T, K, 4] and scores [T, K] of everybody; NaN = not there, or showing too little."""
-    noise = wandering((*people.visible.shape, 6), model.memory, dt, rng)
+    noise = wandering((*people.visible.shape, 5), model.jitter_memory, dt, rng)
+    doubt = wandering(people.visible.shape, model.score_memory, dt, rng)
     height = people.boxes[..., 3]
-    odds = log_odds(height, people.visible, model) + model.score_std * noise[..., 4]
+    odds = log_odds(height, people.visible, model) + model.score_std * doubt
     scores = np.where(people.visible >= model.least_visible, _shares(odds), np.nan)
     stds = _stds(model) * height[..., None]
     edges = np.concatenate([people.boxes[..., :2] - 0.5 * people.boxes[..., 2:]] * 2, axis=-1)
     edges[..., 2:] += people.boxes[..., 2:]
-    pull = np.clip(model.pull + model.pull_std * noise[..., 5:], 0.0, 1.0)
+    pull = np.clip(model.pull + model.pull_std * noise[..., 4:], 0.0, 1.0)
     inwards = np.array([1.0, 1.0, -1.0, -1.0])
     edges += pull * inwards * people.hidden + np.hypot(stds, model.edge_std) * noise[..., :4]
     size = np.maximum(edges[..., 2:] - edges[..., :2], SMALLEST)
@@ -138,7 +139,7 @@ def _false_alarms(
 
 def _stds(model: DetectorModel) -> FloatArray:
     """[4] jitter of left, top, right and bottom edges, in heights."""
-    return np.array([model.side_std, model.top_std, model.side_std, model.top_std])
+    return np.array([model.side_std, model.top_std, model.side_std, model.bottom_std])
 
 
 def _shares(odds: FloatArray) -> FloatArray:

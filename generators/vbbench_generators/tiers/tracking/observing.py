@@ -1,6 +1,7 @@
 """From what shows of people to tracks of them, and who is behind each track."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from vbbench.camera import Camera
 from vbbench.exchange.matching import match_tracks
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators.tiers.occlusion import Outline, Showing
+from vbbench_generators.tiers.tracking.camera_motion import carried
 from vbbench_generators.tiers.tracking.detector import SMALLEST, Visible, detect
 from vbbench_generators.tiers.tracking.settings import TrackingSettings
 from vbbench_generators.tiers.tracking.tracker import Found, Tracker, from_centres
@@ -40,8 +42,11 @@ def track_people(
     settings: TrackingSettings,
     outline: Outline,
     rng: np.random.Generator,
+    *,
+    turns: FloatArray | None = None,
+    every: int = 1,
 ) -> Tracked:
-    """Detect and track people.
+    """Detect and track people in every frame, and tell of some frames.
 
     Parameters
     ----------
@@ -53,6 +58,13 @@ def track_people(
     settings : how detector and tracker work.
     outline : everybody's, as in ``showing``.
     rng : the sequence's random numbers.
+    turns : [T, 3, 3] rotations since the frame before as the tracker takes them off, see `estimated_turns`; ``None``
+        for a tracker that takes none off.
+    every : tell of the first frame and every so many frames; tracks are of as many boxes as these frames have.
+
+    Returns
+    -------
+    Of these frames only.
     """
     period = camera.period
     there = showing.visible >= settings.detector.least_visible
@@ -62,10 +74,13 @@ def track_people(
     visible = np.where(np.isnan(boxes[..., 2]), np.nan, showing.visible)
     seen = Visible(centred, _hidden_edges(boxes, showing, outline, period), visible)
     tracker = Tracker(settings.tracker, dt, period)
-    found = [tracker.step(frame) for frame in detect(seen, settings.detector, camera, dt, watched, rng)]
-    tracks, scores = _dense(found, settings.tracker.least_boxes)
+    found = []
+    for frame, detections in enumerate(detect(seen, settings.detector, camera, dt, watched, rng)):
+        moved = None if turns is None else partial(carried, rotation=turns[frame], camera=camera)
+        found.append(tracker.step(detections, moved))
+    tracks, scores = _dense(found[::every], settings.tracker.least_boxes)
     tracks[..., 0] = camera.wrap_column(tracks[..., 0])
-    persons = match_tracks(from_centres(tracks), whole, people, camera)
+    persons = match_tracks(from_centres(tracks), whole[::every], people, camera)
     return Tracked(tracks[..., [0, 1, 3]], scores, persons)
 
 

@@ -25,9 +25,9 @@ class DetectorModel:
     aspect : width of a box over its height l.
     score_best, score_small, score_hidden, score_std : see above; noise is normal, ``score_small`` in px.
     least_visible : who shows less than this share is never detected.
-    top_std, side_std : jitter of top and bottom, and of left and right edges, in heights.
+    top_std, bottom_std, side_std : jitter of top, of bottom, and of left and right edges, in heights.
     edge_std : jitter of every edge besides, in px.
-    memory : correlation time in s of scores and jitter.
+    score_memory, jitter_memory : correlation times in s of scores, and of jitter and ``pull``.
     pull, pull_std : how much of the way a hidden edge is drawn to the edge of what shows, normal, cut to 0 … 1.
     merge_overlap, merge_rate : of two people whose boxes overlap so much, so many detections are one box about both.
     suppress_overlap : of two detections that overlap so much only the one of higher score is kept.
@@ -42,9 +42,11 @@ class DetectorModel:
     score_std: Positive
     least_visible: Share
     top_std: Spread
+    bottom_std: Spread
     side_std: Spread
     edge_std: Spread
-    memory: Positive
+    score_memory: Positive
+    jitter_memory: Positive
     pull: Share
     pull_std: Spread
     merge_overlap: Share
@@ -56,6 +58,11 @@ class DetectorModel:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+
+    @property
+    def box_std(self) -> float:
+        """Root mean square of the errors of column, top and bottom, as a share of the box's height."""
+        return float(((0.5 * self.side_std**2 + self.top_std**2 + self.bottom_std**2) / 3.0) ** 0.5)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +80,7 @@ class TrackerSettings:
     measurement : standard deviation of a detection's centre, width and height, in heights.
     wander, acceleration : random steps of these four and of their speeds, in heights / s^½ and heights / s^1½.
     start_speed : standard deviation of a new track's speeds, in heights / s.
+    turn_std : error in px of what is taken off for the camera's turn from one frame to the next.
     least_boxes : tracks with fewer boxes are dropped.
     """
 
@@ -87,6 +95,7 @@ class TrackerSettings:
     wander: Positive
     acceleration: Positive
     start_speed: Positive
+    turn_std: Spread
     least_boxes: Annotated[int, Within(1, 10**6)]
 
     def __post_init__(self) -> None:

@@ -13,6 +13,7 @@ one of them is a filter of its own on (value, speed):
     K = P Hᵀ/(P_00 + r²),  x ← x + K (z − x_0),  P ← P − K H P,  H = (1 0).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ from vbbench.exchange.detection import Detections
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
+Moved = Callable[[FloatArray], FloatArray]
+"""Where boxes [N, 4] (centre column, centre row, width, height) px stand after nothing but the camera has moved."""
 HEIGHT = 3
 """Place of the height among a box's coordinates."""
 
@@ -154,8 +157,13 @@ class Tracker:
         self._unseen = np.empty(0, np.int64)
         self._next, self._frame = 0, 0
 
-    def step(self, detections: CentredDetections) -> Found:
-        """Take in the next frame's detections; tell of the confirmed tracks that were seen in it."""
+    def step(self, detections: CentredDetections, moved: Moved | None = None) -> Found:
+        """Take in the next frame's detections; tell of the confirmed tracks that were seen in it.
+
+        ``moved`` is how the camera has moved everything since the frame before, if that is known.
+        """
+        if moved is not None and len(self._ids):
+            self._beliefs.mean[..., 0] = moved(self._beliefs.boxes)
         self._beliefs.mean[self._unseen > 0, HEIGHT, 1] = 0.0  # a height that grows unseen grows without bounds
         self._beliefs = predict(self._beliefs, self._dt, self._settings)
         partner, used = self._pair(detections)

@@ -1,0 +1,111 @@
+r"""Boxes of people as a carried camera sees them: tilted, at its own height, over uneven ground; exact.
+
+A person at (right X, forward Z), h tall, has the near edge of the body at ρ(X, Z), ρ = (d − δ)/d with d = √(X² + Z²)
+and the edge δ. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical centre, which is m_t over
+the ground. In the frame (right, down, forward) of the camera with pitch p and roll r a point (ρX, D, ρZ) is at
+
+    a = D cos p + ρZ sin p,   right = ρX cos r + a sin r,   down = a cos r − ρX sin r,   forward = ρZ cos p − D sin p,
+
+and `Camera.pixels` says where it appears. The box is as high as feet and head are apart, about their middle.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.generation.tier import Sight
+from vbbench.geometry import BoolArray, FloatArray, shorter_way
+from vbbench_generators.tiers.field.carriage import Carriage
+
+FARTHEST_EDGE = 0.5
+"""No body's near edge is nearer than this share of the way to its middle."""
+
+
+def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
+    """Boxes [T, K, 3] (u, v, l) in px as if pictures had no borders and nobody hid anybody; NaN behind the camera.
+
+    Parameters
+    ----------
+    relative : [T, K, 2] (right, forward) in m of everybody.
+    sight : who is where in the scene, and the camera as solvers are told of it.
+    carriage : how it is carried.
+    near_edge : δ in m.
+    """
+    truth, camera = sight.truth, sight.camera
+    there = np.flatnonzero(~np.isnan(camera.depth(relative)))
+    frame, person = np.divmod(there, max(len(truth.heights), 1))
+    ground, poses = carriage.ground, truth.poses
+    below = (carriage.mount + ground.height(poses[:, :2]))[frame]
+    below = below - ground.height(truth.positions.reshape(-1, 2).take(there, axis=0))
+    along = _near_edges(relative.reshape(-1, 2).take(there, axis=0), near_edge)
+    tilt = carriage.pitch[frame], carriage.roll[frame]
+    feet, head = (_pixels(along, down, *tilt, camera) for down in (below, below - truth.heights[person]))
+    boxes = np.full((relative.shape[0] * relative.shape[1], 3), np.nan)
+    boxes[there] = _about(feet, head, camera)
+    return boxes.reshape(*relative.shape[:2], 3)
+
+
+@dataclass(frozen=True)
+class Framed:
+    """Boxes cut off at the borders of the picture.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] (u, v, l) in px of what is inside; NaN where nothing is.
+    inside : [T, K] share of the box's area inside.
+    """
+
+    boxes: FloatArray
+    inside: FloatArray
+
+    def where(self, kept: BoolArray) -> "Framed":
+        """Only the boxes marked in ``kept`` [T, K]."""
+        return replace(self, boxes=np.where(kept[..., None], self.boxes, np.nan))
+
+
+def frame(boxes: FloatArray, camera: Camera, aspect: float) -> Framed:
+    """Cut boxes [T, K, 3], ``aspect`` times as wide as high, off at the borders; a panorama has none."""
+    if camera.period is not None:
+        wrapped = np.concatenate([camera.wrap_column(boxes[..., :1]), boxes[..., 1:]], axis=-1)
+        return Framed(wrapped, np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    size = np.stack([aspect * boxes[..., 2], boxes[..., 2]], axis=-1)
+    last = np.array(camera.picture_size) - 1.0
+    low = np.clip(boxes[..., :2] - 0.5 * size, 0.0, last)
+    high = np.clip(boxes[..., :2] + 0.5 * size, 0.0, last)
+    inside = np.prod(high - low, axis=-1) / np.prod(size, axis=-1)
+    cut = np.concatenate([0.5 * (low + high), (high - low)[..., 1:]], axis=-1)
+    return Framed(np.where((inside > 0.0)[..., None], cut, np.nan), inside)
+
+
+def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, K, 3] without what is above or below the picture, NaN where nothing is left; a panorama has no end."""
+    if camera.period is not None:
+        return boxes
+    last, half = camera.picture_size[1] - 1.0, 0.5 * boxes[..., 2]
+    top, bottom = (np.clip(boxes[..., 1] + end, 0.0, last) for end in (-half, half))
+    cut = np.stack([boxes[..., 0], 0.5 * (top + bottom), bottom - top], axis=-1)
+    return np.where((bottom > top)[..., None], cut, np.nan)
+
+
+def _near_edges(relative: FloatArray, near_edge: float) -> FloatArray:
+    """The near edges [N, 2] of bodies at ``relative`` [N, 2]."""
+    reach = np.hypot(relative[:, 0], relative[:, 1])
+    return relative * np.maximum(1.0 - near_edge / reach, FARTHEST_EDGE)[:, None]
+
+
+def _pixels(along: FloatArray, down: FloatArray, pitch: FloatArray, roll: FloatArray, camera: Camera) -> FloatArray:
+    """Pixels [N, 2] of points at ``along`` [N, 2] (right, forward), ``down`` [N] m below a camera tilted so [N]."""
+    right, forward = along.T
+    (s, c), (sr, cr) = ((np.sin(angle), np.cos(angle)) for angle in (pitch, roll))
+    across = c * down + s * forward
+    tilted = np.stack([cr * right + sr * across, cr * across - sr * right, c * forward - s * down], axis=-1)
+    return camera.pixels(camera.to_camera(tilted))
+
+
+def _about(feet: FloatArray, head: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [N, 3] about feet and heads [N, 2] in px."""
+    column = feet[:, 0] + 0.5 * shorter_way(head[:, 0] - feet[:, 0], camera.period)
+    boxes = np.stack([column, 0.5 * (feet[:, 1] + head[:, 1]), feet[:, 1] - head[:, 1]], axis=-1)
+    boxes[~(boxes[:, 2] > 0.0)] = np.nan
+    return boxes

@@ -1,0 +1,131 @@
+"""The tier `field`: boxes as a real camera that is carried among people gives them."""
+
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.generation.tier import Heights, Observations, Sight, Tier, Told
+from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.sequence import NOBODY
+from vbbench_generators.tiers.field.annotator import drawn
+from vbbench_generators.tiers.field.carriage import carry
+from vbbench_generators.tiers.field.projection import cut_rows, frame, whole_boxes
+from vbbench_generators.tiers.field.recipe import FieldRecipe, get_field
+from vbbench_generators.tiers.occlusion import Outline, Showing, see_figures
+from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
+from vbbench_generators.tiers.tracking.fine_time import finer
+from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.settings import get_tracking
+
+
+@dataclass(frozen=True, kw_only=True)
+class Field(Tier):
+    """A camera that is tilted, sways and is not as high as it should be, over uneven ground; boxes end at borders.
+
+    Parameters
+    ----------
+    outline : what people look like to whom they hide.
+    detects : whether boxes are those of a detector and tracker, not of people who draw them.
+    """
+
+    outline: Outline = field(default_factory=Outline)
+    detects: bool = True
+    hides = True
+    tracks = True
+    look = "natural"
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """The whole recipe, and what people look like."""
+        recipe = get_field()
+        return {
+            "field": {name: asdict(part) for name, part in vars(recipe).items()},
+            "outline": asdict(self.outline),
+            "detector": {"tracker": asdict(get_tracking().tracker)} if self.detects else None,
+        }
+
+    @property
+    def own_camera(self) -> Camera:
+        """KITTI's."""
+        return get_field().camera
+
+    @property
+    def own_heights(self) -> Heights:
+        """KITTI's."""
+        return get_field().heights
+
+    def told(self, camera: Camera) -> Told:
+        """What a calibration would tell: how exact boxes and the camera's mount are, not what they are."""
+        recipe = get_field()
+        return Told(
+            pixel_std=recipe.pixel_std(camera, self.detects),
+            box_std=(recipe.detector if self.detects else recipe.annotator).box_std,
+            tilt_std=float(np.hypot(recipe.tilt.pitch_std, recipe.tilt.sway_pitch_std)),
+            mount_height_std=recipe.mount.std,
+        )
+
+    def annotated(self) -> "Field":
+        """Boxes as people draw them."""
+        return replace(self, detects=False)
+
+    def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
+        """Boxes of tracks, or as people draw them."""
+        return (self._tracked if self.detects else self._drawn)(sight, get_field(), rng)
+
+    def _drawn(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
+        boxes, showing = look(sight, recipe, self.outline, rng)
+        model = recipe.annotator
+        framed = frame(drawn(boxes, sight.dt, model, rng), sight.camera, recipe.body.aspect)
+        kept = sight.seen & (showing.visible >= model.least_visible) & (framed.inside >= model.least_inside)
+        return _as_tracks(sight.people, framed.where(kept).boxes, showing.visible * framed.inside)
+
+    def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
+        """At the rate of a video, as the tier `tracked`."""
+        fine, every = finer(sight)
+        camera, settings = sight.camera, recipe.tracking(sight.camera)
+        boxes, showing = look(fine, recipe, self.outline, rng)
+        framed = frame(boxes, camera, recipe.body.aspect)
+        turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
+        tracked = track_people(
+            framed.where(fine.seen & (framed.inside >= recipe.annotator.least_inside)).boxes,
+            showing,
+            *(sight.people, camera, fine.dt, fine.watched, settings, self.outline, rng),
+            turns=turns,
+            every=every,
+        )
+        boxes = cut_rows(tracked.boxes, camera)
+        found = ~np.isnan(boxes[..., 2])
+        persons = np.where(found, tracked.persons, NOBODY)
+        return Observations(boxes=boxes, visible=np.where(found, tracked.scores, np.nan), persons=persons)
+
+
+def _as_tracks(people: IntArray, boxes: FloatArray, visible: FloatArray) -> Observations:
+    """Boxes [T, K, 3] of ``people`` [K] as tracks, one of each who is ever seen; NaN = not seen."""
+    observed = ~np.isnan(boxes[..., 2])
+    ever = observed.any(axis=0)
+    observed = observed[:, ever]
+    return Observations(
+        boxes=boxes[:, ever],
+        visible=np.where(observed, visible[:, ever], np.nan),
+        persons=np.where(observed, people[ever], NOBODY),
+    )
+
+
+def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Generator) -> tuple[FloatArray, Showing]:
+    """Boxes [T, K, 3] of whole people as the carried camera sees them, and what shows of them."""
+    truth, camera = sight.truth, sight.camera
+    carriage = carry(truth.poses, camera.mount_height, sight.dt, sight.observer, recipe, rng)
+    relative = world_to_relative(truth.positions, truth.poses)
+    boxes = whole_boxes(relative, sight, carriage, recipe.body.near_edge)
+    feet = np.stack([boxes[..., 0], boxes[..., 1] + 0.5 * boxes[..., 2], boxes[..., 2]], axis=-1)
+    distances = np.where(np.isnan(boxes[..., 2]), np.nan, camera.depth(relative))
+    return boxes, see_figures(feet, distances, camera, outline)
+
+
+field_tier = Field(
+    name="field",
+    summary="A camera as real as footage: tilted and swaying over uneven ground, with boxes cut off at its borders, of "
+    "a detector and tracker, or as people draw them (--no-detector).",
+)

@@ -1,0 +1,177 @@
+"""Yaw of a head that turns as people's do, in continuous time, for ``look = natural`` and for each of its laws.
+
+The direction of walking at time t is that of the chord p(t + s/2) − p(t − s/2) over a stride s of the observer's path
+p; where the chord is shorter than `standing_speed`·s the person stands, and the direction is held. A sequence has one
+of four laws, drawn with the shares of ``natural.toml``:
+
+    follow   the direction of walking at t + δ(t), δ an Ornstein–Uhlenbeck process about the person's own lead
+    ahead    the direction of p(t + τ) − p(t), τ the person's own
+    glance   the direction of walking, or from it by a share of the angle to a neighbour, for as long as a glance lasts
+    sway     the direction of walking + a·sin(π f t + φ), f the step rate
+
+Who stands looks around: directions about the held one, each for a while. No head turns faster than `turn_rate`, and
+none is steady: an Ornstein–Uhlenbeck process and an offset of the person's own come on top. All is computed every `FINE` seconds or faster, and thinned to the frames: the law does not depend on the frame time.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.kernels import kernel
+from vbbench_generators.views.looking.settings import NaturalLook
+
+Law = Literal["follow", "ahead", "glance", "sway"]
+LAWS: tuple[Law, ...] = ("follow", "ahead", "glance", "sway")
+FINE = 0.1
+"""The longest time in s between two yaws."""
+LONGEST_LEAD = 3.0
+"""Time in s by which a path is continued at its first and last speed, and by which heads look ahead at most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """An observer's path and the people around it.
+
+    Parameters
+    ----------
+    path : [N, 2] places in m in the frames in which the observer is known.
+    times : [N] of these frames, in s from the sequence's start.
+    around : [T, K, 2] in m, everybody in the sequence's frames; NaN = absent. The observer may be among them.
+    dt : s per frame.
+    """
+
+    path: FloatArray
+    times: FloatArray
+    around: FloatArray
+    dt: float
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """[n, 2] places at some ``times`` [n]: straight between frames, and on at the speed of either end."""
+        known, path = self.times, self.path
+        if len(path) > 1:
+            known = np.concatenate([known[:1] - LONGEST_LEAD, known, known[-1:] + LONGEST_LEAD])
+            first, last = path[1] - path[0], path[-1] - path[-2]
+            before = path[0] - first * (LONGEST_LEAD / (self.times[1] - self.times[0]))
+            after = path[-1] + last * (LONGEST_LEAD / (self.times[-1] - self.times[-2]))
+            path = np.concatenate([before[None], path, after[None]])
+        return np.column_stack((np.interp(times, known, path[:, 0]), np.interp(times, known, path[:, 1])))
+
+
+def natural_yaws(way: Way, look: NaturalLook, rng: np.random.Generator, law: Law | None = None) -> FloatArray:
+    """Yaw [T] in rad of the observer's head by ``law``; by default one is drawn."""
+    drawn = LAWS[int(rng.choice(len(LAWS), p=look.shares))]
+    law = law or drawn
+    frames = len(way.around)
+    steps = int(np.ceil(way.dt / FINE - 1e-9))
+    times: FloatArray = way.dt / steps * np.arange((frames - 1) * steps + 1, dtype=np.float64)
+    course, standing = _course(way, times, law, look, rng)
+    course = course + np.where(standing, _looks_around(times, look, rng), 0.0)
+    if law == "glance":
+        course = course + np.where(standing, 0.0, _glances(way, times, course, look, rng))
+    yaws = np.empty(len(times))
+    _turn_towards(course, look.walking.turn_rate * way.dt / steps, yaws)
+    if law == "sway":
+        yaws += np.where(standing, 0.0, _sways(times, look, rng))
+    yaws += look.walking.offset_std * rng.standard_normal()
+    yaws += look.walking.unsteady_std * _unsteady(times, look.walking.memory, rng)
+    return yaws[::steps]
+
+
+def _course(
+    way: Way, times: FloatArray, law: Law, look: NaturalLook, rng: np.random.Generator
+) -> tuple[FloatArray, BoolArray]:
+    """Where the head points on the way, [n] in rad, and who stands, [n]; held while standing."""
+    behind = ahead = np.full(len(times), 0.5 * look.walking.stride)
+    if law == "follow":
+        lead = look.follow.lead + look.follow.lead_std * rng.standard_normal()
+        delay = lead + look.follow.unsteady_std * _unsteady(times, look.follow.memory, rng)
+        behind, ahead = behind - delay, ahead + delay
+    elif law == "ahead":
+        tau = rng.uniform(look.ahead.nearest, look.ahead.farthest)
+        behind, ahead = np.zeros(len(times)), np.full(len(times), tau)
+    chord = way.at(times + ahead) - way.at(times - behind)
+    walked = np.hypot(chord[:, 0], chord[:, 1]) >= look.walking.standing_speed * (behind + ahead)
+    course = np.arctan2(chord[:, 1], chord[:, 0])
+    somewhere = rng.uniform(-np.pi, np.pi)
+    if not walked.any():
+        return np.full(len(times), somewhere), ~walked
+    last = np.maximum.accumulate(np.where(walked, np.arange(len(times)), -1))
+    held: FloatArray = course[np.where(last < 0, np.argmax(walked), last)]
+    return held, ~walked
+
+
+def _looks_around(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> FloatArray:
+    """[n] in rad to the side of the way: held for a while each."""
+    number = 8 + int(4.0 * (times[-1] - times[0]) / look.standing.held_for)
+    ends = np.cumsum(rng.exponential(look.standing.held_for, number))
+    sides = look.standing.spread * rng.standard_normal(number + 1)
+    turned: FloatArray = sides[np.searchsorted(ends, times)]
+    return turned
+
+
+def _glances(
+    way: Way, times: FloatArray, course: FloatArray, look: NaturalLook, rng: np.random.Generator
+) -> FloatArray:
+    """[n] in rad that the head turns from its ``course`` [n] to neighbours, for as long as glances last."""
+    glance = look.glance
+    pause = glance.duration * (1.0 / glance.time_share - 1.0)
+    number = 8 + int(4.0 * (times[-1] - times[0]) / (pause + glance.duration))
+    pauses, lasting = rng.exponential(pause, number), rng.exponential(glance.duration, number)
+    begins = np.cumsum(pauses) + np.cumsum(lasting) - lasting
+    chosen = rng.uniform(size=number)
+    first, last = np.searchsorted(times, begins), np.searchsorted(times, begins + lasting)
+    frames = np.minimum((times / way.dt + 1e-9).astype(np.int64), len(way.around) - 1)
+    here = way.at(times)
+    turned = np.zeros(len(times))
+    for begin, end, which in zip(first, last, chosen, strict=True):
+        if begin >= min(end, len(times)):
+            continue
+        beside = _beside(way.around[frames[begin]] - here[begin], course[begin])
+        apart = np.hypot(*(way.around[frames[begin]] - here[begin]).T)
+        near = np.flatnonzero((apart > 0.2) & (apart < glance.distance) & (np.abs(beside) < glance.widest))
+        if len(near):
+            person = near[int(which * len(near))]
+            there = way.around[frames[begin:end], person]
+            side = _beside(there - here[begin:end], course[begin:end])
+            turned[begin:end] = np.nan_to_num(glance.head_share * np.clip(side, -glance.widest, glance.widest))
+    return turned
+
+
+def _beside(apart: FloatArray, course: FloatArray) -> FloatArray:
+    """[n] angles in rad of ``apart`` [n, 2] from the ``course`` [n], to the left positive."""
+    angle = np.arctan2(apart[:, 1], apart[:, 0]) - course
+    turned: FloatArray = np.arctan2(np.sin(angle), np.cos(angle))
+    return turned
+
+
+def _sways(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> FloatArray:
+    """[n] in rad to and fro."""
+    rate = look.sway.step_rate + look.sway.step_rate_std * rng.standard_normal()
+    amplitude = look.sway.amplitude + look.sway.amplitude_std * rng.standard_normal()
+    swayed: FloatArray = amplitude * np.sin(np.pi * rate * times + rng.uniform(-np.pi, np.pi))
+    return swayed
+
+
+def _unsteady(times: FloatArray, memory: float, rng: np.random.Generator) -> FloatArray:
+    """[n] standard normal numbers, correlated over t in s with e^(−t/``memory``): an Ornstein–Uhlenbeck process."""
+    numbers = rng.standard_normal(len(times))
+    _remember(numbers, float(np.exp(-(times[-1] - times[0]) / max(len(times) - 1, 1) / memory)))
+    return numbers
+
+
+@kernel
+def _remember(numbers: FloatArray, kept: float) -> None:
+    """Correlate independent ``numbers`` [n] with the one before by ``kept``."""
+    for t in range(1, len(numbers)):
+        numbers[t] = kept * numbers[t - 1] + np.sqrt(1.0 - kept * kept) * numbers[t]
+
+
+@kernel
+def _turn_towards(course: FloatArray, most: float, yaws: FloatArray) -> None:
+    """Write the yaws [n] of a head that turns towards its ``course`` [n] by at most so many rad a step."""
+    yaws[0] = course[0]
+    for t in range(1, len(course)):
+        wanted = np.arctan2(np.sin(course[t] - yaws[t - 1]), np.cos(course[t] - yaws[t - 1]))
+        yaws[t] = yaws[t - 1] + min(max(wanted, -most), most)

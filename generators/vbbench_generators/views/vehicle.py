@@ -1,0 +1,205 @@
+"""A vehicle that stands or drives among the people of a scene and carries the camera, in place of one of them.
+
+Its speed v and yaw rate ω are Ornstein–Uhlenbeck processes. The way that they make is laid so that at a time drawn at
+random the middle of the crowd is straight ahead, at a distance and from a side that are drawn, too. It is cut to the
+longest run of frames in which enough people are in view and nobody is run over.
+"""
+
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from itertools import pairwise
+from typing import Annotated, Any
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.errors import VbbenchError
+from vbbench.generation.generator import Look, Options
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
+from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.toml_text import read_bundled
+from vbbench.scene import Scene
+from vbbench_generators.footage.sequences import NO_OBSERVER
+from vbbench_generators.recordings.eligibility import Span
+from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.views.viewing import look_definition
+
+Speed = Annotated[float, Within(0.0, 100.0, "m/s")]
+Seconds = Annotated[float, Within(1e-3, 1e4, "s")]
+Metres = Annotated[float, Within(0.0, 1e4, "m")]
+Count = Annotated[int, Within(1, 10**6)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class VehicleModel:
+    """The file ``vehicle.toml``, which says what each value is."""
+
+    standing: Annotated[float, Within(0.0, 1.0)]
+    slowest: Speed
+    fastest: Speed
+    speed_std: Speed
+    speed_time: Seconds
+    yaw_rate_std: Annotated[float, Within(0.0, 10.0, "rad/s")]
+    yaw_rate_time: Seconds
+    nearest_crowd: Metres
+    farthest_crowd: Metres
+    clearance: Metres
+    horizon: Metres
+    fewest: Count
+    shortest: Count
+    longest: Count
+    stride: Count
+    tries: Count
+    places: Count
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@cache
+def get_vehicle() -> VehicleModel:
+    """The model that comes with this package."""
+    return read_bundled("vbbench_generators", "views/vehicle.toml", VehicleModel, "top level")
+
+
+def observer_definition(options: Options, look: Look) -> dict[str, Any]:
+    """What a camera's way follows from, as JSON: part of a dataset's definition and id.
+
+    Raises
+    ------
+    VbbenchError
+        If a vehicle is asked to look somewhere else than ahead.
+    """
+    if options.observer == "walker":
+        return look_definition(look)
+    if options.look is not None:
+        raise VbbenchError("a vehicle looks where it drives; leave --look out, or ask for --observer walker")
+    return {"observer": options.observer, "vehicle": asdict(get_vehicle())}
+
+
+def find_windows(scene: Scene, number: int, crowd: BoolArray) -> list[Span]:
+    """The windows of a scene, the ``number``-th, in which a vehicle would see enough of the ``crowd`` [T, K]."""
+    model = get_vehicle()
+    first = np.arange(0, max(scene.frames - model.longest, 0) + 1, model.stride)
+    enough = crowd.sum(axis=1) >= model.fewest
+    runs = [_longest_run(enough[start : start + model.longest]) for start in first]
+    return [
+        Span(
+            scene=number, column=NO_OBSERVER, first=int(start), counted=np.ones(min(model.longest, scene.frames), bool)
+        )
+        for start, (begin, end) in zip(first, runs, strict=True)
+        if end - begin >= model.shortest
+    ]
+
+
+def draw_window(scene: Scene, number: int, rng: np.random.Generator) -> Span:
+    """A window of a scene, the ``number``-th, drawn at random."""
+    longest = min(get_vehicle().longest, scene.frames)
+    first = int(rng.integers(scene.frames - longest + 1))
+    return Span(scene=number, column=NO_OBSERVER, first=first, counted=np.ones(longest, bool))
+
+
+def ride(
+    scene: Scene, window: Span, crowd: BoolArray, camera: Camera, rng: np.random.Generator
+) -> tuple[Span, FloatArray]:
+    """The frames of a ``window`` in which a vehicle sees enough, and its poses [T, 3] in them.
+
+    ``crowd`` [T, K] says who is there to be seen in the frames of the window.
+    """
+    places = window.of(scene.positions)
+    first, poses = drive(places, crowd, scene.dt, camera, get_vehicle(), rng)
+    return replace(window, first=window.first + first, counted=window.counted[: len(poses)]), poses
+
+
+def drive(
+    places: FloatArray, crowd: BoolArray, dt: float, camera: Camera, model: VehicleModel, rng: np.random.Generator
+) -> tuple[int, FloatArray]:
+    """A way among people: the first of the frames that it takes, and its poses [T, 3] from there on.
+
+    Parameters
+    ----------
+    places : [T, K, 2] in m of everybody, NaN = absent.
+    crowd : [T, K] who of them is to be seen.
+    dt : seconds per frame.
+    camera : what they are seen with.
+
+    Where no way that was drawn sees enough of them for long enough, the vehicle stands aside and sees them all.
+    """
+    people = crowd.sum(axis=1)
+    wanted = min(model.fewest, int(people.max(initial=1)))
+    shortest = min(model.shortest, int((people >= wanted).sum()))
+    for _ in range(model.tries):
+        ways = _lay(_draw_way(len(places), dt, model, rng), places, crowd, model, rng)
+        runs = [_longest_run(good) for good in _good(places, crowd, ways, wanted, camera, model)]
+        best = int(np.argmax([last - first for first, last in runs]))
+        first, last = runs[best]
+        if last - first >= shortest:
+            return first, ways[best, first:last]
+    first, last = _longest_run(people >= wanted)
+    return first, np.tile(_aside(places[crowd], camera, model, rng), (last - first, 1))
+
+
+def _draw_way(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
+    """A way [T, 3] from the origin, ahead along x."""
+    speeds, turns = _motion(frames, dt, model, rng)
+    yaw = np.concatenate([[0.0], np.cumsum(turns * dt)])
+    steps = speeds[:, None] * dt * np.stack([np.cos(yaw[:-1]), np.sin(yaw[:-1])], axis=-1)
+    return np.concatenate([np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), yaw[:, None]], axis=1)
+
+
+def _lay(
+    way: FloatArray, places: FloatArray, crowd: BoolArray, model: VehicleModel, rng: np.random.Generator
+) -> FloatArray:
+    """The ``way`` [T, 3] laid `VehicleModel.places` times [P, T, 3], so that it has the crowd ahead at some time."""
+    count = model.places
+    at = rng.choice(np.flatnonzero(crowd.any(axis=1)), count)
+    side, away = rng.uniform(-np.pi, np.pi, count), rng.uniform(model.nearest_crowd, model.farthest_crowd, count)
+    middle = np.stack([np.median(places[t, crowd[t]], axis=0) for t in at])
+    goal = middle - away[:, None] * np.stack([np.cos(side), np.sin(side)], axis=-1)
+    turned = side - way[at, 2]
+    relative = way[:, :2] - way[at, None, :2]
+    cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]
+    x = goal[:, :1] + cos * relative[..., 0] - sin * relative[..., 1]
+    y = goal[:, 1:] + sin * relative[..., 0] + cos * relative[..., 1]
+    return np.stack([x, y, wrap_angle(way[:, 2] + turned[:, None])], axis=-1)
+
+
+def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Speeds and yaw rates [T − 1] in m/s and rad/s from each frame to the next."""
+    if rng.random() < model.standing:
+        return np.zeros(frames - 1), np.zeros(frames - 1)
+    mean = rng.uniform(model.slowest, model.fastest)
+    changes = wandering((frames - 1,), model.speed_time, dt, rng)
+    turns = model.yaw_rate_std * wandering((frames - 1,), model.yaw_rate_time, dt, rng)
+    speeds = np.maximum(mean + model.speed_std * changes, 0.0)
+    return speeds, np.where(speeds > 0.0, turns, 0.0)
+
+
+def _good(
+    places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, camera: Camera, model: VehicleModel
+) -> BoolArray:
+    """[P, T] whether enough people are in view along each of the ``ways`` [P, T, 3], and nobody is in the way."""
+    right, forward = np.moveaxis(world_to_relative(places, ways), -1, 0)
+    away = np.hypot(right, forward)
+    seen = crowd & (away < model.horizon)
+    if camera.view is not None:
+        azimuth = np.arctan2(right, forward)
+        seen &= (azimuth > camera.view[0]) & (azimuth < camera.view[1])
+    good: BoolArray = (seen.sum(axis=-1) >= wanted) & ~(away < model.clearance).any(axis=-1)
+    return good
+
+
+def _longest_run(good: BoolArray) -> tuple[int, int]:
+    """The longest run of frames first ≤ t < last that are all ``good`` [T]; the first of several."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]])))
+    runs = [(int(first), int(last)) for first, last in pairwise(ends)][::2]
+    return max(runs, key=lambda run: run[1] - run[0], default=(0, 0))
+
+
+def _aside(places: FloatArray, camera: Camera, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
+    """A pose [3] out of everybody's way that has all ``places`` [N, 2] in view."""
+    middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
+    radius = float(np.hypot(*(places - middle).T).max())
+    half = np.pi / 2 if camera.view is None else min(-camera.view[0], camera.view[1])
+    away, side = max(radius / np.sin(half), radius + model.clearance), rng.uniform(-np.pi, np.pi)
+    return np.array([*(middle - away * np.array([np.cos(side), np.sin(side)])), side])
