@@ -65,7 +65,12 @@ class Tally:
         people = self.people
         figures = [1 - self.found / people, self.nobody / people, self.switches / people]
         return " | ".join(
-            [f"{people:,}", *(f"{100 * value:.2f} %" for value in figures), f"{self.overlap / max(self.found, 1):.3f}", f"{100*self.scored / people:.1f} %"]
+            [
+                f"{people:,}",
+                *(f"{100 * value:.2f} %" for value in figures),
+                f"{self.overlap / max(self.found, 1):.3f}",
+                f"{100 * self.scored / people:.1f} %",
+            ]
         )
 
 
@@ -81,6 +86,7 @@ def switches(persons: IntArray) -> int:
 if __name__ == "__main__":
     from vbbench_generators.tiers.tracking.fine_time import finer
     from vbbench.camera import PerspectiveCamera, PanoramaCamera
+
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("splits", nargs="*", default=SPLITS)
     parser.add_argument("--every", type=int, default=1)
