@@ -1,5 +1,6 @@
 """Results made again: the same seed gives the same figures, another one figures that agree; what drifted is found."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,24 +21,24 @@ from vbbench_leaderboards.results.boards import BoardSource
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.result import Result, read_result, write_result
 
-KEPT = Path("demo", "one-step-ideal", "cv.json")
+KEPT = Path("sim", "one-step-ideal", "cv.json")
 SEED = "0"
 
 
 @pytest.fixture(autouse=True)
 def few_sequences(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The demo as a board of twelve crowds."""
-    monkeypatch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"demo": 12})
+    """The simulator as a board of sixteen crowds."""
+    monkeypatch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
 
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the results and the work of a run on the demo."""
+    """A folder with the results and the work of a run on the simulator."""
     room = tmp_path_factory.mktemp("rerun")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"demo": 12})
+        patch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
         run = Rerun(results=room / "results", work=room / "work", update=True, seed=0)
-        outcomes = list(run.boards(["demo"], ["cv"], ["ideal"]))
+        outcomes = list(run.boards(["sim"], ["cv"], ["ideal"]))
     wanted = ["written anew\n  nothing was kept"] * (1 + len(PROTOCOLS))
     assert [outcome.text.split(": ")[1] for outcome in outcomes] == wanted
     return room
@@ -45,16 +46,12 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def remade(first: Path, tmp_path: Path) -> Path:
-    """A copy of it that a test may spoil; its work is that of all."""
-    import shutil
-
-    shutil.copytree(first / "results", tmp_path / "results")
-    (tmp_path / "work").symlink_to(first / "work")
-    return tmp_path
+    """A copy of it that a test may spoil."""
+    return Path(shutil.copytree(first, tmp_path / "room"))
 
 
 def command(room: Path, *more: str) -> int:
-    names = ["--split", "demo", "--solver", "cv", "--tier", "ideal"]
+    names = ["--split", "sim", "--solver", "cv", "--tier", "ideal"]
     folders = ["--results", str(room / "results"), "--work", str(room / "work")]
     return main(["leaderboard", "rerun", *names, *folders, *more])
 
@@ -98,7 +95,7 @@ def test_another_seed_is_drawn_each_time_and_the_results_stand(
         captured = capsys.readouterr()
         assert f"seed {seed}, drawn for this run" in captured.err
         assert captured.out.count(": stands") == 1 + len(PROTOCOLS)
-        assert DatasetInfo.read(remade / "work/again/datasets/demo-ideal").seed == seed
+        assert DatasetInfo.read(remade / "work/again/datasets/sim-ideal").seed == seed
     assert before == {path: path.read_bytes() for path in (remade / "results").rglob("*.json")}
 
 
@@ -115,7 +112,7 @@ def test_figures_that_no_seed_explains_are_drift_and_all_of_a_dataset_is_written
     others.unlink()
     assert command(remade, "--seed", "17", "--update") == 0
     assert capsys.readouterr().out.count("written anew") == 1 + len(PROTOCOLS)
-    assert read_dataset(remade / "results/demo/ideal.json").seed == 17
+    assert read_dataset(remade / "results/sim/ideal.json").seed == 17
     assert {read_result(file).seed for file in (remade / "results").glob("*/*/*.json")} == {17}
 
 
@@ -140,7 +137,7 @@ def test_a_run_that_was_stopped_goes_on_with_its_seed(
     with monkeypatch.context() as patch:
         patch.setattr(Rerun, "_result", stop)
         with pytest.raises(KeyboardInterrupt):
-            list(Rerun(results=remade / "results", work=remade / "work").boards(["demo"], ["cv"], ["ideal"]))
+            list(Rerun(results=remade / "results", work=remade / "work").boards(["sim"], ["cv"], ["ideal"]))
     seed = (remade / "work/again/unfinished-seed").read_text().strip()
     capsys.readouterr()
     assert command(remade) == 0
@@ -149,7 +146,7 @@ def test_a_run_that_was_stopped_goes_on_with_its_seed(
 
 
 def test_damaged_files_are_drift_and_mended(remade: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    paths = [remade / "results" / KEPT, remade / "results/demo/ideal.json"]
+    paths = [remade / "results" / KEPT, remade / "results/sim/ideal.json"]
     before = [path.read_bytes() for path in paths]
     for path in paths:
         path.write_text("{")
@@ -171,13 +168,13 @@ def test_a_time_alone_is_no_drift(remade: Path) -> None:
 @pytest.mark.parametrize(
     ("touched", "again"),
     [
-        ("submissions/demo/one-step-ideal/cv/poses.parquet", "submissions/demo/one-step-ideal/cv"),
-        ("submissions/demo/rollout-ideal/cv.made-by", "submissions/demo/rollout-ideal/cv"),
-        ("datasets/demo-ideal/given.parquet", "datasets/demo-ideal"),
+        ("submissions/sim/one-step-ideal/cv/poses.parquet", "submissions/sim/one-step-ideal/cv"),
+        ("submissions/sim/rollout-ideal/cv.made-by", "submissions/sim/rollout-ideal/cv"),
+        ("datasets/sim-ideal/given.parquet", "datasets/sim-ideal"),
     ],
 )
 def test_what_is_whole_is_used_again_and_the_rest_is_made(remade: Path, touched: str, again: str) -> None:
-    work = (remade / "work").resolve()
+    work = remade / "work"
 
     def made() -> dict[Path, int]:
         markers = [*work.glob("datasets/*/dataset.json"), *work.glob("submissions/*/*/*/submission.json")]
@@ -210,9 +207,9 @@ def test_missing_sources_are_said_and_left_out_unless_named(
 
 
 def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
-    kept = read_dataset(remade / "results/demo/ideal.json")
+    kept = read_dataset(remade / "results/sim/ideal.json")
     write_dataset(replace(kept, counts={**kept.counts, "observations": 1}), remade / "results")
-    outcomes = Rerun(results=remade / "results", work=remade / "work", seed=17).boards(["demo"], ["cv"], ["ideal"])
+    outcomes = Rerun(results=remade / "results", work=remade / "work", seed=17).boards(["sim"], ["cv"], ["ideal"])
     assert "$.counts.observations: was 1" in next(iter(outcomes)).text
 
 

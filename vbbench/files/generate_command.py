@@ -84,4 +84,4 @@ def _word(value: Any) -> str | None:
     """The value as a word of the line; ``None`` if it cannot be one."""
     text = f"{value:g}" if type(value) is float else str(value)
     spoken = value is not None and not isinstance(value, (dict, list, bool))
-    return text if spoken and (_WORD.fullmatch(text) or text == "secret --withhold-truth") else None
+    return text if spoken and (not text or _WORD.fullmatch(text) or text == "secret --withhold-truth") else None

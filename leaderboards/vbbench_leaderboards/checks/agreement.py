@@ -24,7 +24,7 @@ LEVEL = 0.05
 FEW = 0.1
 """Where the sequences are too few for an interval, capped means may differ by this share of the committed one."""
 
-COUNTS = 0.05
+COUNTS = 0.2
 """Counts of another seed's dataset may differ by this share: crowds and those who are seen are others."""
 
 _SAME = ("split", "tier", "title", "camera", "dt", "caution", "licence", "citation")
@@ -77,5 +77,5 @@ def _shared(one: PerSequence, other: PerSequence) -> tuple[PerSequence, PerSeque
 def _mean(values: FloatArray) -> FloatArray:
     """The mean of each column [N, M] over the rows that have a figure."""
     there = np.isfinite(values)
-    total: FloatArray = np.where(there, values, 0.0).sum(axis=0)
-    return total / np.maximum(there.sum(axis=0), 1)
+    mean: FloatArray = np.where(there, values, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    return mean

@@ -101,8 +101,8 @@ def _chart_pair(site: Site, board: Board, metric: str) -> str:
     points, spreads = list(_points(site, board, metric)), _spreads(site, board, metric)
     left = scatter(f"time-{metric}", name, unit, points) if points else '<p class="note">No time was reported.</p>'
     return (
-        f'<div class="pair" data-metric="{metric}"><figure>{left}<figcaption>Error against time. Bars are 95 % '
-        "intervals of the mean; lower left is better.</figcaption></figure><figure>"
+        f'<div class="pair" data-metric="{metric}"><figure>{left}<figcaption>Capped error against time. Bars are '
+        "95 % intervals; lower left is better.</figcaption></figure><figure>"
         f"{distribution(f'spread-{metric}', name, unit, spreads)}<figcaption>Every sequence. A dot is one percent of "
         "the sequences, the line their median.</figcaption></figure></div>"
     )

@@ -63,7 +63,7 @@ class BoardSource:
         return tuple(Board(split=self.split, tier=self.tier, protocol=protocol) for protocol in PROTOCOLS)
 
 
-_LIMITS = {"sim": 150, "street": 150}
+_LIMITS = {"sim": 150, "street": 6}
 _STRIDES = {"hotel": 3, "eth": 3, "eth-15fps": 3, "students": 16, "students-resampled": 16}
 
 
