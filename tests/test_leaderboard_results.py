@@ -124,7 +124,7 @@ def test_schemas_are_sound_and_strict(schema: str) -> None:
     [
         ({"format_version": 2}, r"\$\.format_version: is 2, this vbbench reads 1"),
         ({"colour": "red"}, "colour"),
-        ({"protocol": "sequential/2"}, "is sequential/2, this vbbench scores sequential/1"),
+        ({"protocol": "sequential/1"}, "is sequential/1, this vbbench scores sequential/2"),
         ({"protocol": "two-step/1"}, r"\$\.protocol"),
         ({"submission": {"poses.parquet": "x"}}, r"\$\.submission"),
         ({"solver": {"name": "../cv", "version": "", "reference": "", "link": ""}}, r"\$\.solver\.name"),
