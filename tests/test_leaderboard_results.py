@@ -54,7 +54,7 @@ def test_a_result_is_read_as_it_was_written(results: Path, tmp_path: Path) -> No
     assert (tmp_path / "again" / FILE).read_bytes() == (results / FILE).read_bytes()
     assert_equal(first, read_result(tmp_path / "again" / FILE))
     assert first.board == Board(split="tiny", tier="ideal", protocol="sequential")
-    assert first.score["protocol_version"] == 1
+    assert first.score["protocol_version"] == 2
 
 
 def test_a_record_is_read_as_it_was_written(results: Path, tmp_path: Path) -> None:
