@@ -201,7 +201,10 @@ def test_the_new_dataset_is_solved_and_scored(dataset, files, tmp_path):
 def test_a_switch_a_break_and_a_false_alarm_are_told_apart(dataset, tmp_path):
     sequence = dataset.sequence(fullest(dataset))
     column = int(sequence.observed.sum(axis=0).argmax())
-    person, boxes = int(dataset.track_persons(sequence)[0, column]), rectangles(sequence.observations[:, column]) + FROM_ONE
+    person, boxes = (
+        int(dataset.track_persons(sequence)[0, column]),
+        rectangles(sequence.observations[:, column]) + FROM_ONE,
+    )
     seen = np.flatnonzero(sequence.observed[:, column])
     half = len(seen) // 2
     lines = [(t, 100 if t < seen[half] else 200, *boxes[t]) for t in seen]
