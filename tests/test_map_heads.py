@@ -19,6 +19,7 @@ from vbbench_baselines.joint_map.motion.walks import walk_of
 from vbbench_baselines.joint_map.one_step import own_terms
 from vbbench_baselines.joint_map.prior import PRIORS, Prior, get_prior
 from vbbench_baselines.joint_map.priors.turns import (
+    AT_ONCE,
     FOLLOWING,
     HELD_OUT,
     LAGGING,
@@ -194,17 +195,17 @@ def test_a_wandering_head_is_told_from_a_following_one() -> None:
             solver = MapCausal(prior=replace(get_prior("default"), following=following))
             found = run(solver, truth, "sequential").poses
             errors[seed, i] = np.hypot(*(found - truth.poses)[2:, :2].T).mean()
-    assert errors[:, 1].mean() < 1.1 * errors[:, 0].mean()
-    assert np.median(errors[:, 1]) < 1.05 * np.median(errors[:, 0])
+    assert errors[:, 1].mean() < 1.2 * errors[:, 0].mean()
+    assert np.median(errors[:, 1]) < 1.2 * np.median(errors[:, 0])
 
 
 def test_the_fit_finds_lag_and_scales() -> None:
     following = np.concatenate([pairs(headed(seed, lag=1.2)) for seed in range(40)])
     wandering = np.concatenate([pairs(headed(seed, wander=0.3)) for seed in range(40)])
-    loose = np.concatenate([pairs(headed(seed, lag=0.06)) for seed in range(40)])
+    loose = np.concatenate([pairs(headed(seed, lag=0.05)) for seed in range(40)])
     prior = fit_head([{"motion": following, "sway": loose, "wander": wandering}], Prior())
-    assert prior.lag == pytest.approx((1.2, 0.06), rel=0.3)
-    assert prior.follow_scale[0] == LEAST_FOLLOW
+    assert prior.lag == pytest.approx((1.2, AT_ONCE), rel=0.15)
+    assert prior.follow_scale == LEAST_FOLLOW
     assert 0.1 < prior.yaw_scale < 0.3
     assert prior.following == FOLLOWING
 

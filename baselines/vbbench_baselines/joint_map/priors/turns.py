@@ -7,13 +7,14 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from vbbench.generation.generator import Look, Options, Plan
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.registry import load
-from vbbench_baselines.joint_map.motion.heads import Head, head_of, turn
+from vbbench_baselines.joint_map.motion.heads import head_of, turn
 from vbbench_baselines.joint_map.prior import Prior
 
-LEAST_FOLLOW = 0.03
-"""γ_f in rad is kept at or above it: recipes turn heads exactly along the path, unlike real heads."""
+LEAST_FOLLOW = (0.03, 0.1)
+"""γ_1 and γ_2 in rad are kept at or above them: recipes turn heads exactly along the path, unlike real heads; and a
+head that points beside the path does so for a while, so that its increments together say less than each of them."""
 
 FOLLOWING = (0.02, 0.3)
 """Shares of heads that follow by either law: a head is taken to wander until it shows that it does not."""
@@ -26,9 +27,9 @@ WANDERING: tuple[Look, ...] = ("wander",)
 HELD_OUT: Look = "glance"
 """The way of looking that no fit sees unless another is held out: what heads really do stands in no prior."""
 
-LAG_RANGES = ((0.05, 5.0), (0.02, 0.1))
-"""In s. Heads that stray slowly from the path fit a long lag better, increment by increment; but it is that they look
-along the path at all that tells where the path is, and by which they are told from heads that wander."""
+LAG_RANGE, AT_ONCE = (0.05, 5.0), 0.05
+"""In s: of the law that lags, and of the other. Heads that stray slowly from the path fit a long lag better, increment
+by increment; but it is that they look along the path at all that tells where it is, and wandering heads from them."""
 
 SMALLEST_TURN = 1e-4
 """Least scale in rad of yaw increments; people who stand do not turn at all."""
@@ -60,37 +61,33 @@ def fit_head(turns: Sequence[Turns], prior: Prior) -> Prior:
     `FOLLOWING` is not fitted: a solver does not know which heads a dataset has. A law of which no way of looking is
     there is not believed in; a head that wanders is then one of which nothing but its increments is known.
     """
-    lags, scales, shares = list(prior.lag), list(prior.follow_scale), [0.0, 0.0]
-    for law, looks in enumerate((LAGGING, LOOSE)):
-        known = [each[look] for each in turns for look in looks if look in each]
-        if known:
-            lags[law], scales[law] = _fit_follower(known, prior, law, LAG_RANGES[law])
-            shares[law] = FOLLOWING[law]
-    strays = [each[look] for each in turns for look in WANDERING if look in each]
-    strays = strays or [pairs for each in turns for pairs in each.values()]
-    wander = fit_cauchy([_residuals(pairs, head_of(prior), 0)[:, 1] for pairs in strays])
-    lag, scale, following = (lags[0], lags[1]), (scales[0], scales[1]), (shares[0], shares[1])
-    return replace(prior, lag=lag, follow_scale=scale, following=following, yaw_scale=wander)
+    lagging, loose, wandering = (
+        [each[look] for each in turns for look in looks if look in each] for looks in (LAGGING, LOOSE, WANDERING)
+    )
+    lag, exact = _fit_lag(lagging, prior) if lagging else (prior.lag[0], prior.follow_scale[0])
+    about = max(fit_cauchy(_strays(loose, prior, AT_ONCE)), LEAST_FOLLOW[1]) if loose else prior.follow_scale[1]
+    turned = wandering or [pairs for each in turns for pairs in each.values()]
+    wander = fit_cauchy([wrap_angle(np.diff(pairs[..., 2], axis=1)) for pairs in turned])
+    shares = (FOLLOWING[0] if lagging else 0.0, FOLLOWING[1] if loose else 0.0)
+    return replace(prior, lag=(lag, AT_ONCE), follow_scale=(exact, about), following=shares, yaw_scale=wander)
 
 
-def _fit_follower(
-    known: Sequence[FloatArray], prior: Prior, law: int, lags: tuple[float, float]
-) -> tuple[float, float]:
-    """Lag in s, within ``lags``, and scale in rad of heads that follow by one ``law``."""
+def _fit_lag(known: Sequence[FloatArray], prior: Prior) -> tuple[float, float]:
+    """Lag in s and scale in rad of heads that follow the path exactly."""
 
     def follow(lag: float) -> tuple[float, float]:
-        head = head_of(replace(prior, lag=(lag, lag)))
-        offs = [_residuals(pairs, head, law)[:, 0] for pairs in known]
-        scale = max(fit_cauchy(offs), LEAST_FOLLOW)
+        offs = _strays(known, prior, lag)
+        scale = max(fit_cauchy(offs), LEAST_FOLLOW[0])
         return float(np.log(scale) + np.mean([np.mean(np.log1p((off / scale) ** 2)) for off in offs])), scale
 
-    best = minimize_scalar(lambda lag: follow(lag)[0], bounds=lags, method="bounded")
+    best = minimize_scalar(lambda lag: follow(lag)[0], bounds=LAG_RANGE, method="bounded")
     return float(best.x), follow(float(best.x))[1]
 
 
-def _residuals(pairs: FloatArray, head: Head, law: int) -> FloatArray:
-    """[M, 2] in rad: how far the heads of pairs [M, 2, 3] are off the path, and how far they turned."""
-    return np.array([turn(before, now, head, law)[:2] for before, now in np.ascontiguousarray(pairs)])
+def _strays(known: Sequence[FloatArray], prior: Prior, lag: float) -> list[FloatArray]:
+    """How far in rad the heads of pairs [M, 2, 3] are off a path that they follow with a ``lag``."""
+    head = head_of(replace(prior, lag=(lag, lag)))
+    return [np.array([turn(before, now, head, 0)[0] for before, now in np.ascontiguousarray(pairs)]) for pairs in known]
 
 
 def fit_cauchy(turns: Sequence[FloatArray]) -> float:
