@@ -15,7 +15,8 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
-from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.scene import Scene
@@ -107,7 +108,15 @@ def ride(
     ``crowd`` [T, K] says who is there to be seen in the frames of the window.
     """
     places = window.of(scene.positions)
-    first, poses = drive(places, crowd, scene.dt, camera, get_vehicle(), rng)
+    there = ~np.isnan(places[..., 0]).all(axis=0)
+    first, poses = drive(
+        np.ascontiguousarray(places[:, there]),
+        np.ascontiguousarray(crowd[:, there]),
+        scene.dt,
+        camera,
+        get_vehicle(),
+        rng,
+    )
     return replace(window, first=window.first + first, counted=window.counted[: len(poses)]), poses
 
 
@@ -154,7 +163,7 @@ def _lay(
     count = model.places
     at = rng.choice(np.flatnonzero(crowd.any(axis=1)), count)
     side, away = rng.uniform(-np.pi, np.pi, count), rng.uniform(model.nearest_crowd, model.farthest_crowd, count)
-    middle = np.stack([np.median(places[t, crowd[t]], axis=0) for t in at])
+    middle = np.stack([places[t, crowd[t]].mean(axis=0) for t in at])
     goal = middle - away[:, None] * np.stack([np.cos(side), np.sin(side)], axis=-1)
     turned = side - way[at, 2]
     relative = way[:, :2] - way[at, None, :2]
@@ -179,13 +188,28 @@ def _good(
     places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, camera: Camera, model: VehicleModel
 ) -> BoolArray:
     """[P, T] whether enough people are in view along each of the ``ways`` [P, T, 3], and nobody is in the way."""
-    right, forward = np.moveaxis(world_to_relative(places, ways), -1, 0)
-    away = np.hypot(right, forward)
-    seen = crowd & (away < model.horizon)
-    if camera.view is not None:
-        azimuth = np.arctan2(right, forward)
-        seen &= (azimuth > camera.view[0]) & (azimuth < camera.view[1])
-    good: BoolArray = (seen.sum(axis=-1) >= wanted) & ~(away < model.clearance).any(axis=-1)
+    left, right = (-np.pi, np.pi) if camera.view is None else camera.view
+    return _look_round(places, crowd, ways, wanted, (left, right, model.horizon, model.clearance))
+
+
+@kernel
+def _look_round(
+    places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
+) -> BoolArray:
+    """See `_good`; ``limits`` are the azimuths of the view's borders, and the farthest and nearest distance."""
+    left, right, horizon, clearance = limits
+    good = np.empty(ways.shape[:2], np.bool_)
+    for p in range(ways.shape[0]):
+        for t in range(ways.shape[1]):
+            x, y, yaw = ways[p, t]
+            seen, clear = 0, True
+            for k in range(places.shape[1]):
+                ahead, aside = places[t, k, 0] - x, places[t, k, 1] - y
+                away = np.hypot(ahead, aside)
+                clear &= not away < clearance
+                azimuth = (yaw - np.arctan2(aside, ahead) + np.pi) % (2.0 * np.pi) - np.pi
+                seen += crowd[t, k] and away < horizon and left < azimuth < right
+            good[p, t] = clear and seen >= wanted
     return good
 
 

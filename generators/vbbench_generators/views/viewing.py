@@ -66,9 +66,10 @@ def view(
     seen = crowd & span.counted[:, None]
     if span.column != NO_OBSERVER:
         seen[:, span.column] = False
-    columns = np.flatnonzero((span.of(scene.present) if tier.hides else seen).any(axis=0))
+    places = span.of(scene.positions)
+    columns = np.flatnonzero((~np.isnan(places[..., 0]) if tier.hides else seen).any(axis=0))
     columns = columns[columns != span.column]
-    positions, people = span.of(scene.positions).take(columns, axis=1), scene.people[columns]
+    positions, people = places.take(columns, axis=1), scene.people[columns]
     truth = Truth(poses=poses, positions=positions, heights=scene.heights[columns])
     sight = Sight(
         truth=truth,

@@ -10,6 +10,7 @@ import numpy as np
 
 from vbbench.generation.generator import Observer
 from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
 from vbbench_generators.tiers.field.recipe import FieldRecipe, GroundModel, MountModel, TiltModel
 from vbbench_generators.tiers.noise import wandering
 
@@ -28,12 +29,14 @@ class Ground:
     phases: FloatArray
     waves: FloatArray
 
-    def height(self, places: FloatArray) -> FloatArray:
-        """Height [...] in m of the ground at ``places`` [..., 2] in m."""
-        height = np.zeros(places.shape[:-1])
-        for amplitude, phase, (kx, ky) in zip(self.amplitudes, self.phases, self.waves, strict=True):
-            height += amplitude * np.sin(kx * places[..., 0] + ky * places[..., 1] + phase)
-        return height
+
+@kernel
+def ground_at(x: float, y: float, amplitudes: FloatArray, phases: FloatArray, waves: FloatArray) -> float:
+    """Height in m of the `Ground` of these arrays at a place."""
+    height = 0.0
+    for i in range(len(amplitudes)):
+        height += amplitudes[i] * np.sin(waves[i, 0] * x + waves[i, 1] * y + phases[i])
+    return height
 
 
 @dataclass(frozen=True)

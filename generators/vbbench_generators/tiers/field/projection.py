@@ -15,8 +15,9 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.generation.tier import Sight
-from vbbench.geometry import BoolArray, FloatArray, shorter_way
-from vbbench_generators.tiers.field.carriage import Carriage
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench.kernels import kernel
+from vbbench_generators.tiers.field.carriage import Carriage, ground_at
 
 FARTHEST_EDGE = 0.5
 """No body's near edge is nearer than this share of the way to its middle."""
@@ -34,16 +35,50 @@ def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edg
     """
     truth, camera = sight.truth, sight.camera
     there = np.flatnonzero(~np.isnan(camera.depth(relative)))
-    frame, person = np.divmod(there, max(len(truth.heights), 1))
-    ground, poses = carriage.ground, truth.poses
-    below = (carriage.mount + ground.height(poses[:, :2]))[frame]
-    below = below - ground.height(truth.positions.reshape(-1, 2).take(there, axis=0))
-    along = _near_edges(relative.reshape(-1, 2).take(there, axis=0), near_edge)
-    tilt = carriage.pitch[frame], carriage.roll[frame]
-    feet, head = (_pixels(along, down, *tilt, camera) for down in (below, below - truth.heights[person]))
+    ground = carriage.ground
+    where = np.ascontiguousarray(relative), np.ascontiguousarray(truth.positions), truth.poses, truth.heights
+    tilt = np.stack([np.cos(carriage.pitch), np.sin(carriage.pitch), np.cos(carriage.roll), np.sin(carriage.roll)])
+    sights = _sights(there, *where, carriage.mount, tilt, ground.amplitudes, ground.phases, ground.waves, near_edge)
     boxes = np.full((relative.shape[0] * relative.shape[1], 3), np.nan)
-    boxes[there] = _about(feet, head, camera)
+    boxes[there] = _about(camera.pixels(camera.to_camera(sights)), camera)
     return boxes.reshape(*relative.shape[:2], 3)
+
+
+@kernel
+def _sights(
+    there: IntArray,
+    relative: FloatArray,
+    positions: FloatArray,
+    poses: FloatArray,
+    heights: FloatArray,
+    mounts: FloatArray,
+    tilt: FloatArray,
+    amplitudes: FloatArray,
+    phases: FloatArray,
+    waves: FloatArray,
+    near_edge: float,
+) -> FloatArray:
+    """Directions [N, 2, 3] (right, down, forward) of the tilted camera to feet and heads of the people ``there`` [N].
+
+    ``there`` counts through [T, K]; ``tilt`` is [4, T] cosine and sine of pitch and of roll.
+    """
+    people, last, level = len(heights), -1, 0.0
+    sights = np.empty((len(there), 2, 3))
+    for n in range(len(there)):
+        t, k = there[n] // people, there[n] % people
+        if t != last:
+            last, level = t, mounts[t] + ground_at(poses[t, 0], poses[t, 1], amplitudes, phases, waves)
+        down = level - ground_at(positions[t, k, 0], positions[t, k, 1], amplitudes, phases, waves)
+        right, forward = relative[t, k, 0], relative[t, k, 1]
+        share = max(1.0 - near_edge / np.hypot(right, forward), FARTHEST_EDGE)
+        c, s, cr, sr = tilt[0, t], tilt[1, t], tilt[2, t], tilt[3, t]
+        for end in range(2):
+            across = c * down + s * share * forward
+            sights[n, end, 0] = cr * share * right + sr * across
+            sights[n, end, 1] = cr * across - sr * share * right
+            sights[n, end, 2] = c * share * forward - s * down
+            down -= heights[k]
+    return sights
 
 
 @dataclass(frozen=True)
@@ -78,24 +113,20 @@ def frame(boxes: FloatArray, camera: Camera, aspect: float) -> Framed:
     return Framed(np.where((inside > 0.0)[..., None], cut, np.nan), inside)
 
 
-def _near_edges(relative: FloatArray, near_edge: float) -> FloatArray:
-    """The near edges [N, 2] of bodies at ``relative`` [N, 2]."""
-    reach = np.hypot(relative[:, 0], relative[:, 1])
-    return relative * np.maximum(1.0 - near_edge / reach, FARTHEST_EDGE)[:, None]
+def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, K, 3] without what is above or below the picture, NaN where nothing is left; a panorama has no end."""
+    if camera.period is not None:
+        return boxes
+    last, half = camera.picture_size[1] - 1.0, 0.5 * boxes[..., 2]
+    top, bottom = (np.clip(boxes[..., 1] + end, 0.0, last) for end in (-half, half))
+    cut = np.stack([boxes[..., 0], 0.5 * (top + bottom), bottom - top], axis=-1)
+    return np.where((bottom > top)[..., None], cut, np.nan)
 
 
-def _pixels(along: FloatArray, down: FloatArray, pitch: FloatArray, roll: FloatArray, camera: Camera) -> FloatArray:
-    """Pixels [N, 2] of points at ``along`` [N, 2] (right, forward), ``down`` [N] m below a camera tilted so [N]."""
-    right, forward = along.T
-    (s, c), (sr, cr) = ((np.sin(angle), np.cos(angle)) for angle in (pitch, roll))
-    across = c * down + s * forward
-    tilted = np.stack([cr * right + sr * across, cr * across - sr * right, c * forward - s * down], axis=-1)
-    return camera.pixels(camera.to_camera(tilted))
-
-
-def _about(feet: FloatArray, head: FloatArray, camera: Camera) -> FloatArray:
-    """Boxes [N, 3] about feet and heads [N, 2] in px."""
-    column = feet[:, 0] + 0.5 * shorter_way(head[:, 0] - feet[:, 0], camera.period)
-    boxes = np.stack([column, 0.5 * (feet[:, 1] + head[:, 1]), feet[:, 1] - head[:, 1]], axis=-1)
+def _about(ends: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [N, 3] about feet and heads, ``ends`` [N, 2, 2], in px."""
+    (column, feet), (other, head) = np.moveaxis(ends[:, 0], -1, 0), np.moveaxis(ends[:, 1], -1, 0)
+    column = column + 0.5 * shorter_way(other - column, camera.period)
+    boxes = np.stack([column, 0.5 * (feet + head), feet - head], axis=-1)
     boxes[~(boxes[:, 2] > 0.0)] = np.nan
     return boxes

@@ -1,13 +1,14 @@
 """The file ``field.toml`` as frozen dataclasses: what a real camera and real boxes are like."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated
 
-from vbbench.camera import PerspectiveCamera
+from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.generation.tier import Heights
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
+from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking
 
 Seconds = Annotated[float, Within(1e-3, 1e4, "s")]
 Angle = Annotated[float, Within(0.0, 0.5, "rad")]
@@ -112,6 +113,14 @@ class AnnotatorModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ToldOfDetector(_Checked):
+    """What solvers are told of the noise of boxes that were found, in px, in pictures with borders and in panoramas."""
+
+    perspective_std: Annotated[float, Within(0.0, 100.0, "px")]
+    panorama_std: Annotated[float, Within(0.0, 100.0, "px")]
+
+
+@dataclass(frozen=True, kw_only=True)
 class FieldRecipe:
     """Everything that the tier is made by; one table of the file each."""
 
@@ -122,6 +131,23 @@ class FieldRecipe:
     body: BodyModel
     heights: Heights
     annotator: AnnotatorModel
+    detector: DetectorModel
+    told_of_detector: ToldOfDetector
+
+    def pixel_std(self, camera: Camera, detects: bool) -> float:
+        """What solvers are told of boxes that were found, or drawn, on the pictures of a camera, in px."""
+        if detects:
+            return self.tracking(camera).pixel_std(camera)
+        return self.annotator.pixel_std * camera.focal / self.camera.focal
+
+    def tracking(self, camera: Camera) -> TrackingSettings:
+        """The detector on the pictures of a camera, and the tracker of the tier `tracked` behind it.
+
+        A lidar sees people by their distance, so that heights in px at which it misses them grow with the focal length.
+        """
+        small = self.detector.score_small * camera.focal / self.camera.focal
+        told = vars(self.told_of_detector)
+        return replace(get_tracking(), detector=replace(self.detector, score_small=small), **told)
 
 
 @cache

@@ -11,9 +11,13 @@ from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.sequence import NOBODY
 from vbbench_generators.tiers.field.annotator import drawn
 from vbbench_generators.tiers.field.carriage import carry
-from vbbench_generators.tiers.field.projection import frame, whole_boxes
+from vbbench_generators.tiers.field.projection import cut_rows, frame, whole_boxes
 from vbbench_generators.tiers.field.recipe import FieldRecipe, get_field
 from vbbench_generators.tiers.occlusion import Outline, Showing, see_figures
+from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
+from vbbench_generators.tiers.tracking.fine_time import finer
+from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.settings import get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +43,7 @@ class Field(Tier):
         return {
             "field": {name: asdict(part) for name, part in vars(recipe).items()},
             "outline": asdict(self.outline),
-            "detector": {} if self.detects else None,
+            "detector": {"tracker": asdict(get_tracking().tracker)} if self.detects else None,
         }
 
     @property
@@ -56,8 +60,8 @@ class Field(Tier):
         """What a calibration would tell: how exact boxes and the camera's mount are, not what they are."""
         recipe = get_field()
         return Told(
-            pixel_std=recipe.annotator.pixel_std * camera.focal / recipe.camera.focal,
-            box_std=recipe.annotator.box_std,
+            pixel_std=recipe.pixel_std(camera, self.detects),
+            box_std=(recipe.detector if self.detects else recipe.annotator).box_std,
             tilt_std=float(np.hypot(recipe.tilt.pitch_std, recipe.tilt.sway_pitch_std)),
             mount_height_std=recipe.mount.std,
         )
@@ -67,13 +71,34 @@ class Field(Tier):
         return replace(self, detects=False)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
-        """Boxes as people draw them."""
-        recipe = get_field()
+        """Boxes of tracks, or as people draw them."""
+        return (self._tracked if self.detects else self._drawn)(sight, get_field(), rng)
+
+    def _drawn(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
         boxes, showing = look(sight, recipe, self.outline, rng)
         model = recipe.annotator
         framed = frame(drawn(boxes, sight.dt, model, rng), sight.camera, recipe.body.aspect)
         kept = sight.seen & (showing.visible >= model.least_visible) & (framed.inside >= model.least_inside)
         return _as_tracks(sight.people, framed.where(kept).boxes, showing.visible * framed.inside)
+
+    def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
+        """At the rate of a video, as the tier `tracked`."""
+        fine, every = finer(sight)
+        camera, settings = sight.camera, recipe.tracking(sight.camera)
+        boxes, showing = look(fine, recipe, self.outline, rng)
+        framed = frame(boxes, camera, recipe.body.aspect)
+        turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
+        tracked = track_people(
+            framed.where(fine.seen & (framed.inside >= recipe.annotator.least_inside)).boxes,
+            showing,
+            *(sight.people, camera, fine.dt, fine.watched, settings, self.outline, rng),
+            turns=turns,
+            every=every,
+        )
+        boxes = cut_rows(tracked.boxes, camera)
+        found = ~np.isnan(boxes[..., 2])
+        persons = np.where(found, tracked.persons, NOBODY)
+        return Observations(boxes=boxes, visible=np.where(found, tracked.scores, np.nan), persons=persons)
 
 
 def _as_tracks(people: IntArray, boxes: FloatArray, visible: FloatArray) -> Observations:

@@ -139,7 +139,7 @@ def _false_alarms(
 
 def _stds(model: DetectorModel) -> FloatArray:
     """[4] jitter of left, top, right and bottom edges, in heights."""
-    return np.array([model.side_std, model.top_std, model.side_std, model.top_std])
+    return np.array([model.side_std, model.top_std, model.side_std, model.bottom_std])
 
 
 def _shares(odds: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ class DetectorModel:
     aspect : width of a box over its height l.
     score_best, score_small, score_hidden, score_std : see above; noise is normal, ``score_small`` in px.
     least_visible : who shows less than this share is never detected.
-    top_std, side_std : jitter of top and bottom, and of left and right edges, in heights.
+    top_std, bottom_std, side_std : jitter of top, of bottom, and of left and right edges, in heights.
     edge_std : jitter of every edge besides, in px.
     score_memory, jitter_memory : correlation times in s of scores, and of jitter and ``pull``.
     pull, pull_std : how much of the way a hidden edge is drawn to the edge of what shows, normal, cut to 0 … 1.
@@ -42,6 +42,7 @@ class DetectorModel:
     score_std: Positive
     least_visible: Share
     top_std: Spread
+    bottom_std: Spread
     side_std: Spread
     edge_std: Spread
     score_memory: Positive
@@ -57,6 +58,11 @@ class DetectorModel:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+
+    @property
+    def box_std(self) -> float:
+        """Root mean square of the errors of column, top and bottom, as a share of the box's height."""
+        return float(((0.5 * self.side_std**2 + self.top_std**2 + self.bottom_std**2) / 3.0) ** 0.5)
 
 
 @dataclass(frozen=True, kw_only=True)
