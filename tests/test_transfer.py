@@ -109,6 +109,17 @@ def test_what_is_there_is_taken_over_and_files_hold_every_number(
         assert f"| {spoken(one.case)} | {one.agreement.spearman.value:.2f} [" in printed
 
 
+def test_numbers_do_not_depend_on_the_number_of_processes(
+    study: TransferStudy, found: list[Comparison], tmp_path: Path
+) -> None:
+    few = {name: study.variants[name] for name in NAMES[:3]}
+    one = replace(study, variants=few, protocols=("one-step",))
+    (dx, _), (same, _) = (measure_transfer(one, tmp_path / str(jobs), jobs=jobs) for jobs in (1, 2))
+    np.testing.assert_array_equal(dx.made.values, same.made.values)
+    np.testing.assert_array_equal(dx.real.values, found[2].real.values[:3])
+    assert dx.agreement.spearman == same.agreement.spearman
+
+
 def test_the_picture_has_a_numbered_point_for_every_variant(study: TransferStudy, found: list[Comparison]) -> None:
     figure = plot_transfer(study, found)
     assert [axes.get_label() for axes in figure.axes] == [spoken(one.case) for one in found]

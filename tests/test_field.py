@@ -1,0 +1,252 @@
+"""The tier `field`: its projection against another one, its recipe found again in what it makes, and its borders."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.tier import Sight, chosen_heights, chosen_tier, get_tier
+from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.sequence import Truth
+from vbbench_generators.splits import sim
+from vbbench_generators.tiers.field.annotator import drawn
+from vbbench_generators.tiers.field.carriage import Carriage, Ground, carry, draw_ground, ground_at
+from vbbench_generators.tiers.field.projection import cut_rows, frame, whole_boxes
+from vbbench_generators.tiers.field.recipe import get_field
+from vbbench_generators.tiers.field.tier import Field
+
+RECIPE = get_field()
+SMALL = Simulation(sequences=2, people=(12,))
+
+
+def crowd(frames: int = 12, people: int = 30, camera: Camera = RECIPE.camera, dt: float = 0.4) -> Sight:
+    """People at 4 to 25 m ahead of a camera that walks on slowly, nearly nobody before anybody."""
+    rng = np.random.default_rng(5)
+    ahead, aside = np.linspace(4.0, 25.0, people), rng.uniform(-0.6, 0.6, people)
+    positions = np.stack([ahead, ahead * aside], axis=-1) + np.zeros((frames, 1, 1))
+    poses = np.stack([0.01 * np.arange(frames), np.zeros(frames), np.zeros(frames)], axis=-1)
+    truth = Truth(poses=poses, positions=positions, heights=rng.normal(1.75, 0.1, people))
+    everybody = np.ones((frames, people), bool)
+    return Sight(
+        truth=truth,
+        people=np.arange(people),
+        seen=everybody,
+        watched=everybody[:, 0],
+        camera=camera,
+        dt=dt,
+        observer="vehicle",
+    )
+
+
+def by_rotations(sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
+    """Boxes [T, K, 3] by world coordinates and the rotation of one axis after another, a person at a time."""
+    truth, camera, ground = sight.truth, sight.camera, carriage.ground
+    boxes = np.full((*sight.seen.shape, 3), np.nan)
+
+    def level(x: float, y: float) -> float:
+        return float(np.sum(ground.amplitudes * np.sin(ground.waves @ np.array([x, y]) + ground.phases)))
+
+    for t, (x, y, yaw) in enumerate(truth.poses):
+        up, ahead = np.array([0.0, 0.0, 1.0]), np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        right = np.cross(ahead, up)
+        p, r = carriage.pitch[t], carriage.roll[t]
+        axis, tilted_up = np.cos(p) * ahead + np.sin(p) * up, np.cos(p) * up - np.sin(p) * ahead
+        across, down = np.cos(r) * right - np.sin(r) * tilted_up, -np.cos(r) * tilted_up - np.sin(r) * right
+        eye = np.array([x, y, level(x, y) + carriage.mount[t]])
+        for k, place in enumerate(truth.positions[t]):
+            away = np.hypot(*(place - (x, y)))
+            edge = (x, y) + (place - (x, y)) * max(1.0 - near_edge / away, 0.5)
+            foot = np.array([*edge, level(*place)])
+            pixels = []
+            for point in (foot, foot + truth.heights[k] * up):
+                a, b, c = (float((point - eye) @ direction) for direction in (across, down, axis))
+                if isinstance(camera, PerspectiveCamera):
+                    assert c > 0.0
+                    pixels.append((camera.cx + camera.focal * a / c, camera.cy + camera.focal * b / c))
+                else:
+                    column = (np.arctan2(a, c) / (2.0 * np.pi) + 0.5) * camera.picture_size[0]
+                    pixels.append((column, 240.0 + camera.focal * b / np.hypot(a, c)))
+            (u, low), (v, high) = pixels
+            boxes[t, k] = 0.5 * (u + v), 0.5 * (low + high), low - high
+    return boxes
+
+
+@settings(max_examples=25)
+@given(
+    pitch=st.floats(-0.2, 0.2),
+    roll=st.floats(-0.2, 0.2),
+    mount=st.floats(0.8, 3.0),
+    edge=st.floats(0.0, 1.0),
+    seed=st.integers(0, 1000),
+    panorama=st.booleans(),
+)
+def test_boxes_are_those_of_another_projection(
+    pitch: float, roll: float, mount: float, edge: float, seed: int, panorama: bool
+) -> None:
+    camera = PanoramaCamera() if panorama else RECIPE.camera
+    sight = crowd(frames=2, people=10, camera=camera)
+    ground = draw_ground(replace(RECIPE.ground, std=0.2), np.random.default_rng(seed))
+    carriage = Carriage(np.array([pitch, -pitch]), np.array([roll, 0.5 * roll]), np.full(2, mount), ground)
+    relative = world_to_relative(sight.truth.positions, sight.truth.poses)
+    made = whole_boxes(relative, sight, carriage, edge)
+    np.testing.assert_allclose(made, by_rotations(sight, carriage, edge), atol=1e-7)
+
+
+def test_without_tilt_waves_and_edge_boxes_are_the_exact_ones() -> None:
+    sight, zero = crowd(), np.zeros(12)
+    flat = Ground(np.zeros(1), np.zeros(1), np.zeros((1, 2)))
+    carriage = Carriage(zero, zero, zero + sight.camera.mount_height, flat)
+    relative = world_to_relative(sight.truth.positions, sight.truth.poses)
+    made = whole_boxes(relative, sight, carriage, 0.0)
+    np.testing.assert_allclose(made[~np.isnan(sight.boxes)], sight.boxes[~np.isnan(sight.boxes)], atol=1e-9)
+
+
+def correlation(values: FloatArray) -> float:
+    """Of values [T, N] from one row to the next, means of columns taken off by the known mean 0."""
+    return float(np.mean(values[1:] * values[:-1]) / np.mean(values**2))
+
+
+def test_the_camera_is_tilted_and_sways_as_the_recipe_says() -> None:
+    rng, dt, poses = np.random.default_rng(0), 0.4, np.zeros((40, 3))
+    made = [carry(poses, 1.65, dt, "vehicle", RECIPE, rng) for _ in range(800)]
+    for values, std, sway in (
+        (np.array([one.pitch for one in made]), RECIPE.tilt.pitch_std, RECIPE.tilt.sway_pitch_std),
+        (np.array([one.roll for one in made]), RECIPE.tilt.roll_std, RECIPE.tilt.sway_roll_std),
+    ):
+        assert values.std() == pytest.approx(np.hypot(std, sway), rel=0.06)
+        steps = np.diff(values, axis=1).std()  # what is constant does not show in steps
+        assert steps == pytest.approx(sway * np.sqrt(2.0 * (1.0 - np.exp(-dt / RECIPE.tilt.sway_time))), rel=0.03)
+    mounts = np.array([one.mount for one in made])
+    assert mounts[:, 0].std() == pytest.approx(RECIPE.mount.std, rel=0.08)
+    assert np.ptp(mounts, axis=1).max() == 0.0
+
+
+def test_walkers_bob_and_vehicles_do_not() -> None:
+    rng, frames, dt = np.random.default_rng(0), 200, 0.04
+    walking = np.stack([1.4 * dt * np.arange(frames), np.zeros(frames), np.zeros(frames)], axis=-1)
+    heights = carry(walking, 1.65, dt, "walker", RECIPE, rng).mount
+    assert np.ptp(heights) == pytest.approx(2.0 * RECIPE.mount.bob, rel=0.05)
+    spectrum = np.abs(np.fft.rfft(heights - heights.mean()))
+    assert np.fft.rfftfreq(frames, dt)[spectrum.argmax()] == pytest.approx(RECIPE.mount.step_rate, abs=0.13)
+    assert np.ptp(carry(np.zeros((9, 3)), 1.65, dt, "walker", RECIPE, rng).mount) == 0.0
+
+
+def test_the_ground_is_uneven_as_the_recipe_says() -> None:
+    rng, places = np.random.default_rng(0), np.random.default_rng(1).uniform(-500, 500, (2000, 2))
+    ground = draw_ground(RECIPE.ground, rng)
+    height = np.array([ground_at(x, y, ground.amplitudes, ground.phases, ground.waves) for x, y in places])
+    assert height.std() == pytest.approx(RECIPE.ground.std, rel=0.06)
+    lengths = 2.0 * np.pi / np.hypot(*ground.waves.T)
+    assert RECIPE.ground.shortest <= lengths.min() <= lengths.max() <= RECIPE.ground.longest
+
+
+def test_boxes_are_drawn_as_the_recipe_says() -> None:
+    model, dt, length = RECIPE.annotator, 0.4, 100.0
+    exact = np.broadcast_to([600.0, 200.0, length], (60, 1500, 3))
+    errors = (drawn(exact, dt, model, np.random.default_rng(0)) - exact) / length
+    column, top = errors[..., 0], errors[..., 1] - 0.5 * errors[..., 2]
+    bottom = errors[..., 1] + 0.5 * errors[..., 2]
+    assert top.std() == pytest.approx(model.top_std, rel=0.02)
+    for values, person, std, time in (
+        (column, model.column_person_std, model.column_std, model.column_time),
+        (bottom, model.bottom_person_std, model.bottom_std, model.bottom_time),
+    ):
+        assert values.std() == pytest.approx(np.hypot(person, std), rel=0.05)
+        assert np.diff(values, axis=0).std() == pytest.approx(std * np.sqrt(2 * (1 - np.exp(-dt / time))), rel=0.03)
+    assert float(np.sqrt(np.mean([column**2, top**2, bottom**2]))) == pytest.approx(model.box_std, rel=0.03)
+
+
+def test_the_constant_tilt_and_the_near_edge_are_found_again_in_boxes() -> None:
+    camera, sight = RECIPE.camera, crowd(frames=6, people=20)
+    slopes, stretches = [], []
+    for seed in range(150):
+        boxes = Field(name="field", summary="", detects=False).observe(sight, np.random.default_rng(seed))
+        assert boxes.persons is not None
+        known = (boxes.persons >= 0) & (boxes.boxes[..., 1] + 0.5 * boxes.boxes[..., 2] < camera.height - 2.0)
+        frame_of, track = np.nonzero(known)
+        away = sight.truth.positions[frame_of, boxes.persons[frame_of, track]]
+        reach = np.hypot(*(away - sight.truth.poses[frame_of, :2]).T)
+        u, v, length = boxes.boxes[frame_of, track].T
+        ahead = away[:, 0] * (1.0 - RECIPE.body.near_edge / reach)
+        feet = (v + 0.5 * length - camera.cy) / camera.focal - camera.mount_height / ahead
+        slopes.append(feet[reach > 12.0].mean())
+        heights = sight.truth.heights[boxes.persons[frame_of, track]]
+        stretches.append(np.median(length * away[:, 0] / camera.focal / heights / (ahead / away[:, 0]) ** -1))
+    assert np.std(slopes) == pytest.approx(np.hypot(RECIPE.tilt.pitch_std, 0.008), rel=0.2)
+    assert np.mean(stretches) == pytest.approx(1.0, abs=0.01)
+
+
+def test_boxes_end_at_the_borders_of_the_picture() -> None:
+    camera, aspect = RECIPE.camera, 0.4
+    boxes = np.array([[[600.0, 200.0, 100.0], [600.0, 330.0, 200.0], [5.0, 200.0, 100.0], [-90.0, 200.0, 100.0]]])
+    framed = frame(boxes, camera, aspect)
+    np.testing.assert_array_equal(framed.boxes[0, 0], boxes[0, 0])
+    np.testing.assert_allclose(framed.boxes[0, 1], [600.0, 0.5 * (230.0 + 374.0), 144.0])
+    np.testing.assert_allclose(framed.boxes[0, 2], [12.5, 200.0, 100.0])
+    assert np.isnan(framed.boxes[0, 3]).all()
+    np.testing.assert_allclose(framed.inside[0], [1.0, 0.72, 25.0 / 40.0, 0.0])
+    np.testing.assert_allclose(cut_rows(boxes, camera)[0, 1], framed.boxes[0, 1])
+    np.testing.assert_array_equal(frame(boxes[:, :2], PanoramaCamera(), aspect).boxes, boxes[:, :2])
+
+
+@pytest.mark.parametrize("detector", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_datasets_do_not_depend_on_jobs(tmp_path: Path, detector: bool) -> None:
+    options = Options(tier="field", detector=detector, simulation=SMALL)
+    one, two = (generate("sim", tmp_path / str(jobs), options, jobs=jobs) for jobs in (1, 2))
+    assert one.info == two.info
+    camera = RECIPE.camera
+    for data in (one.sequence(index) for index in range(len(one))):
+        u, v, length = data.observations[data.observed].T
+        assert 0.0 <= u.min() <= u.max() <= camera.width - 1
+        assert 0.0 <= (v - 0.5 * length).min()
+        assert (v + 0.5 * length).max() <= camera.height - 1 + 1e-9
+        cut = np.isclose(v + 0.5 * length, camera.height - 1)
+        assert cut.mean() > 0.1  # walkers are near one another
+
+
+def test_solvers_are_told_how_exact_things_are_and_no_more(tmp_path: Path) -> None:
+    options = Options(tier="field", detector=False, simulation=SMALL)
+    info = sim.plan(options).info
+    assert (info.pixel_std, info.mount_height_std) == (2.0, RECIPE.mount.std)
+    assert info.box_std == pytest.approx(RECIPE.annotator.box_std)
+    assert (info.height_mean, info.height_std) == (RECIPE.heights.told_mean, RECIPE.heights.told_std)
+    data = generate("sim", tmp_path / "sim", options)
+    problem = Dataset(data.folder).problem(data.sequence(0))
+    assert (problem.box_std, problem.tilt_std, problem.mount_height_std) == (
+        info.box_std,
+        info.tilt_std,
+        info.mount_height_std,
+    )
+    assert problem.camera == RECIPE.camera
+    tall = np.concatenate([sim.plan(options).build(n).scene.heights for n in range(60)])  # type: ignore[union-attr]
+    assert tall.mean() == pytest.approx(RECIPE.heights.mean, abs=0.01)
+    assert tall.std() == pytest.approx(RECIPE.heights.std, rel=0.06)
+    noisy = sim.plan(Options(tier="noisy", simulation=SMALL)).info
+    assert '"box_std"' not in noisy.to_json()
+
+
+def test_choices_that_a_tier_does_not_leave_are_refused() -> None:
+    with pytest.raises(VbbenchError, match="tier 'noisy' has no detector that can be left out"):
+        chosen_tier(Options(tier="noisy", detector=False))
+    with pytest.raises(VbbenchError, match="people of tier 'field' have heights of its recipe; leave --sigma-h out"):
+        chosen_heights(Options(tier="field", height_std=0.05))
+    assert chosen_heights(Options(tier="noisy", height_std=0.05)).told_std == 0.05
+    assert get_tier("field").annotated().definition["detector"] is None
+
+
+def test_a_detector_misses_people_and_finds_what_is_none() -> None:
+    sight, tier = crowd(frames=30, people=12), get_tier("field")
+    made = [tier.observe(sight, np.random.default_rng(seed)) for seed in range(3)]
+    persons = [one.persons for one in made if one.persons is not None]
+    found = sum((one >= 0).sum() for one in persons)
+    boxes = sum((~np.isnan(one.boxes[..., 2])).sum() for one in made)
+    assert 0.6 < found / (3 * sight.seen.sum()) < 0.95
+    assert 0.005 < 1.0 - found / boxes < 0.25
