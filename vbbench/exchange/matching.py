@@ -22,8 +22,9 @@ def match_boxes(
     least: float = LEAST_OVERLAP,
     paired: BoolArray | None = None,
 ) -> tuple[IntArray, IntArray]:
-    """Pair the boxes of one frame one to one: as many as possible of those that were paired before, and of all ways to do
-    so the one with the largest total overlap.
+    """Pair the boxes of one frame one to one, with the largest total overlap.
+
+    As many pairs as possible are those that were ``paired`` before; among all ways to do so the overlap decides.
 
     Both are cut to the picture first: a detector need not guess the part of a person outside it.
 
