@@ -174,7 +174,7 @@ def test_the_constant_tilt_and_the_near_edge_are_found_again_in_boxes() -> None:
         frame_of, track = np.nonzero(known)
         away = sight.truth.positions[frame_of, boxes.persons[frame_of, track]]
         reach = np.hypot(*(away - sight.truth.poses[frame_of, :2]).T)
-        u, v, length = boxes.boxes[frame_of, track].T
+        _, v, length = boxes.boxes[frame_of, track].T
         ahead = away[:, 0] * (1.0 - RECIPE.body.near_edge / reach)
         feet = (v + 0.5 * length - camera.cy) / camera.focal - camera.mount_height / ahead
         slopes.append(feet[reach > 12.0].mean())
@@ -206,7 +206,7 @@ def test_datasets_do_not_depend_on_jobs(tmp_path: Path, detector: bool) -> None:
     for data in (one.sequence(index) for index in range(len(one))):
         u, v, length = data.observations[data.observed].T
         assert 0.0 <= u.min() <= u.max() <= camera.width - 1
-        assert 0.0 <= (v - 0.5 * length).min()
+        assert (v - 0.5 * length).min() >= 0.0
         assert (v + 0.5 * length).max() <= camera.height - 1 + 1e-9
         cut = np.isclose(v + 0.5 * length, camera.height - 1)
         assert cut.mean() > 0.1  # walkers are near one another

@@ -21,6 +21,24 @@ from vbbench_generators.tiers.tracking.settings import get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)
+class Film:
+    """What there is to find in the frames of a video.
+
+    Parameters
+    ----------
+    sight : at the rate of the video.
+    every : frames of it a frame of the dataset.
+    boxes : [T, K, 3] (u, v, l) in px of people inside the picture, exact and cut off at its borders; NaN = not there.
+    showing : what shows of them.
+    """
+
+    sight: Sight
+    every: int
+    boxes: FloatArray
+    showing: Showing
+
+
+@dataclass(frozen=True, kw_only=True)
 class Field(Tier):
     """A camera that is tilted, sways and is not as high as it should be, over uneven ground; boxes end at borders.
 
@@ -82,23 +100,29 @@ class Field(Tier):
         return _as_tracks(sight.people, framed.where(kept).boxes, showing.visible * framed.inside)
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
-        """At the rate of a video, as the tier `tracked`."""
-        fine, every = finer(sight)
         camera, settings = sight.camera, recipe.tracking(sight.camera)
-        boxes, showing = look(fine, recipe, self.outline, rng)
-        framed = frame(boxes, camera, recipe.body.aspect)
+        film = self.film(sight, recipe, rng)
+        fine = film.sight
         turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
         tracked = track_people(
-            framed.where(fine.seen & (framed.inside >= recipe.annotator.least_inside)).boxes,
-            showing,
+            film.boxes,
+            film.showing,
             *(sight.people, camera, fine.dt, fine.watched, settings, self.outline, rng),
             turns=turns,
-            every=every,
+            every=film.every,
         )
         boxes = cut_rows(tracked.boxes, camera)
         found = ~np.isnan(boxes[..., 2])
         persons = np.where(found, tracked.persons, NOBODY)
         return Observations(boxes=boxes, visible=np.where(found, tracked.scores, np.nan), persons=persons)
+
+    def film(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Film:
+        """What there is for a detector to find, at the rate of a video."""
+        fine, every = finer(sight)
+        boxes, showing = look(fine, recipe, self.outline, rng)
+        framed = frame(boxes, sight.camera, recipe.body.aspect)
+        inside = fine.seen & (framed.inside >= recipe.annotator.least_inside)
+        return Film(sight=fine, every=every, boxes=framed.where(inside).boxes, showing=showing)
 
 
 def _as_tracks(people: IntArray, boxes: FloatArray, visible: FloatArray) -> Observations:
