@@ -113,6 +113,7 @@ def rerun(
     fresh: bool = False,
     jobs: int = 1,
     scheduler: str | None = None,
+    tls: Path | None = None,
 ) -> int:
     """Make the datasets, solve and score every board again with a new seed, and report which results stand.
 
@@ -131,11 +132,20 @@ def rerun(
         fresh: Use nothing in the work folder again.
         jobs: Number of processes; the figures do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that generates and solves instead.
+        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
     run = Rerun(
-        results=results, work=work, seed=seed, by=by, update=update, fresh=fresh, jobs=jobs, scheduler=scheduler
+        results=results,
+        work=work,
+        seed=seed,
+        by=by,
+        update=update,
+        fresh=fresh,
+        jobs=jobs,
+        scheduler=scheduler,
+        tls=tls,
     )
     drifted = 0
     for outcome in run.boards(split, solver, tier):

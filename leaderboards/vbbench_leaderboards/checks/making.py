@@ -30,7 +30,8 @@ class Workshop:
     seed : of every dataset.
     fresh : use nothing of the room again.
     jobs : processes here.
-    scheduler : address of a Dask cluster that generates and solves instead; this process merges and scores.
+    scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates;
+        this process merges and scores.
     """
 
     room: Path
@@ -38,6 +39,7 @@ class Workshop:
     fresh: bool = False
     jobs: int = 1
     scheduler: str | None = None
+    tls: Path | None = None
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards."""
@@ -47,7 +49,9 @@ class Workshop:
             if self.scheduler is None:
                 generate(source.split, folder, options, jobs=self.jobs, overwrite=True)
             else:
-                generate_partitioned(source.split, folder, options, scheduler=self.scheduler, overwrite=True)
+                generate_partitioned(
+                    source.split, folder, options, scheduler=self.scheduler, tls=self.tls, overwrite=True
+                )
                 merge(folder)
 
         self._make(folder, f"{code_of('generator', source.split)} {options}", make)
@@ -58,7 +62,16 @@ class Workshop:
         folder = submission_folder(self.room, board, solver)
 
         def make() -> None:
-            solve(dataset, solver, board.protocol, folder, jobs=self.jobs, scheduler=self.scheduler, overwrite=True)
+            solve(
+                dataset,
+                solver,
+                board.protocol,
+                folder,
+                jobs=self.jobs,
+                scheduler=self.scheduler,
+                tls=self.tls,
+                overwrite=True,
+            )
             if self.scheduler is not None:
                 merge(folder)
 

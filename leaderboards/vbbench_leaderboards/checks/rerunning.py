@@ -44,7 +44,7 @@ class Rerun:
     update : write what drifted and what is new.
     fresh : use nothing of the work folder again.
     jobs : processes.
-    scheduler : address of a Dask cluster that generates and solves instead.
+    scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates.
     """
 
     results: Path
@@ -55,6 +55,7 @@ class Rerun:
     fresh: bool = False
     jobs: int = 1
     scheduler: str | None = None
+    tls: Path | None = None
 
     def boards(
         self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
@@ -73,7 +74,7 @@ class Rerun:
             get_tier(name)
         room = self.room
         seed = self._drawn_seed(room / _UNFINISHED)
-        shop = Workshop(room=room, seed=seed, fresh=self.fresh, jobs=self.jobs, scheduler=self.scheduler)
+        shop = Workshop(room=room, seed=seed, fresh=self.fresh, jobs=self.jobs, scheduler=self.scheduler, tls=self.tls)
         runs = sum(len(one.boards) for one in sources) * len(chosen)
         judge = Judge(results=self.results, comparisons=runs, update=self.update, by=self.by)
         with progress_bar(runs, "leaderboard", unit="result") as bar:
