@@ -45,6 +45,7 @@ class RecipeSplit:
             "dt": recipe.dt,
             "frame_step": recipe.frame_step,
             "resampling": recipe.resampling and asdict(recipe.resampling),
+            "grid": recipe.grid,
             "files": [list(file) for file in loaded.files],
         }
         if recipe.lifting is not None:
