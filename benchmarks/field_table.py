@@ -29,6 +29,7 @@ class Watching(Tier):
     tracks = True
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
+        """What annotators draw of the sight, which is kept."""
         self.sights.append(sight)
         return field_tier.annotated().observe(sight, rng)
 
