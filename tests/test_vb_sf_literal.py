@@ -1,5 +1,6 @@
 """vb-sf-literal against the paper's energies, written down once more without any of the solver's code."""
 
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -45,12 +46,12 @@ class Printed:
         near = np.linalg.norm(self.last[:, None] - walkers[None], axis=2) < RADIUS
         self.w = np.array([velocities[row].mean(axis=0) for row in near])
 
-    def places(self, pose: FloatArray, heights: FloatArray) -> FloatArray:
+    def places(self, pose: FloatArray, heights: FloatArray) -> Any:
         right, forward = (self.ray * heights[:, None]).T
         sin, cos = np.sin(pose[2]), np.cos(pose[2])
         return np.column_stack((pose[0] + right * sin + forward * cos, pose[1] - right * cos + forward * sin))
 
-    def own(self, pose: FloatArray, heights: FloatArray) -> FloatArray:
+    def own(self, pose: FloatArray, heights: FloatArray) -> Any:
         """D_k − ln p(h_k) of each person."""
         x = self.places(pose, heights)
         force = (self.w - (x - self.last) / DT) / ETA
@@ -113,5 +114,5 @@ def test_people_have_the_least_printed_energy_given_the_pose(seed: int) -> None:
     found = printed.second(pose, heights)
     rng = np.random.default_rng(seed)
     for start in (np.full(5, MEAN), truth.heights, *rng.normal(MEAN, STD, (2, 5))):
-        best: Any = minimize(lambda h: printed.second(pose, h), start, method="Nelder-Mead", options={"maxiter": 600})
+        best: Any = minimize(partial(printed.second, pose), start, method="Nelder-Mead", options={"maxiter": 600})
         assert found < best.fun + 2e-3
