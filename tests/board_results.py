@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import PerSequence
 from vbbench.scoring.statistics import summarise
@@ -18,7 +19,17 @@ def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -
     count = len(dx)
     figures = {name: np.asarray(dx, float) for name in METRICS}
     sequence, ones = np.arange(count), np.ones(count, np.int64)
-    own = PerSequence(sequence=sequence, frames=ones, positions=ones, posed=ones, placed=ones, figures=figures)
+    own = PerSequence(
+        sequence=sequence,
+        scene=sequence,
+        first_frame=0 * ones,
+        last_frame=19 * ones,
+        frames=ones,
+        positions=ones,
+        posed=ones,
+        placed=ones,
+        figures=figures,
+    )
     values = {
         "version": "1.0",
         "reference": "",
@@ -33,19 +44,21 @@ def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -
     return Result(
         board=board,
         solver=solver,
-        score=score(solver, board, figures, facts.pop("score", {})),
+        score=score(solver, board, own, facts.pop("score", {})),
         per_sequence=own,
         **{**values, **facts},
     )
 
 
-def score(solver: str, board: Board, figures: dict[str, FloatArray], more: dict[str, Any]) -> dict[str, Any]:
+def score(solver: str, board: Board, own: PerSequence, more: dict[str, Any]) -> dict[str, Any]:
     """As ``vbbench score --json`` prints it."""
-    summaries = {name: summary.to_dict() for name, summary in summarise(figures, figures).items()}
+    figures, protocol = own.figures, get_protocol(board.protocol)
+    found = summarise(own.timeline, protocol, figures, figures)
+    summaries = {name: summary.to_dict() for name, summary in found.items()}
     return {
         "solver": solver,
         "protocol": board.protocol,
-        "protocol_version": 1,
+        "protocol_version": protocol.version,
         "sequences": len(figures["dx"]),
         "sequences_in_dataset": len(figures["dx"]),
         "frames": len(figures["dx"]),

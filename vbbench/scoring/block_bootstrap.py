@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scoring.timeline import Timeline, residuals
 
 FEWEST_BLOCKS, FEWEST_SEQUENCES = 2.5, 5
-"""With less there is no interval."""
+"""With less there is no interval: it would be made up."""
 
 REACH = 0.4
 """Over this share of a block figures are taken to be alike: a triangle as well."""
@@ -85,10 +85,16 @@ def block_means(timeline: Timeline, values: FloatArray, block: float | None = No
     block = min(block, max(timeline.longest, timeline.total / FEWEST_BLOCKS))
     blocks = timeline.total / block
     error, degrees = np.full((2, len(count)), np.nan)
-    usual = count >= FEWEST_SEQUENCES
-    if blocks >= FEWEST_BLOCKS - 1e-9 and usual.any():
+    usual = is_enough(blocks, count)
+    if usual.any():
         error[usual], degrees[usual] = _errors(timeline, values[:, usual], block)
     return Means(mean=mean, error=error, degrees=degrees, block=block, blocks=blocks)
+
+
+def is_enough(blocks: float, sequences: IntArray) -> BoolArray:
+    """Whether so many sequences [M] in so many blocks of time have an interval."""
+    enough: BoolArray = (blocks > FEWEST_BLOCKS - 1e-9) & (np.asarray(sequences) >= FEWEST_SEQUENCES)
+    return enough
 
 
 def block_shares(timeline: Timeline, middle: FloatArray, block: float) -> FloatArray:

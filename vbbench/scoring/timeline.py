@@ -99,12 +99,13 @@ def autocorrelation(series: FloatArray, scene: IntArray) -> FloatArray:
     """Autocorrelation [K] within scenes of the series in the columns [n, M] that are centred, mean over the columns."""
     size = len(series)
     lags = min(size, int(np.ceil(np.sqrt(size))) + _in_a_row(size) + 1)
-    covariance = np.stack(
-        [(series[: size - k] * series[k:] * (scene[: size - k] == scene[k:])[:, None]).sum(axis=0) for k in range(lags)]
-    )
+    covariance = np.zeros((lags, series.shape[1]))
+    for k in range(lags):
+        together = scene[: size - k] == scene[k:]
+        covariance[k] = (series[: size - k] * series[k:])[together].sum(axis=0)
     varying = covariance[0] > 0
     if not varying.any():
-        return np.eye(1, lags)[0]
+        return np.asarray(np.eye(1, lags)[0])
     mean: FloatArray = np.mean(covariance[:, varying] / covariance[0, varying], axis=1)
     return mean
 
@@ -113,7 +114,8 @@ def residuals(values: FloatArray) -> FloatArray:
     """The figures [N, M] less their column's mean, 0 where there is none (NaN)."""
     there = ~np.isnan(values)
     total, count = np.where(there, values, 0.0).sum(axis=0), there.sum(axis=0)
-    return np.where(there, values - total / np.maximum(count, 1), 0.0)
+    less: FloatArray = np.where(there, values - total / np.maximum(count, 1), 0.0)
+    return less
 
 
 def _in_a_row(size: int) -> int:
@@ -122,7 +124,7 @@ def _in_a_row(size: int) -> int:
 
 
 def _last_significant(small: BoolArray, run: int) -> int:
-    """The last lag before the first ``run`` of small correlations [K], of lags 1, 2, …"""
+    """The last lag before the first ``run`` of small correlations [K], which begin at lag 1."""
     runs = np.flatnonzero(np.convolve(small, np.ones(run), "valid") == run) if len(small) >= run else np.empty(0)
     return int(runs[0]) if len(runs) else int(np.max(np.flatnonzero(~small) + 1, initial=0))
 
