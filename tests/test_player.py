@@ -120,6 +120,9 @@ def result(board: Board, solver: str, errors: list[float]) -> Result:
     count = np.arange(len(errors))
     own = PerSequence(
         sequence=count * 2,
+        scene=count,
+        first_frame=count,
+        last_frame=count + 9,
         frames=count + 1,
         positions=count + 1,
         posed=count + 1,

@@ -1,5 +1,6 @@
 """Evaluation protocols: what a solver is given and when, and which rows are scored. Each is a named, frozen file."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -27,6 +28,8 @@ class Protocol:
     given : ``arrivals`` = the first two frames and each track's first two visible frames; ``start`` = the former only;
         ``origin`` = the observer's pose in frame 0, and nobody's position.
     revealed_frames : frames of truth shown before each frame (one-step: 2), 0 for none.
+    caps : metric → the mean error with which a sequence counts at most; a metric without one is not capped.
+    failures : metric → the mean error above which a sequence has failed.
     """
 
     name: str
@@ -35,6 +38,8 @@ class Protocol:
     text: str
     given: Literal["arrivals", "start", "origin"]
     revealed_frames: int
+    caps: Mapping[str, float]
+    failures: Mapping[str, float]
 
     @property
     def id(self) -> str:

@@ -100,7 +100,7 @@ def compare(
     truth: Path | None = None,
     json: bool = False,
 ) -> None:
-    """Compare two submissions sequence by sequence (paired bootstrap).
+    """Compare two submissions sequence by sequence (block bootstrap over time).
 
     Args:
         submission_a: One submission.

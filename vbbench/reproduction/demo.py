@@ -14,7 +14,7 @@ from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
 from vbbench.scoring import score
-from vbbench.scoring.metrics import section
+from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
 
@@ -22,6 +22,7 @@ REAL, SYNTHETIC = "hotel", "demo"
 """The real split if its source is available, and the synthetic one otherwise."""
 PAGE = "index.md"
 DRAWN_SOLVER = "vb-cv"
+_DETAILED = METRICS["dx"]
 
 
 def run_demo(out: Path | str, *, jobs: int = 1) -> str:
@@ -51,16 +52,21 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
 
 
 def score_table(scores: list[Score]) -> str:
-    """Scores as a Markdown table, a row per protocol and solver: means over sequences, and time per frame."""
+    """Scores as a Markdown table, a row per protocol and solver: capped means, by which boards rank, and more of Δx."""
     columns = section("metrics")
+    labels = " | ".join(metric.label for metric in columns.values())
     lines = [
-        f"| protocol | solver | {' | '.join(metric.label for metric in columns.values())} | coverage | µs per frame |",
-        f"|---|---|{'---:|' * (len(columns) + 2)}",
+        f"Mean over sequences of min(error, cap of the protocol), by which boards rank; of {_DETAILED.symbol} also how "
+        "many sequences failed, the median, the mean without a cap, and that over all frames.\n",
+        f"| protocol | solver | {labels} | failed | median | mean | over frames | coverage | µs per frame |",
+        f"|---|---|{'---:|' * (len(columns) + 6)}",
     ]
     for s in scores:
-        figures = " | ".join(f"{s.summaries[name].mean:.3f}" for name in columns)
+        figures = " | ".join(f"{s.summaries[name].capped:.3f}" for name in columns)
+        dx = s.summaries["dx"]
+        more = f"{dx.failure_rate:.1%} | {dx.median:.3f} | {dx.mean:.3f} | {dx.frame_mean:.3f}"
         cost = 1e6 * (s.info.seconds_per_frame or 0.0)
-        lines.append(f"| {s.protocol.name} | {s.info.solver} | {figures} | {s.coverage:.0%} | {cost:.0f} |")
+        lines.append(f"| {s.protocol.name} | {s.info.solver} | {figures} | {more} | {s.coverage:.0%} | {cost:.0f} |")
     return "\n".join(lines)
 
 

@@ -17,8 +17,9 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.scorecard import PerSequence, Score
-from vbbench.scoring.statistics import bootstrap_means, known
+from vbbench.scoring.statistics import known
 
 SPLIT = "sim"
 SIGMAS = (0.0, 0.01, 0.03, 0.05, 0.07)
@@ -95,7 +96,7 @@ class Statistic:
     Parameters
     ----------
     mean, median : of the sequences' figures.
-    low, high : ends of the 95 % bootstrap interval of the mean over sequences.
+    low, high : ends of the 95 % interval of the mean over sequences.
     """
 
     mean: float
@@ -214,8 +215,8 @@ def _scene_people(dataset: Dataset) -> IntArray:
 
 def _point(people: int, own: PerSequence) -> Point:
     figures = np.stack([own.figures[name] for name in PANELS], axis=1)
-    low, high = np.quantile(bootstrap_means(figures), [0.025, 0.975], axis=0)
-    columns = zip(PANELS, figures.T, low.tolist(), high.tolist(), strict=True)
+    low, high = block_means(own.timeline, figures).interval().T.tolist()
+    columns = zip(PANELS, figures.T, low, high, strict=True)
     return Point(
         people=people,
         sequences=len(figures),

@@ -1,4 +1,4 @@
-"""Compares two submissions pairwise: bootstrap over the sequences that both were scored on."""
+"""Compares two submissions on the sequences that both were scored on, by capped figures: block bootstrap over time."""
 
 import json
 from dataclasses import dataclass
@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import VbbenchError
+from vbbench.geometry import FloatArray
+from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.metrics import METRICS, Metric, section
-from vbbench.scoring.scorecard import Score, row_title
+from vbbench.scoring.scorecard import RANKED_BY, Score, interval_note, row_title
 from vbbench.scoring.scores import score
-from vbbench.scoring.statistics import bootstrap_means, finite_or_none, two_sided_p
-
-RESAMPLES = 10_000
-"""Bootstrap resamples behind a p-value; the smallest is 2/10001."""
+from vbbench.scoring.statistics import capped_figures, finite_or_none, known
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,24 +22,27 @@ class Difference:
 
     Parameters
     ----------
-    difference, ci95 : mean and its bootstrap interval, in the metric's unit.
-    p_value : two-sided, for no difference.
+    difference, ci95 : the mean with both figures capped, and its interval, in the metric's unit.
+    p_value : two-sided, for no difference of capped figures; NaN where the sequences are too few for one.
+    mean_difference : the mean of the figures as they are.
     sequences : how many have a figure in both.
     """
 
     difference: float
     ci95: tuple[float, float]
     p_value: float
+    mean_difference: float
     sequences: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Two scores on the same dataset under the same protocol, and the differences by metric."""
+    """Two scores on the same dataset under the same protocol, the differences by metric, and blocks of their time."""
 
     a: Score
     b: Score
     differences: dict[str, Difference]
+    blocks: float
 
     def values(self) -> dict[str, Any]:
         """The comparison as the command line prints it with ``--json``."""
@@ -50,6 +52,8 @@ class Comparison:
             "protocol": a.protocol.name,
             "a": {"solver": a.info.solver, "coverage": a.coverage},
             "b": {"solver": b.info.solver, "coverage": b.coverage},
+            "ranked_by": RANKED_BY,
+            "blocks": self.blocks,
             "metrics": {name: self._values_of(name) for name in section("metrics")},
             "drift": {name: self._values_of(name) for name in section("drift")},
             **({} if a.dataset.caution is None else {"caution": a.dataset.caution}),
@@ -65,25 +69,39 @@ class Comparison:
         head = [
             f"A = {a.info.solver} (coverage {a.coverage:.2%}), B = {b.info.solver} (coverage {b.coverage:.2%})",
             f"{a.dataset.split} ({a.dataset.camera.kind}, {a.dataset.tier}), {a.protocol.id}, {a.sequences} sequences",
-            f"{'':<12}{'A':>9}{'B':>9}{'A − B':>10}{'95 % interval':>20}{'p':>9}",
+            f"{'capped means':<12}{'A':>9}{'B':>9}{'A − B':>10}{'95 % interval':>20}{'p':>9}"
+            f"{'failed A, B':>16}{'plain A, B, A − B':>30}",
         ]
-        caution = [f"Caution: {a.dataset.caution}"] if a.dataset.caution else []
-        return "\n".join([*head, *(self._line(name, metric) for name, metric in METRICS.items()), *caution])
+        notes = [_COMPARED, interval_note(a.per_sequence.timeline, self.blocks)]
+        notes += [f"Caution: {a.dataset.caution}"] if a.dataset.caution else []
+        return "\n".join([*head, *(self._line(name, metric) for name, metric in METRICS.items()), *notes])
 
     def _values_of(self, name: str) -> dict[str, Any]:
-        own = self.differences[name]
-        values = {"a": self.a.summaries[name].mean, "b": self.b.summaries[name].mean, "difference": own.difference}
-        numbers = {key: finite_or_none(value) for key, value in values.items()}
-        ci95 = [finite_or_none(end) for end in own.ci95]
-        return {**numbers, "ci95": ci95, "p_value": own.p_value, "sequences": own.sequences}
+        own, a, b = self.differences[name], self.a.summaries[name], self.b.summaries[name]
+        values = {"a": a.capped, "b": b.capped, "difference": own.difference, "p_value": own.p_value}
+        plain = {"a": a.mean, "b": b.mean, "difference": own.mean_difference}
+        failed = {"a": a.failure_rate, "b": b.failure_rate}
+        return {
+            **_finite(values),
+            "ci95": [finite_or_none(end) for end in own.ci95],
+            "failure_rate": _finite(failed),
+            "mean": _finite(plain),
+            "sequences": own.sequences,
+        }
 
     def _line(self, name: str, metric: Metric) -> str:
-        own = self.differences[name]
+        own, a, b = self.differences[name], self.a.summaries[name], self.b.summaries[name]
         if self.a.dataset.truth not in metric.known:
             return f"{row_title(metric)}{'not known':>9}"
-        means = f"{self.a.summaries[name].mean:>9.4f}{self.b.summaries[name].mean:>9.4f}{own.difference:>+10.4f}"
-        interval = f"{own.ci95[0]:+.4f} to {own.ci95[1]:+.4f}"
-        return f"{row_title(metric)}{means}{interval:>20}{own.p_value:>9.4f}"
+        p = "–" if np.isnan(own.p_value) else f"{own.p_value:.4f}"
+        low, high = own.ci95
+        interval = "–" if np.isnan(low) else f"{low:+.4f} to {high:+.4f}"
+        failed = "" if np.isnan(a.failure_rate) else f"{a.failure_rate:.1%}, {b.failure_rate:.1%}"
+        plain = f"{a.mean:.4f}, {b.mean:.4f}, {own.mean_difference:+.4f}"
+        return (
+            f"{row_title(metric)}{a.capped:>9.4f}{b.capped:>9.4f}{own.difference:>+10.4f}{interval:>20}{p:>9}"
+            f"{failed:>16}{plain:>30}"
+        )
 
 
 def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Comparison:
@@ -102,20 +120,35 @@ def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str
             f"{a} was made under the protocol '{one.protocol.name}', {b} under '{two.protocol.name}'; "
             "compare submissions of one protocol"
         )
-    return Comparison(a=one, b=two, differences=_differences(one, two))
+    differences, blocks = _differences(one, two)
+    return Comparison(a=one, b=two, differences=differences, blocks=blocks)
 
 
-def _differences(a: Score, b: Score) -> dict[str, Difference]:
-    values = np.stack([a.per_sequence.figures[name] - b.per_sequence.figures[name] for name in METRICS], axis=-1)
-    means = bootstrap_means(values, RESAMPLES)
-    low, high = np.quantile(means, [0.025, 0.975], axis=0).tolist()
-    total, counts, p = np.nansum(values, axis=0), np.sum(~np.isnan(values), axis=0), two_sided_p(means)
+_COMPARED = "Compared, and ranked on boards, by capped means: of min(error, cap of the protocol) over sequences."
+
+
+def _differences(a: Score, b: Score) -> tuple[dict[str, Difference], float]:
+    """The differences by metric, and how many blocks of time they are from."""
+    figures = [{name: score.per_sequence.figures[name] for name in METRICS} for score in (a, b)]
+    one, two = (capped_figures(a.protocol.caps, own) for own in figures)
+    means = block_means(a.per_sequence.timeline, one - two)
+    columns = zip(METRICS, means.mean.tolist(), means.interval().tolist(), means.p_values().tolist(), strict=True)
     return {
         name: Difference(
-            difference=float(total[m] / counts[m]) if counts[m] else float("nan"),
-            ci95=(low[m], high[m]),
-            p_value=float(p[m]) if counts[m] else 1.0,
-            sequences=int(counts[m]),
+            difference=difference,
+            ci95=(low, high),
+            p_value=p,
+            mean_difference=_mean(figures[0][name] - figures[1][name]),
+            sequences=len(known(figures[0][name] - figures[1][name])),
         )
-        for m, name in enumerate(METRICS)
-    }
+        for name, difference, (low, high), p in columns
+    }, means.blocks
+
+
+def _mean(values: FloatArray) -> float:
+    there = known(values)
+    return float(there.mean()) if len(there) else float("nan")
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    return {name: finite_or_none(value) for name, value in values.items()}

@@ -15,8 +15,10 @@ from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import Protocol
+from vbbench.scoring.block_bootstrap import is_enough
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.statistics import Summary
+from vbbench.scoring.timeline import Timeline
 
 if TYPE_CHECKING:
     import pandas
@@ -29,12 +31,16 @@ class PerSequence:
     Parameters
     ----------
     sequence : [N] its number in the dataset.
+    scene, first_frame, last_frame : [N] its scene, and its first and last frame there, scored or not.
     frames, positions : [N] scored poses and positions.
     posed, placed : [N] how many of them were submitted.
     figures : metric → [N] mean over the sequence's frames (or person-frames), NaN where it has none.
     """
 
     sequence: IntArray
+    scene: IntArray
+    first_frame: IntArray
+    last_frame: IntArray
     frames: IntArray
     positions: IntArray
     posed: IntArray
@@ -52,6 +58,11 @@ class PerSequence:
         names = [field.name for field in fields(PerSequence) if field.name != "figures"]
         counts = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         return PerSequence(**counts, figures=join_figures([part.figures for part in parts]))
+
+    @property
+    def timeline(self) -> Timeline:
+        """When the sequences were."""
+        return Timeline.of(self.scene, self.first_frame, self.last_frame)
 
     @property
     def coverage(self) -> FloatArray:
@@ -131,6 +142,7 @@ class Score:
             "position_coverage": self.per_sequence.position_coverage,
             "failure_policy": self.info.failure_policy,
             "seconds_per_frame": self.info.seconds_per_frame,
+            "ranked_by": RANKED_BY,
             "metrics": {name: self.summaries[name].to_dict() for name in section("metrics")},
             "drift": {name: self.summaries[name].to_dict() for name in section("drift")},
         }
@@ -145,10 +157,11 @@ class Score:
         """The score as a table for people, with the dataset's caution if it has one."""
         own = self.per_sequence
         rows = [
-            _line(metric, self.summaries[name], own.position_coverage if metric.over == "people" else own.pose_coverage)
+            self._line(name, own.position_coverage if metric.over == "people" else own.pose_coverage)
             for name, metric in METRICS.items()
         ]
-        notes = [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
+        notes = [_RANKS, interval_note(self.per_sequence.timeline, self.summaries["dx"].blocks)]
+        notes += [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
         if self.dataset.truth != "whole":
             notes.append(f"Figures without a number are not known: {_UNKNOWN[self.dataset.truth]}")
         return "\n".join([*self._heading(), _HEADER, *rows, *notes])
@@ -158,8 +171,9 @@ class Score:
         own = self.per_sequence
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["sequence", "frames", "positions", "coverage", *METRICS])
-        heads = own.sequence, own.frames, own.positions, own.coverage.tolist()
+        names = ("sequence", "scene", "first_frame", "last_frame", "frames", "positions")
+        writer.writerow([*names, "coverage", *METRICS])
+        heads = *(getattr(own, name) for name in names), own.coverage.tolist()
         figures = (own.figures[name].tolist() for name in METRICS)
         for *head, values in zip(*heads, zip(*figures, strict=True), strict=True):
             writer.writerow([*head, *("" if np.isnan(value) else repr(value) for value in values)])
@@ -181,6 +195,15 @@ class Score:
         """Write `to_csv` to a file, whole or not at all."""
         write_text_atomically(Path(path), self.to_csv())
 
+    def _line(self, name: str, coverage: float) -> str:
+        metric, own = METRICS[name], self.summaries[name]
+        failed = "" if np.isnan(own.failure_rate) else f"{own.failure_rate:.1%}"
+        over_frames = f"{own.frame_mean:.4f} ±{own.frame_std:.4f}"
+        return (
+            f"{row_title(metric)}{own.capped:>9.4f}{interval_text(own.capped_ci95):>16}{failed:>8}{own.median:>9.4f}"
+            f"{own.mean:>10.4f}{own.std:>10.4f}{over_frames:>20}{coverage:>10.2%}"
+        )
+
     def _heading(self) -> list[str]:
         info, data = self.info, self.dataset
         sequences = f"{self.sequences} of {self.total_sequences} sequences scored"
@@ -200,18 +223,33 @@ _UNKNOWN = {
 }
 """What is missing where not everything is known of a dataset's truth."""
 
+RANKED_BY = "capped"
+"""The figure of a summary by which boards rank."""
+
 _HEADER = (
-    f"{'':<12}{'mean':>9}{'± std':>9}{'95 % interval':>18}{'median':>9}{'p95':>9}{'over frames':>18}{'coverage':>10}"
+    f"{'':<12}{'capped':>9}{'95 % interval':>16}{'failed':>8}{'median':>9}{'mean':>10}{'± std':>10}{'over frames':>20}"
+    f"{'coverage':>10}"
+)
+
+_RANKS = (
+    "Boards rank by 'capped': the mean over sequences of min(error, cap of the protocol). 'failed': share of sequences "
+    "above the\nprotocol's limit. The other figures are not capped, and one runaway can decide them."
 )
 
 
-def _line(metric: Metric, summary: Summary, coverage: float) -> str:
-    interval = f"{summary.ci95[0]:.4f}–{summary.ci95[1]:.4f}"
-    frames = f"{summary.frame_mean:.4f} ±{summary.frame_std:.4f}"
-    return (
-        f"{row_title(metric)}{summary.mean:>9.4f}{summary.std:>9.4f}{interval:>18}{summary.median:>9.4f}"
-        f"{summary.p95:>9.4f}{frames:>18}{coverage:>10.2%}"
-    )
+def interval_note(timeline: Timeline, blocks: float) -> str:
+    """What the intervals are from, or why there are none."""
+    frames = f"{timeline.total:.0f} frames, the longest sequence {timeline.longest:.0f}"
+    count = f"{blocks:.1f} blocks of {timeline.total / blocks:.0f} frames"
+    if not is_enough(blocks, np.array(len(timeline.middle))):
+        return f"No intervals: {len(timeline.middle)} sequences in {count} are too few for honest ones ({frames})."
+    return f"Intervals: block bootstrap over time, {count} ({frames})."
+
+
+def interval_text(ends: tuple[float, float], form: str = ".4f") -> str:
+    """An interval as tables have it, a dash where there is none."""
+    low, high = ends
+    return "–" if np.isnan(low) else f"{low:{form}}–{high:{form}}"
 
 
 def row_title(metric: Metric) -> str:

@@ -36,7 +36,7 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
         check_submission(submission, opened)
     true_rows = TruthRows(opened)
     checked = CheckedSubmission(Path(submission), opened, true_rows)
-    parts = [_figures(rows, answers, true_rows, opened.info.dt) for rows, answers in checked.chunks()]
+    parts = [_figures(rows, answers, true_rows, opened) for rows, answers in checked.chunks()]
     per_sequence = PerSequence.join([part.sequences for part in parts])
     if not len(per_sequence.sequence):
         raise VbbenchError(f"{dataset}: no sequence has a frame to score; generate longer sequences")
@@ -48,7 +48,12 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
         total_sequences=len(opened),
         fallback_frames=sum(reported) if reported else None,
         per_sequence=per_sequence,
-        summaries=summarise(per_sequence.figures, join_figures([part.frames for part in parts])),
+        summaries=summarise(
+            per_sequence.timeline,
+            checked.protocol,
+            per_sequence.figures,
+            join_figures([part.frames for part in parts]),
+        ),
     )
 
 
@@ -61,11 +66,11 @@ class _Part:
     fallbacks: int | None
 
 
-def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) -> _Part:
+def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Dataset) -> _Part:
     true_poses = truth.poses(rows, answers.poses)
     true_positions = truth.positions(rows, true_poses)
     owner, count, size = rows.pose_of_position, len(rows.pose_sequence), len(rows.grid.frames)
-    begin, end, seconds = _a_second_apart(rows, dt)
+    begin, end, seconds = _a_second_apart(rows, dataset.info.dt)
     poses, sequence = answers.poses, rows.pose_sequence - rows.grid.first
     # What a metric's function is called with, and to which scored pose each of its errors belongs.
     called: dict[str, tuple[tuple[FloatArray | float, ...], IntArray]] = {
@@ -80,14 +85,18 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dt: float) ->
         frames[name] = mean_of_groups(pose, errors, count)
         figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
-    return _Part(_per_sequence(rows, answers, figures), frames, fallbacks)
+    return _Part(_per_sequence(rows, answers, figures, dataset), frames, fallbacks)
 
 
-def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatArray]) -> PerSequence:
+def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatArray], dataset: Dataset) -> PerSequence:
     size = len(rows.grid.frames)
+    scene, first_frame = (dataset.rows[name][rows.grid.first :][:size] for name in ("scene", "first_frame"))
     pose_owner, owner = rows.pose_sequence - rows.grid.first, rows.sequence - rows.grid.first
     every = PerSequence(
         sequence=np.arange(size) + rows.grid.first,
+        scene=scene,
+        first_frame=first_frame,
+        last_frame=first_frame + rows.grid.frames - 1,
         frames=np.bincount(pose_owner, minlength=size),
         positions=np.bincount(owner, minlength=size),
         posed=np.bincount(pose_owner[answers.posed], minlength=size),

@@ -1,16 +1,16 @@
-"""Means, spreads and bootstrap over sequences."""
+"""Figures of a split: means over sequences, capped and plain, with their intervals, spreads, and failures."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.protocol import Protocol
+from vbbench.scoring.block_bootstrap import block_means
+from vbbench.scoring.timeline import Timeline
 
-RESAMPLES = 4000
-"""Bootstrap resamples behind an interval; its ends then repeat to about a hundredth of its width."""
-
-SEED = 20211105
-_DRAWS_AT_ONCE = 1 << 22
+NAN = float("nan")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,76 +19,77 @@ class Summary:
 
     Parameters
     ----------
-    mean, std, median, p95 : over the sequences' figures.
-    ci95 : bootstrap interval of ``mean`` over sequences.
+    capped : mean over sequences of min(figure, cap of the protocol): the headline, by which boards rank.
+    failure_rate : share of the sequences with a figure above the protocol's limit; NaN where it sets none.
+    median, p95, mean, std : over the sequences' figures as they are.
+    capped_ci95, ci95 : 95 % intervals of ``capped`` and ``mean`` by a block bootstrap over time; NaN where the
+        sequences are too few or too long for one.
     frame_mean, frame_std : over all frames of all sequences.
+    blocks : how many blocks the sequences' time has.
     """
 
-    mean: float
-    std: float
-    ci95: tuple[float, float]
-    frame_mean: float
-    frame_std: float
-    median: float
-    p95: float
+    capped: float = NAN
+    capped_ci95: tuple[float, float] = (NAN, NAN)
+    failure_rate: float = NAN
+    median: float = NAN
+    mean: float = NAN
+    ci95: tuple[float, float] = (NAN, NAN)
+    std: float = NAN
+    p95: float = NAN
+    frame_mean: float = NAN
+    frame_std: float = NAN
+    blocks: float = NAN
 
     def to_dict(self) -> dict[str, object]:
         """The summary, with ``None`` for NaN, as JSON needs it."""
-        values = {name: finite_or_none(value) for name, value in vars(self).items() if name != "ci95"}
-        return {**values, "ci95": [finite_or_none(end) for end in self.ci95]}
+        return {
+            name: [finite_or_none(end) for end in value] if isinstance(value, tuple) else finite_or_none(value)
+            for name, value in vars(self).items()
+        }
 
 
-def summarise(sequences: dict[str, FloatArray], frames: dict[str, FloatArray]) -> dict[str, Summary]:
+def summarise(
+    timeline: Timeline, protocol: Protocol, sequences: Mapping[str, FloatArray], frames: Mapping[str, FloatArray]
+) -> dict[str, Summary]:
     """Summary of each metric.
 
     Parameters
     ----------
+    timeline : when the sequences were.
+    protocol : whose caps and limits hold.
     sequences : metric → [N] one figure per sequence, NaN where it has none.
     frames : metric → [F] one figure per frame, NaN likewise.
     """
-    means = bootstrap_means(np.stack(list(sequences.values()), axis=1))
-    low, high = np.quantile(means, [0.025, 0.975], axis=0).tolist()
+    plain, capped = np.stack(list(sequences.values()), axis=1), capped_figures(protocol.caps, sequences)
+    block = timeline.block_length(capped)
+    means = block_means(timeline, np.concatenate([capped, plain], axis=1), block)
+    bounds = [protocol.caps.get(name, np.inf) for name in sequences]
+    largest = np.concatenate([bounds, np.max(np.nan_to_num(plain), axis=0)])
+    intervals = [(low, high) for low, high in means.positive_interval(largest).tolist()]
     return {
-        name: _summary(known(sequences[name]), known(frames[name]), (low[m], high[m]))
-        for m, name in enumerate(sequences)
+        name: Summary(
+            capped=float(means.mean[m]),
+            capped_ci95=intervals[m],
+            ci95=intervals[m + len(sequences)],
+            failure_rate=_failure_rate(figures, protocol.failures.get(name)),
+            blocks=means.blocks,
+            **_plain(figures, known(frames[name])),
+        )
+        for m, (name, figures) in enumerate((name, known(values)) for name, values in sequences.items())
     }
 
 
-def bootstrap_means(values: FloatArray, resamples: int = RESAMPLES, seed: int = SEED) -> FloatArray:
-    """Means of N sequences drawn with replacement, ``resamples`` times.
-
-    How often each sequence is drawn is one row of a count matrix C [R, N]: means are C·values over C·(value is known).
-
-    Parameters
-    ----------
-    values : [N, M] figures of M metrics, NaN = that sequence has none.
-
-    Returns
-    -------
-    [R, M] means; the same draws for every metric.
-    """
-    random = np.random.default_rng(seed)
-    there = ~np.isnan(values)
-    columns = np.concatenate([np.where(there, values, 0.0), there.astype(float)], axis=1)
-    block = max(1, _DRAWS_AT_ONCE // len(values))
-    sums = [
-        _draw_counts(random, min(block, resamples - done), len(values)) @ columns for done in range(0, resamples, block)
-    ]
-    total, count = np.split(np.concatenate(sums), 2, axis=1)
-    return _ratio(total, count)
-
-
-def two_sided_p(means: FloatArray) -> FloatArray:
-    """p-value [M] that a mean is 0, from bootstrap means [R, M]: twice the smaller tail, and never below 2/(R + 1)."""
-    count = len(means) + 1
-    tails = np.minimum(np.sum(means <= 0, axis=0) + 1, np.sum(means >= 0, axis=0) + 1)
-    p: FloatArray = np.minimum(1.0, 2.0 * tails / count)
-    return p
+def capped_figures(caps: Mapping[str, float], sequences: Mapping[str, FloatArray]) -> FloatArray:
+    """[N, M] the figures [N] of M metrics, none above the metric's cap."""
+    return np.stack([np.minimum(values, caps.get(name, np.inf)) for name, values in sequences.items()], axis=1)
 
 
 def mean_of_groups(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
     """Mean of values [R] over rows of the same group number [R] → [groups]; NaN for an empty group."""
-    return _ratio(np.bincount(group, values, groups).astype(float), np.bincount(group, minlength=groups))
+    count = np.bincount(group, minlength=groups)
+    mean = np.full(groups, np.nan)
+    np.divide(np.bincount(group, values, groups), count, out=mean, where=count > 0)
+    return mean
 
 
 def known(values: FloatArray) -> FloatArray:
@@ -96,32 +97,24 @@ def known(values: FloatArray) -> FloatArray:
     return values[~np.isnan(values)]
 
 
-def _ratio(total: FloatArray, count: FloatArray | IntArray) -> FloatArray:
-    ratio = np.full(total.shape, np.nan)
-    np.divide(total, count, out=ratio, where=count > 0)
-    return ratio
-
-
-def _draw_counts(random: np.random.Generator, resamples: int, size: int) -> FloatArray:
-    drawn = random.integers(size, size=(resamples, size)) + size * np.arange(resamples)[:, None]
-    return np.bincount(drawn.ravel(), minlength=resamples * size).reshape(resamples, size).astype(float)
-
-
-def _summary(sequences: FloatArray, frames: FloatArray, ci95: tuple[float, float]) -> Summary:
-    if not len(sequences):
-        nan = float("nan")
-        return Summary(mean=nan, std=nan, ci95=(nan, nan), frame_mean=nan, frame_std=nan, median=nan, p95=nan)
-    return Summary(
-        mean=float(np.mean(sequences)),
-        std=float(np.std(sequences)),
-        ci95=ci95,
-        frame_mean=float(np.mean(frames)),
-        frame_std=float(np.std(frames)),
-        median=float(np.median(sequences)),
-        p95=float(np.quantile(sequences, 0.95)),
-    )
-
-
 def finite_or_none(value: float) -> float | None:
     """The value, or ``None`` if it is NaN or infinite: JSON has neither."""
     return value if np.isfinite(value) else None
+
+
+def _failure_rate(figures: FloatArray, limit: float | None) -> float:
+    """Share of the figures, in float32 as result files have them, that are above the limit."""
+    return NAN if limit is None or not len(figures) else float(np.mean(figures.astype(np.float32) > limit))
+
+
+def _plain(figures: FloatArray, frames: FloatArray) -> dict[str, float]:
+    if not len(figures):
+        return {}
+    return {
+        "median": float(np.median(figures)),
+        "mean": float(np.mean(figures)),
+        "std": float(np.std(figures)),
+        "p95": float(np.quantile(figures, 0.95)),
+        "frame_mean": float(np.mean(frames)),
+        "frame_std": float(np.std(frames)),
+    }

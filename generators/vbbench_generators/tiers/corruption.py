@@ -114,7 +114,6 @@ class Tracking(Tier):
 
     outline: Outline = field(default_factory=Outline)
     hides = True
-    tracks = True
 
     @property
     def definition(self) -> dict[str, Any]:

@@ -3,9 +3,7 @@
 Figures are kept to float32, half a unit in the eighth digit; a recount must agree to a relative `TOLERANCE`.
 """
 
-from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -32,23 +30,13 @@ def count_faults(result: Result, record: BoardDataset) -> Iterator[str]:
 
 
 def summary_faults(results: Iterable[Result]) -> Iterator[tuple[Result, str]]:
-    """Results with the summaries that do not follow from their per-sequence figures.
-
-    Results with the same number of sequences share their bootstrap draws, which are most of the work.
-    """
-    groups: dict[int, list[Result]] = defaultdict(list)
+    """Results with the summaries that do not follow from their per-sequence figures."""
     for result in results:
-        groups[len(result.per_sequence.sequence)].append(result)
-    for group in groups.values():
-        columns = {
-            f"{number} {name}": values
-            for number, result in enumerate(group)
-            for name, values in result.per_sequence.figures.items()
-        }
-        fresh = summarise(columns, columns)
-        for (number, result), (name, metric) in product(enumerate(group), METRICS.items()):
+        own, protocol = result.per_sequence, get_protocol(result.board.protocol)
+        fresh = summarise(own.timeline, protocol, own.figures, own.figures)
+        for name, metric in METRICS.items():
             said = result.score[metric.section][name]
-            for fault in _metric_summary_faults(said, fresh[f"{number} {name}"].to_dict(), result, name):
+            for fault in _metric_summary_faults(said, fresh[name].to_dict(), result, name):
                 yield result, f"$.score.{metric.section}.{name}.{fault}"
 
 
@@ -128,12 +116,12 @@ def _figure_faults(result: Result, record: BoardDataset) -> Iterator[str]:
 
 def _metric_summary_faults(said: dict[str, Any], fresh: dict[str, Any], result: Result, name: str) -> Iterator[str]:
     scale = abs(fresh["mean"] or 0.0)
-    for key in ("mean", "std", "median", "p95"):
+    for key in ("capped", "failure_rate", "mean", "std", "median", "p95", "blocks"):
         if not _close(said[key], fresh[key], scale if key == "std" else 0.0):
             yield _differs(key, said[key], fresh[key])
-    for end in (0, 1):
-        if not _close(said["ci95"][end], fresh["ci95"][end]):
-            yield _differs(f"ci95[{end}]", said["ci95"][end], fresh["ci95"][end])
+    for key, end in (("capped_ci95", 0), ("capped_ci95", 1), ("ci95", 0), ("ci95", 1)):
+        if not _close(said[key][end], fresh[key][end]):
+            yield _differs(f"{key}[{end}]", said[key][end], fresh[key][end])
     yield from _frame_summary_faults(said, result, name)
 
 

@@ -1,9 +1,9 @@
 """Ranks with their uncertainty: who is better than whom on a board, beyond what the choice of sequences explains.
 
-Every pair of solvers is compared by a paired bootstrap over sequences, with the same draws for all. The p-values of a
-metric are corrected after Holm, so that on the whole board a difference that is none is called one with a chance of
-at most `LEVEL`. A solver's rank is one more than the number of solvers that are significantly better; solvers between
-which nothing is settled can share a rank.
+Boards rank by capped means. Every pair of solvers is compared by its differences of each sequence's capped figures, in
+a block bootstrap over time. The p-values of a metric are corrected after Holm, so that on the whole board a difference
+that is none is called one with a chance of at most `LEVEL`. A solver's rank is one more than the number of solvers
+that are significantly better; solvers between which nothing is settled can share a rank.
 """
 
 from collections.abc import Sequence
@@ -13,25 +13,26 @@ from itertools import combinations
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.protocol import get_protocol
+from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import RESAMPLES, bootstrap_means, two_sided_p
+from vbbench.scoring.statistics import capped_figures
+from vbbench.scoring.timeline import Timeline
 from vbbench_leaderboards.results.result import Result
 
 LEVEL = 0.05
 
-_RESAMPLES_A_PAIR = 80
-"""Resamples per pair: the smallest p-value, 2/(R + 1), times the number of pairs must stay below `LEVEL`."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """One metric of two solvers: mean over sequences of (a − b), so that below 0 ``a`` is better.
+    """One metric of two solvers: mean over sequences of (a − b), both capped, so that below 0 ``a`` is better.
 
     Parameters
     ----------
     a, b : names of the solvers.
-    difference, ci95 : the mean and its bootstrap interval, in the metric's unit; NaN where they share no sequence.
-    p : two-sided, corrected for all pairs of the board.
+    difference, ci95 : the mean and its interval, in the metric's unit; NaN where they share no sequence, and no
+        interval where the board has too few sequences or too little time for one.
+    p : two-sided, corrected for all pairs of the board; 1 without an interval.
     """
 
     a: str
@@ -71,11 +72,14 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     pairs = list(combinations(range(len(results)), 2))
     if not pairs:
         return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in METRICS}
-    figures = _figures(results)
+    timeline, figures = _figures(results)
     differences = np.stack([figures[a] - figures[b] for a, b in pairs], axis=1)
+    found = block_means(timeline, differences.reshape(len(differences), -1))
+    shape = (len(pairs), len(METRICS))
+    mean, p = found.mean.reshape(shape), np.nan_to_num(found.p_values(), nan=1.0).reshape(shape)
+    interval = found.interval().reshape(*shape, 2)
     return {
-        metric: _ranking(names, pairs, own, means)
-        for metric, own, means in zip(METRICS, np.moveaxis(differences, 2, 0), _resampled(differences), strict=True)
+        metric: _ranking(names, pairs, mean[:, m], interval[:, m], holm(p[:, m])) for m, metric in enumerate(METRICS)
     }
 
 
@@ -88,35 +92,28 @@ def holm(p: FloatArray) -> FloatArray:
     return corrected
 
 
-def _figures(results: Sequence[Result]) -> FloatArray:
-    """[solvers, sequences, metrics] over the sequences that any of them has, NaN where one has none."""
-    sequences = np.unique(np.concatenate([result.per_sequence.sequence for result in results]))
+def _figures(results: Sequence[Result]) -> tuple[Timeline, FloatArray]:
+    """When the sequences were that any of the results has, and capped figures [solvers, sequences, metrics] or NaN."""
+    own = [result.per_sequence for result in results]
+    columns = ("sequence", "scene", "first_frame", "last_frame")
+    every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
+    sequences, first = np.unique(every[:, 0], return_index=True)
+    caps = get_protocol(results[0].board.protocol).caps
     figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
-    for row, result in zip(figures, results, strict=True):
-        own = result.per_sequence
-        row[np.searchsorted(sequences, own.sequence)] = np.stack([own.figures[name] for name in METRICS], axis=-1)
-    return figures
+    for row, one in zip(figures, own, strict=True):
+        row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
+    return Timeline.of(*every[first, 1:].T), figures
 
 
-def _resampled(differences: FloatArray) -> FloatArray:
-    """Bootstrap means [metrics, resamples, pairs] of differences [sequences, pairs, metrics]."""
-    sequences, pairs, metrics = differences.shape
-    resamples = max(RESAMPLES, _RESAMPLES_A_PAIR * pairs)
-    means = bootstrap_means(differences.reshape(sequences, -1), resamples)
-    return np.moveaxis(means.reshape(resamples, pairs, metrics), 2, 0)
-
-
-def _ranking(names: list[str], pairs: list[tuple[int, int]], differences: FloatArray, means: FloatArray) -> Ranking:
-    """One metric's ranking, from differences [sequences, pairs] and their bootstrap means [resamples, pairs]."""
-    there = np.isfinite(differences)
-    known = there.any(axis=0)
-    total = np.where(there, differences, 0.0).sum(axis=0)
-    mean = np.where(known, total / np.maximum(there.sum(axis=0), 1), np.nan)
-    low, high = np.quantile(means, [0.025, 0.975], axis=0)
-    p = holm(np.where(known, two_sided_p(means), 1.0))
+def _ranking(
+    names: list[str], pairs: list[tuple[int, int]], mean: FloatArray, interval: FloatArray, p: FloatArray
+) -> Ranking:
+    """One metric's ranking, from the pairs' mean differences [P], their intervals [P, 2] and p-values [P]."""
     found = tuple(
-        Pair(a=names[a], b=names[b], difference=float(mean[n]), ci95=(float(low[n]), float(high[n])), p=float(p[n]))
-        for n, (a, b) in enumerate(pairs)
+        Pair(a=names[a], b=names[b], difference=difference, ci95=(low, high), p=value)
+        for (a, b), difference, (low, high), value in zip(
+            pairs, mean.tolist(), interval.tolist(), p.tolist(), strict=True
+        )
     )
     return Ranking(places=_places(names, found), pairs=found)
 

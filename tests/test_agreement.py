@@ -1,0 +1,107 @@
+"""How alike two datasets rank: against numbers worked out by hand, and where one ranking is the other's by chance."""
+
+import numpy as np
+import pytest
+
+from vbbench.geometry import FloatArray
+from vbbench.reproduction.agreement import Errors, agreement, alike, regret, separated, spearman
+from vbbench.scoring.timeline import Timeline
+
+NOBODY = np.zeros(4, bool)
+
+
+def errors(values: FloatArray, scene: list[int] | None = None) -> Errors:
+    """Sequences of 10 frames, one after the other in their scenes."""
+    number = np.array(scene or [0] * values.shape[1])
+    first = np.array([10 * int((number[:n] == number[n]).sum()) for n in range(len(number))])
+    return Errors(values=values, timeline=Timeline.of(number, first, first + 9))
+
+
+def test_spearman_by_hand() -> None:
+    made = np.array([[1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 3.0, 4.0], [4.0, 3.0, 2.0, 1.0], [1.0, 1.0, 3.0, 4.0]])
+    real = np.array([[2.0, 4.0, 6.0, 8.0], [1.0, 3.0, 2.0, 4.0], [1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 3.0, 4.0]])
+    # 1 − 6 Σd²/(n(n² − 1)): Σd² = 2 gives .8; ranks 1.5, 1.5, 3, 4 against 1, 2, 3, 4: 4.5/√(4.5·5)
+    np.testing.assert_allclose(spearman(made, real), [1.0, 0.8, -1.0, 4.5 / (4.5 * 5.0) ** 0.5])
+
+
+def test_equal_figures_have_no_ranks() -> None:
+    assert np.isnan(spearman(np.ones((1, 3)), np.array([[1.0, 2.0, 3.0]])))[0]
+
+
+def test_only_the_pairs_asked_for_count_and_equals_are_no_order() -> None:
+    made, real = np.array([[1.0, 2.0, 2.0]]), np.array([[1.0, 2.0, 3.0]])
+    pairs = np.zeros((3, 3), bool)
+    assert np.isnan(alike(made, real, pairs))[0]
+    pairs[0, 1] = True
+    assert alike(made, real, pairs)[0] == 1.0
+    pairs[1, 2] = True
+    assert alike(made, real, pairs)[0] == 0.5
+
+
+def test_regret_is_that_of_the_winner() -> None:
+    made = np.array([[1.0, 2.0, 3.0], [3.0, 2.0, 1.0]])
+    real = np.array([[0.5, 0.4, 1.0], [0.5, 0.4, 1.0]])
+    np.testing.assert_allclose(regret(made, real), [1.25, 2.5])
+
+
+def test_pairs_are_separated_where_the_whole_interval_is_on_one_side() -> None:
+    rng = np.random.default_rng(0)
+    common = 2.0 + rng.normal(size=40)
+    values = np.stack([common, common + 0.3 + 0.1 * rng.normal(size=40), common + rng.normal(size=40)])
+    assert separated(errors(values)).tolist() == [[False, True, False], [False] * 3, [False] * 3]
+
+
+def test_a_dataset_agrees_with_itself() -> None:
+    values = np.random.default_rng(0).uniform(0.1, 1.0, (4, 12)) * np.array([[1.0], [2.0], [4.0], [8.0]])
+    found = agreement(errors(values), errors(values), NOBODY)
+    assert found.spearman.value == found.spearman_without_feet.value == found.alike.value == 1.0
+    assert found.ratio.value == found.regret.value == pytest.approx(1.0)
+    assert found.ratio.low < 1.0 < found.ratio.high
+    assert found.blocks[0] == found.blocks[1] > 2
+
+
+def test_the_ratio_is_a_geometric_mean() -> None:
+    real = np.full((4, 3), 1.0) * np.array([[1.0], [2.0], [3.0], [4.0]])
+    made = real * np.array([[2.0], [2.0], [0.5], [8.0]])
+    assert agreement(errors(made), errors(real), NOBODY).ratio.value == pytest.approx(2.0)
+
+
+def test_feet_are_left_out() -> None:
+    real = np.array([[1.0], [2.0], [3.0], [4.0]]) + 0.01 * np.random.default_rng(0).normal(size=(4, 40))
+    made = real.copy()
+    made[0] = 9.0
+    feet = np.array([True, False, False, False])
+    found = agreement(errors(made), errors(real), feet)
+    assert found.spearman.value == pytest.approx(-0.2)
+    assert found.spearman_without_feet.value == 1.0
+    assert found.separated == 6
+    assert (found.alike.value, found.alike_without_feet.value) == (0.5, 1.0)
+
+
+def test_blocks_hold_what_follows_in_time_and_all_sequences_alike() -> None:
+    level = np.repeat(np.random.default_rng(0).normal(size=20), 5)
+    found = errors(np.tile(level, (4, 1)))
+    assert 3 <= found.blocks <= 14
+    counts = found.counts(4000, seed=0)
+    np.testing.assert_allclose(counts.mean(axis=0), 1.0, atol=0.1)
+    correlation: FloatArray = np.asarray(np.corrcoef(counts.T))
+    assert correlation[0, [1, 99]].min() > 0.5
+    assert abs(correlation[0, 50]) < 0.5
+
+
+def test_scenes_lie_one_behind_the_other() -> None:
+    values = np.random.default_rng(0).uniform(size=(4, 12))
+    one, several = errors(values), errors(values, [0] * 4 + [1] * 4 + [2] * 4)
+    assert one.timeline.total == several.timeline.total == 120.0
+    np.testing.assert_array_equal(one.timeline.middle, several.timeline.middle)
+
+
+def test_dependent_sequences_have_wider_intervals() -> None:
+    rng = np.random.default_rng(0)
+    noise = 0.05 * rng.normal(size=(4, 100))
+    alone, together = rng.normal(size=100), np.repeat(rng.normal(size=20), 5)
+    widths = [
+        np.ptp(np.quantile(errors(np.exp(0.5 * level + noise)).resampled(2000, 0)[:, 0], (0.025, 0.975)))
+        for level in (alone, together)
+    ]
+    assert widths[1] > 1.5 * widths[0]

@@ -1,0 +1,194 @@
+"""The study of transfer: whether datasets of tier `field` rank solvers as a real camera does, here KITTI's.
+
+Solvers and variants of them answer both: KITTI's recordings, every 4th frame and every frame, and trajectories seen by
+a vehicle's camera in tier `field` at the same frame times. `vbbench.reproduction.agreement` says how alike they rank.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.generation.footage import FootageOptions
+from vbbench.generation.generator import Generator, Options
+from vbbench.geometry import BoolArray
+from vbbench.protocol import get_protocol
+from vbbench.registry import load, make_solver
+from vbbench.reproduction.agreement import Agreement, Errors, agreement
+from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.reproduction.variants import Variant, registered_variants
+from vbbench.scene import Scene
+from vbbench.scoring.scorecard import Score
+from vbbench.scoring.timeline import Timeline
+
+REAL = "kitti"
+TIER = "field"
+PROTOCOLS = ("sequential", "one-step")
+METRICS = ("dx", "dt")
+CAP = 2.0
+"""In m; whoever is farther astray in a sequence is lost, and how far is chance."""
+DT = 0.1
+"""Seconds between KITTI's frames."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransferStudy:
+    """What to compare.
+
+    Parameters
+    ----------
+    kitti : folder of KITTI's tracking benchmark, as split `kitti` reads it.
+    poses : folder of the camera's poses that somebody found, which count where they keep parked cars in place better.
+    variants : by name.
+    every : every how many of KITTI's frames; the made datasets have the same seconds a frame.
+    split : whose people the made datasets show; between their frames people follow smooth curves.
+    protocols : names of protocols.
+    limit : most sequences of a made dataset.
+    seed : of the made datasets.
+    """
+
+    kitti: Path
+    poses: Path | None = None
+    variants: Mapping[str, Variant] = field(default_factory=registered_variants)
+    every: Sequence[int] = (4, 1)
+    split: str = "hotel"
+    protocols: Sequence[str] = PROTOCOLS
+    limit: int | None = 120
+    seed: int = 0
+
+    def real(self, every: int) -> Options:
+        """Options of KITTI's dataset."""
+        return Options(source=self.kitti, footage=FootageOptions(every=every, poses=self.poses))
+
+    @property
+    def made(self) -> Options:
+        """Options of the datasets beside it: a vehicle's camera, boxes as people draw them."""
+        return Options(tier=TIER, observer="vehicle", detector=False, seed=self.seed, limit=self.limit)
+
+    def check(self) -> None:
+        """Find the mistakes that can be found before the work starts.
+
+        Raises
+        ------
+        VbbenchError
+            If a solver, a protocol or a number of frames cannot be.
+        """
+        if len(self.variants) < 3:
+            raise VbbenchError(f"{len(self.variants)} solvers have no ranks to compare; name at least three")
+        for every in self.every:
+            self.real(every)
+        load("generator", self.split)
+        for protocol in self.protocols:
+            get_protocol(protocol)
+        for variant in self.variants.values():
+            make_solver(variant.solver)
+
+
+class Case(NamedTuple):
+    """One comparison: every how many frames, the protocol, and the metric."""
+
+    every: int
+    protocol: str
+    metric: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """One case measured.
+
+    Parameters
+    ----------
+    case : which.
+    made, real : errors of the variants, in their order.
+    agreement : how alike they rank.
+    """
+
+    case: Case
+    made: Errors
+    real: Errors
+    agreement: Agreement
+
+
+def measure_transfer(
+    study: TransferStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False
+) -> list[Comparison]:
+    """Generate, solve, score and compare every case.
+
+    Datasets and submissions are kept in ``out``; complete ones are reused.
+
+    Raises
+    ------
+    VbbenchError
+        If the study is invalid, or another dataset or submission is in the way.
+    """
+    study.check()
+    out = Path(out)
+    with loose_files(out):
+        return [found for every in study.every for found in _compare(study, every, out, jobs, overwrite)]
+
+
+def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: bool) -> Iterator[Comparison]:
+    folders = {name: out / f"{name}-{every}" / "dataset" for name in (REAL, TIER)}
+    real = ensure_dataset(REAL, folders[REAL], study.real(every), jobs=jobs, overwrite=overwrite)
+    split, options = _people(study, every, out)
+    made = ensure_dataset(split, folders[TIER], options, jobs=jobs, overwrite=overwrite)
+    feet = np.array([variant.feet for variant in study.variants.values()])
+    solvers = [variant.solver for variant in study.variants.values()]
+    for protocol in study.protocols:
+        scores = [
+            dict(ensure_scores(dataset, solvers, protocol, jobs=jobs, overwrite=overwrite)) for dataset in (made, real)
+        ]
+        for metric in METRICS:
+            mine, theirs = (
+                errors_of(dataset, list(found.values()), metric)
+                for dataset, found in zip((made, real), scores, strict=True)
+            )
+            found = agreement(mine, theirs, feet)
+            yield Comparison(case=Case(every, protocol, metric), made=mine, real=theirs, agreement=found)
+
+
+def _people(study: TransferStudy, every: int, out: Path) -> tuple[str, Options]:
+    """The split and the options of a made dataset; where the study's split has other frames, of a file made of it."""
+    generator: Generator = load("generator", study.split)
+    scene, dt = generator.plan(Options(seed=study.seed)).scenes[0], every * DT
+    if abs(scene.dt - dt) < 1e-6:
+        return study.split, study.made
+    path, text = out / f"{study.split}-{every}.txt", people_as_text(scene, dt)
+    if not path.is_file() or path.read_text("utf-8") != text:
+        write_text_atomically(path, text)
+    return "custom", replace(study.made, source=path, dt=dt)
+
+
+def people_as_text(scene: Scene, dt: float) -> str:
+    """A scene at frames of ``dt`` s, a line ``frame id x y`` for each person, on cubic splines through their places."""
+    from scipy.interpolate import CubicSpline
+
+    times, lines = scene.dt * np.arange(scene.frames), []
+    for column, person in enumerate(scene.people.tolist()):
+        for run in runs_of(scene.present[:, column]):
+            wanted = np.arange(np.ceil(times[run][0] / dt - 1e-9), times[run][-1] / dt + 1e-9)
+            places = CubicSpline(times[run], scene.positions[run, column])(wanted * dt)
+            lines += [f"{frame:.0f} {person} {x:.4f} {y:.4f}" for frame, (x, y) in zip(wanted, places, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def runs_of(present: BoolArray) -> list[slice]:
+    """The runs of two frames or more in which somebody is ``present`` [T]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], present, [False]]))).reshape(-1, 2)
+    return [slice(first, last) for first, last in edges.tolist() if last - first > 1]
+
+
+def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
+    """The errors of ``scores`` on one dataset, sequences without any left out; what is NaN else counts as the cap."""
+    index = scores[0].per_sequence.sequence
+    values = np.stack([one.per_sequence.figures[metric] for one in scores])
+    known = ~np.isnan(values).all(axis=0)
+    index, values = index[known], values[:, known]
+    first, frames, scene = (dataset.rows[name][index] for name in ("first_frame", "frames", "scene"))
+    return Errors(values=np.fmin(values, CAP), timeline=Timeline.of(scene, first, first + frames - 1))

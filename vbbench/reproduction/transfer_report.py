@@ -1,0 +1,185 @@
+"""The study of transfer as files: a Markdown table, every number as JSON, and a picture of error against error."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting.style import lay_out, save_png
+from vbbench.reproduction.agreement import Agreement, Estimate
+from vbbench.reproduction.transfer import Case, Comparison, TransferStudy, measure_transfer
+from vbbench.scoring.metrics import METRICS
+from vbbench.scoring.statistics import finite_or_none
+
+NAME = "transfer"
+TARGETS = {
+    "spearman": ("Spearman", "≥ .80"),
+    "spearman_without_feet": ("without feet", "≥ .70"),
+    "alike": ("pairs alike", "≥ .90"),
+    "alike_without_feet": ("without feet", ""),
+    "ratio": ("error ratio", ".67 to 1.50"),
+    "regret": ("regret", "≤ 1.15"),
+}
+"""Titles of the figures of `Agreement`, and what is fair to ask of each."""
+
+
+def reproduce_transfer(study: TransferStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False) -> str:
+    """Measure, write ``transfer.md``, ``.json`` and ``.png`` into ``out``, and return the table and their paths.
+
+    Raises
+    ------
+    VbbenchError
+        As `vbbench.reproduction.transfer.measure_transfer` does.
+    """
+    found = measure_transfer(study, out, jobs=jobs, overwrite=overwrite)
+    files = [Path(out) / f"{NAME}{suffix}" for suffix in (".md", ".json", ".png")]
+    text = transfer_table(study, found)
+    write_text_atomically(files[0], text)
+    write_text_atomically(files[1], json.dumps(transfer_values(study, found), indent=1, ensure_ascii=False) + "\n")
+    save_png(plot_transfer(study, found), files[2])
+    return "\n".join([text, *map(str, files)])
+
+
+def spoken(case: Case) -> str:
+    """A case as text."""
+    frames = "every frame" if case.every == 1 else f"every {case.every}th frame"
+    return f"{frames}, {case.protocol}, {METRICS[case.metric].label}"
+
+
+def transfer_table(study: TransferStudy, found: Sequence[Comparison]) -> str:
+    """How alike they rank, a row a case, and below every variant's errors."""
+    heads = " | ".join(title for title, _ in TARGETS.values())
+    asked = " | ".join(target for _, target in TARGETS.values())
+    lines = [
+        f"# Does tier field rank as KITTI does? {len(study.variants)} solvers and variants, seed {study.seed}",
+        "",
+        f"| | {heads} | pairs that KITTI separates | blocks, field and KITTI |",
+        f"|---|{'---|' * (len(TARGETS) + 2)}",
+        f"| asked | {asked} | | |",
+        *(_agreement_row(one) for one in found),
+        "",
+        "In brackets: 95 % intervals by blocks of sequences of both datasets.",
+        "",
+        *_errors_table(study, found),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _agreement_row(one: Comparison) -> str:
+    values: Agreement = one.agreement
+    cells = " | ".join(_cell(getattr(values, name)) for name in TARGETS)
+    count = len(one.real.values)
+    pairs = f"{values.separated} of {count * (count - 1) // 2}"
+    return f"| {spoken(one.case)} | {cells} | {pairs} | {values.blocks[0]}, {values.blocks[1]} |"
+
+
+def _cell(figure: Estimate) -> str:
+    return "–" if np.isnan(figure.value) else f"{figure.value:.2f} [{figure.low:.2f}, {figure.high:.2f}]"
+
+
+def _errors_table(study: TransferStudy, found: Sequence[Comparison]) -> Iterator[str]:
+    yield f"| field / KITTI, capped means | {' | '.join(spoken(one.case) for one in found)} |"
+    yield f"|---|{'---|' * len(found)}"
+    for row, name in enumerate(study.variants):
+        cells = (f"{one.made.means[row]:.3f} / {one.real.means[row]:.3f}" for one in found)
+        yield f"| `{name}` | {' | '.join(cells)} |"
+
+
+def transfer_values(study: TransferStudy, found: Sequence[Comparison]) -> dict[str, Any]:
+    """Every number, with ``None`` for NaN."""
+    return {
+        "variants": {name: asdict(variant) for name, variant in study.variants.items()},
+        "seed": study.seed,
+        "cases": [_case_values(study, one) for one in found],
+    }
+
+
+def _case_values(study: TransferStudy, one: Comparison) -> dict[str, Any]:
+    values = one.agreement
+    figures = {
+        name: {end.name: finite_or_none(getattr(getattr(values, name), end.name)) for end in fields(Estimate)}
+        for name in TARGETS
+    }
+    means = zip(study.variants, one.made.means.tolist(), one.real.means.tolist(), strict=True)
+    return {
+        **one.case._asdict(),
+        **figures,
+        "pairs_separated": values.separated,
+        "blocks": list(values.blocks),
+        "sequences": [one.made.values.shape[1], one.real.values.shape[1]],
+        "errors": {name: {"field": made, "kitti": real} for name, made, real in means},
+    }
+
+
+_PANEL, _LEFT, _FOOT, _HEAD, _STEP, _KEY = 3.1, 0.65, 0.6, 0.95, 3.75, 4.6
+_COLOURS = ("#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7", "#444444", "#e69f00")
+
+
+def plot_transfer(study: TransferStudy, found: Sequence[Comparison]) -> Figure:
+    """A panel for each case: a numbered point a variant, its error on field across and on KITTI upwards."""
+    columns = max(1, -(-len(found) // 2))
+    size = (_LEFT + columns * _STEP + _KEY, _HEAD + 2 * _STEP + 0.05)
+    places = {
+        spoken(one.case): (_LEFT + n // 2 * _STEP, _FOOT + (1 - n % 2) * _STEP, _PANEL, _PANEL)
+        for n, one in enumerate(found)
+    }
+    figure = lay_out(size, places)
+    for axes, one in zip(figure.axes, found, strict=True):
+        _draw_panel(axes, one, study)
+    look: dict[str, Any] = {"color": style.INK, "va": "top"}
+    x, height = _LEFT / size[0], size[1]
+    figure.text(x, 1 - 0.18 / height, "Does tier field rank as KITTI does?", fontsize=12.5, weight="bold", **look)
+    facts = "mean of each sequence's error, at most 2 m; lines: 95 % intervals by blocks; hollow: relies on feet"
+    figure.text(x, 1 - 0.46 / height, facts, fontsize=style.TEXT_SIZE, **look)
+    _draw_key(figure, size, study)
+    return figure
+
+
+def _draw_panel(axes: Axes, one: Comparison, study: TransferStudy) -> None:
+    made, real = one.made.means, one.real.means
+    spreads = [np.quantile(errors.resampled(500, 0), (0.025, 0.975), axis=0) for errors in (one.made, one.real)]
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    low, high = 0.8 * min(made.min(), real.min()), 1.25 * max(made.max(), real.max())
+    axes.plot([low, high], [low, high], color=style.TRUTH_FAINT, linewidth=1.0, zorder=0)
+    for n, (name, variant) in enumerate(study.variants.items()):
+        colour = _colour(name, study)
+        axes.plot(spreads[0][:, n], [real[n]] * 2, color=colour, alpha=0.2, linewidth=0.8, zorder=1)
+        axes.plot([made[n]] * 2, spreads[1][:, n], color=colour, alpha=0.2, linewidth=0.8, zorder=1)
+        face = "white" if variant.feet else colour
+        axes.plot(made[n], real[n], "o", color=colour, markerfacecolor=face, markersize=4.5, zorder=2)
+        shift: dict[str, Any] = {"xytext": (3.0, 2.0), "textcoords": "offset points"}
+        axes.annotate(str(n + 1), (made[n], real[n]), fontsize=style.LABEL_SIZE, color=style.INK, **shift)
+    axes.set_xlim(low, high)
+    axes.set_ylim(low, high)
+    rank = one.agreement.spearman
+    title = f"{spoken(one.case)}\nSpearman {rank.value:.2f} [{rank.low:.2f}, {rank.high:.2f}]"
+    axes.set_title(title, fontsize=style.TEXT_SIZE, color=style.INK)
+    axes.set_xlabel("on field", fontsize=style.TEXT_SIZE)
+    axes.set_ylabel("on KITTI", fontsize=style.TEXT_SIZE)
+    axes.grid(color=style.FAINT, linewidth=0.6)
+
+
+def _draw_key(figure: Figure, size: tuple[float, float], study: TransferStudy) -> None:
+    gap = min(0.22, (size[1] - _HEAD) / len(study.variants))
+    for n, name in enumerate(study.variants):
+        place = 1 - (_KEY - 0.1) / size[0], 1 - (_HEAD + n * gap) / size[1]
+        figure.text(*place, f"{n + 1}  {name}", fontsize=style.TEXT_SIZE, color=_colour(name, study), va="center")
+
+
+def _family(name: str) -> str:
+    """``vb-cv`` of ``vb-cv-noise-4``."""
+    parts = name.split("-")
+    return "-".join(parts[: 2 if parts[0] in ("vb", "map") else 1])
+
+
+def _colour(name: str, study: TransferStudy) -> str:
+    families = list(dict.fromkeys(map(_family, study.variants)))
+    return _COLOURS[families.index(_family(name)) % len(_COLOURS)]

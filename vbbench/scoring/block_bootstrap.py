@@ -1,0 +1,140 @@
+"""Means of sequences that share people and time, and how sure they are: a block bootstrap over time within scenes.
+
+The circular block bootstrap (Politis & Romano 1992) draws stretches of time instead of sequences. For a mean the
+variance that it gives needs no draws: with e the figures less their mean, and M the share of the blocks with the one
+that have the other, too (a triangle over the time between them), it is e'Me / N².
+
+With few blocks that variance is too small and itself unsure, and sequences crowd at some times. As Bell & McCaffrey
+(Survey Methodology 28, 2002) do for clusters, both are corrected as if the truth were known: of figures that are alike
+over `REACH` of a block, it is computed what e'Me is on average, and to how many degrees of freedom. Student's t with
+these takes the place of the normal; for white noise that is the fixed-b correction of Shao & Politis
+(J. Royal Statistical Society B 75, 2013).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtr, stdtrit
+
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.scoring.timeline import Timeline, residuals
+
+FEWEST_BLOCKS, FEWEST_SEQUENCES = 2.5, 5
+"""With less there is no interval: it would be made up."""
+
+REACH = 0.4
+"""Over this share of a block figures are taken to be alike: a triangle as well."""
+
+_MOST = 512
+"""With more sequences, neighbours in time are taken together."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Means:
+    """Means of M columns of figures.
+
+    Parameters
+    ----------
+    mean : [M], NaN without a figure.
+    error : [M] standard errors, NaN where the sequences are too few for one.
+    degrees : [M] degrees of freedom of Student's t.
+    block, blocks : frames of a block, and how many blocks the time has.
+    """
+
+    mean: FloatArray
+    error: FloatArray
+    degrees: FloatArray
+    block: float
+    blocks: float
+
+    def interval(self) -> FloatArray:
+        """[M, 2] the 95 % interval of each mean."""
+        reach = self._reach()
+        return np.stack([self.mean - reach, self.mean + reach], axis=-1)
+
+    def positive_interval(self, largest: FloatArray) -> FloatArray:
+        """[M, 2] the 95 % interval of means that are above 0 and at most the largest [M]: that of their logarithms."""
+        ratio = np.divide(self._reach(), self.mean, out=np.zeros_like(self.mean), where=self.mean != 0)
+        factor = np.exp(np.minimum(ratio, 700.0))
+        return np.stack([self.mean / factor, np.minimum(self.mean * factor, np.maximum(largest, self.mean))], axis=-1)
+
+    def p_values(self) -> FloatArray:
+        """[M] two-sided, for a mean of 0; NaN without an interval."""
+        t = np.divide(np.abs(self.mean), self.error, out=np.full_like(self.mean, np.inf), where=self.error > 0)
+        p = 2.0 * stdtr(np.where(np.isnan(self.degrees), 1.0, self.degrees), -t)
+        p = np.where((self.mean == 0) & (self.error == 0), 1.0, p)
+        return np.where(np.isnan(self.error), np.nan, p)
+
+    def _reach(self) -> FloatArray:
+        reach: FloatArray = stdtrit(self.degrees, 0.975) * self.error
+        return reach
+
+
+def block_means(timeline: Timeline, values: FloatArray, block: float | None = None) -> Means:
+    """Means of the columns of figures [N, M] of sequences on the timeline, NaN = none.
+
+    Parameters
+    ----------
+    block : frames of a block; by default as `Timeline.block_length` says of these figures.
+    """
+    block = timeline.block_length(values) if block is None else block
+    there = ~np.isnan(values)
+    count = there.sum(axis=0)
+    mean = np.divide(np.where(there, values, 0.0).sum(axis=0), count, out=np.full(len(count), np.nan), where=count > 0)
+    # A block that the rule wants longer than the data allows is as long as they allow; a sequence is never cut.
+    block = min(block, max(timeline.longest, timeline.total / FEWEST_BLOCKS))
+    blocks = timeline.total / block
+    error, degrees = np.full((2, len(count)), np.nan)
+    usual = is_enough(blocks, count)
+    if usual.any():
+        error[usual], degrees[usual] = _errors(timeline, values[:, usual], block)
+    return Means(mean=mean, error=error, degrees=degrees, block=block, blocks=blocks)
+
+
+def is_enough(blocks: float, sequences: IntArray) -> BoolArray:
+    """Whether so many sequences [M] in so many blocks of time have an interval."""
+    enough: BoolArray = (blocks > FEWEST_BLOCKS - 1e-9) & (np.asarray(sequences) >= FEWEST_SEQUENCES)
+    return enough
+
+
+def block_shares(timeline: Timeline, middle: FloatArray, block: float) -> FloatArray:
+    """[n, n] the share of the blocks with the time ``middle`` [n] of one that have that of the other, too."""
+    apart = np.abs(middle[:, None] - middle)
+    shares: FloatArray = np.clip(1.0 - np.minimum(apart, timeline.total - apart) / block, 0.0, 1.0)
+    return shares
+
+
+def _errors(timeline: Timeline, values: FloatArray, block: float) -> tuple[FloatArray, FloatArray]:
+    """Standard errors [M] of the means of the columns [N, M], and their degrees of freedom."""
+    order = np.argsort(timeline.middle, kind="stable")
+    group = np.arange(len(order)) * min(_MOST, len(order)) // len(order)
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    sizes = np.diff(starts, append=len(order))
+    middle = np.add.reduceat(timeline.middle[order], starts) / sizes
+    scene = timeline.scene[order][starts]
+    there = ~np.isnan(values)
+    counts = np.add.reduceat(there[order].astype(float), starts, axis=0)
+    sums = np.add.reduceat(residuals(values)[order], starts, axis=0)
+    shares = block_shares(timeline, middle, block)
+    apart = np.abs(middle[:, None] - middle)
+    alike = np.clip(1.0 - apart / (REACH * block), 0.0, 1.0) * (scene[:, None] == scene)
+    found = np.maximum(np.einsum("nm,nm->m", sums, shares @ sums), 0.0)
+    ratio, degrees = _corrections(counts, shares, alike)
+    return np.sqrt(found * ratio) / there.sum(axis=0), degrees
+
+
+def _corrections(counts: FloatArray, shares: FloatArray, alike: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """For each column of counts [n, M] how many times e'Me the variance of the sum is, and the degrees of freedom."""
+    kinds, kind = np.unique(counts, axis=1, return_inverse=True)
+    pairs = np.array([_correction(kinds[:, k], shares, alike) for k in range(kinds.shape[1])])
+    return pairs[kind.ravel(), 0], pairs[kind.ravel(), 1]
+
+
+def _correction(count: FloatArray, shares: FloatArray, alike: FloatArray) -> tuple[float, float]:
+    """With C the covariance of the sums and R what takes the mean off them: 1'C1 / tr(R'MRC), 2 tr²(·) / 2 tr((·)²)."""
+    covariance = alike * np.outer(count, count)
+    taken = shares @ count / count.sum()
+    centred = shares - taken[:, None] - taken + count @ taken / count.sum()
+    product = centred @ covariance
+    mean = float(np.trace(product))
+    return float(covariance.sum()) / mean, mean**2 / float(np.sum(product * product.T))
