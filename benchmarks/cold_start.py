@@ -86,7 +86,7 @@ def wheels(poses: FloatArray, seed: int) -> Odometry:
 
 def runs(dataset: Dataset, solver: str, case: Case, sequences: int, jobs: int) -> list[Run]:
     """The runs of a solver on about so many sequences of a dataset, by the variant that was not fitted on it."""
-    name, chosen = held_out(solver, dataset.info.split), spread_over(dataset, sequences)
+    name, chosen = held_out(solver, dataset.info.sources), spread_over(dataset, sequences)
     parts = np.array_split(np.array(chosen), max(4 * jobs, 1))
     found = Parallel(n_jobs=jobs)(delayed(_some)(dataset, name, case, part) for part in parts)
     return [run for part in found for run in part]

@@ -16,7 +16,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Look, Options
 from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
-from vbbench.registry import held_out, make_solver
+from vbbench.registry import held_out, load, make_solver
 from vbbench.scoring.metrics import position_error, rotation_error, translation_error
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
@@ -42,8 +42,9 @@ class Case:
 
     @property
     def prior(self) -> Prior:
-        """The one fitted without this split."""
-        prior: Prior = make_solver(held_out("map-causal", self.split)).prior
+        """The one fitted without this split's source."""
+        sources = load("generator", self.split).plan(Options()).info.sources
+        prior: Prior = make_solver(held_out("map-causal", sources)).prior
         return prior
 
     @contextmanager

@@ -42,9 +42,10 @@ sequence. Sequential and rollout errors are heavy-tailed (a few sequences with t
 errors), so read the median too. µs per frame is the time inside the solver per frame, with two processes and with warm
 compiled code. Coverage is the share of scored rows that were submitted. Estimates are never aligned to truth.
 
-Rows marked *paper* are quoted from Table 2 of arXiv 2111.05060, not measured here. The paper does not name the
-protocol; one-step is the interpretation that fits its figures. Its CV and SF rows fit no single interpretation and are
-left out.
+Rows marked *paper* are quoted from Table 2 of arXiv 2111.05060, not measured here. Its numbers
+are reached under one-step with heights known from the given frames; under its own text (sequential, heights from their
+prior only), [no implementation here gets near them](reproduce.md#readings). Its CV and SF rows fit no single
+reading and are left out.
 
 `map-causal` and `map-batch`, which are not the paper's solvers, have [separate tables](map-solver.md#figures).
 """

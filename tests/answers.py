@@ -20,14 +20,15 @@ def true_answers(dataset: Path, noise: float = 0.0, seed: int = 0) -> tuple[pd.D
     random = np.random.default_rng(seed)
     rows, poses = read(dataset, "sequences"), read(dataset, "truth/poses")
     seen = read(dataset, "observations")[["sequence", "frame", "track"]]
-    if (dataset / "truth/tracks.parquet").is_file():
-        seen = seen.merge(read(dataset, "truth/tracks"), on=["sequence", "frame", "track"])
-    else:
-        seen = seen.assign(person=seen.track)
+    begun = read(dataset, "truth/tracks").sort_values("frame", kind="stable")
+    seen = pd.merge_asof(seen.sort_values("frame", kind="stable"), begun, on="frame", by=["sequence", "track"])
     seen = seen.merge(rows[["sequence", "scene", "first_frame"]], on="sequence")
     scenes = read(dataset, "truth/scenes").rename(columns={"frame": "scene_frame"})
     seen = seen.assign(scene_frame=seen.frame + seen.first_frame)
     seen = seen.merge(scenes, on=["scene", "scene_frame", "person"], how="inner")
+    worlds = read(dataset, "truth/frames").set_index("sequence").loc[seen.sequence]
+    x, y, sin, cos = seen.x.to_numpy(), seen.y.to_numpy(), np.sin(worlds.yaw.to_numpy()), np.cos(worlds.yaw.to_numpy())
+    seen = seen.assign(x=cos * x - sin * y + worlds.x.to_numpy(), y=sin * x + cos * y + worlds.y.to_numpy())
     positions = seen[["sequence", "frame", "track", "x", "y"]].sort_values(["sequence", "frame", "track"])
     return _shaken(poses, ["x", "y", "yaw"], noise, random), _shaken(positions, ["x", "y"], noise, random)
 

@@ -11,6 +11,7 @@ from vbbench.files.dataset_info import DatasetInfo, describe_tables
 from vbbench.files.tables import TableWriter, to_arrow
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.world import World
 
 CAMERA = PanoramaCamera()
 FALSE_ALARM = 900
@@ -39,7 +40,7 @@ def write_dataset(folder: Path, crowd: Crowd | None = None) -> DatasetInfo:
     scenes = [_walk(random, crowd) for _ in range(crowd.scenes)]
     plans = [(s, k) for s, scene in enumerate(scenes) for k in range(crowd.people) if _present(scene)[:, k].sum() > 2]
     plans = plans[: crowd.sequences]
-    tables: dict[str, list[Columns]] = {"truth/tracks": []} if crowd.tier == "tracked" else {}
+    tables: dict[str, list[Columns]] = {}
     for index, (scene, observer) in enumerate(plans):
         for name, columns in _sequence(index, scene, observer, scenes[scene], crowd.tier).items():
             tables.setdefault(name, []).append(columns)
@@ -100,6 +101,7 @@ def _sequence(index: int, scene: int, observer: int, positions: FloatArray, tier
     poses = _poses(positions[frames, observer])
     others = np.delete(positions[frames], observer, axis=1)
     people = np.delete(np.arange(positions.shape[1]), observer)
+    world = World(x=37.0 * np.cos(index), y=23.0 * np.sin(index), yaw=0.7 * index)
     boxes = CAMERA.project(world_to_relative(others, poses), np.full(others.shape[:2], 1.7))
     frame, column = np.nonzero(~np.isnan(boxes[..., 2]))
     track = _track_ids(people[column], frame, count, tier)
@@ -115,14 +117,27 @@ def _sequence(index: int, scene: int, observer: int, positions: FloatArray, tier
             "people": [len(np.unique(column)) + 1],
             "split": ["tiny"],
         },
-        "truth/poses": {"sequence": np.full(count, index), "frame": np.arange(count), **_xyyaw(poses)},
-        "given": _given(index, frame, track, others[frame, column], poses),
+        "truth/poses": {"sequence": np.full(count, index), "frame": np.arange(count), **_xyyaw(world.poses(poses))},
+        "truth/frames": {"sequence": [index], "x": [world.x], "y": [world.y], "yaw": [world.yaw]},
+        "truth/tracks": _begun(index, frame, track, people[column]),
+        "given": _given(index, frame, track, world.positions(others[frame, column]), world.poses(poses)),
         "observations": rows,
     }
     if tier == "tracked":
-        tables["truth/tracks"] = {**{k: rows[k] for k in ("sequence", "frame", "track")}, "person": people[column]}
         tables["observations"] = _with_false_alarms(rows, index, count)
     return tables
+
+
+def _begun(index: int, frame: IntArray, track: IntArray, person: IntArray) -> Columns:
+    """One row where a track begins; its person stays the same."""
+    _, first = np.unique(track, return_index=True)
+    first = np.sort(first)
+    return {
+        "sequence": np.full(len(first), index),
+        "frame": frame[first],
+        "track": track[first],
+        "person": person[first],
+    }
 
 
 def _poses(path: FloatArray) -> FloatArray:
@@ -135,8 +150,8 @@ def _xyyaw(poses: FloatArray) -> Columns:
 
 
 def _track_ids(person: IntArray, frame: IntArray, count: int, tier: str) -> IntArray:
-    """In the tier `tracked` everybody's id switches half-way."""
-    return person if tier != "tracked" else person + np.where(frame < count // 2, 100, 200)
+    """Another number than the person's; in the tier `tracked` it switches half-way."""
+    return person + (30 if tier != "tracked" else np.where(frame < count // 2, 100, 200))
 
 
 def _with_false_alarms(rows: Columns, index: int, count: int) -> Columns:

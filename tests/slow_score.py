@@ -48,6 +48,8 @@ def _sequence(row: Any, parts: dict[str, pd.DataFrame], truth: dict[Any, Any], g
     pose = {r.frame: (r.x, r.y, r.yaw) for r in _rows(parts["poses"], each)}
     true_pose = {r.frame: (r.x, r.y, r.yaw) for r in _rows(parts["truth/poses"], each)}
     place = {(r.frame, r.track): (r.x, r.y) for r in _rows(parts["positions"], each)}
+    (world,) = parts["truth/frames"].itertuples()
+    tracks = list(parts["truth/tracks"].itertuples())
     figures: Figures = defaultdict(list)
     frames = set()
     for seen in _rows(parts["observations"], each):
@@ -57,7 +59,7 @@ def _sequence(row: Any, parts: dict[str, pd.DataFrame], truth: dict[Any, Any], g
         if (seen.frame, seen.track) in known:
             continue
         x, y = place[seen.frame, seen.track]
-        tx, ty = truth[row.scene, row.first_frame + seen.frame, seen.track]
+        tx, ty = _in_world(world, truth[row.scene, row.first_frame + seen.frame, _person(tracks, seen)])
         ox, oy, _ = pose[seen.frame]
         rx, ry, _ = true_pose[seen.frame]
         figures["dx"].append(math.sqrt((x - tx) ** 2 + (y - ty) ** 2))
@@ -70,9 +72,19 @@ def _sequence(row: Any, parts: dict[str, pd.DataFrame], truth: dict[Any, Any], g
     return figures
 
 
+def _person(tracks: list[Any], seen: Any) -> int:
+    """Whoever the track last began to stand for."""
+    return [row.person for row in tracks if row.track == seen.track and row.frame <= seen.frame][-1]
+
+
+def _in_world(world: Any, place: tuple[float, float]) -> tuple[float, float]:
+    turned = complex(*place) * complex(math.cos(world.yaw), math.sin(world.yaw))
+    return turned.real + world.x, turned.imag + world.y
+
+
 def _rows(table: pd.DataFrame, each: str) -> Iterator[Any]:
     return (row for _, row in table.iterrows()) if each == "iterrows" else table.itertuples()
 
 
-_DATASET = ("sequences", "observations", "given", "truth/scenes", "truth/poses")
-_BY_SEQUENCE = ("observations", "given", "truth/poses", "poses", "positions")
+_DATASET = ("sequences", "observations", "given", "truth/scenes", "truth/poses", "truth/frames", "truth/tracks")
+_BY_SEQUENCE = ("observations", "given", "truth/poses", "truth/frames", "truth/tracks", "poses", "positions")

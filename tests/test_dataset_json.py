@@ -153,7 +153,7 @@ TABLE = {"bytes": 1, "rows": 1, "sha256": "0" * 64}
         (lambda v: v.update(calibration={"summary": 7}), "key 'calibration' has 'summary', which is 7"),
         (lambda v: v.update(id="0"), "key 'id' is '0'"),
         (lambda v: v.update(format_version=1.5), "format version 1.5"),
-        (lambda v: v.update(format_version=2), "format version 2"),
+        (lambda v: v.update(format_version=3), "format version 3"),
     ],
 )
 def test_every_key_is_checked_and_named(

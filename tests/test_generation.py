@@ -152,7 +152,7 @@ def test_half_a_file_is_refused_at_once(copy: Path) -> None:
     [
         (lambda text: text[:-20], "is damaged"),
         (lambda text: text.replace('"seed": 0', '"seed": 7'), "do not belong to its id"),
-        (lambda text: text.replace('"format_version": 1', '"format_version": 99'), "format version 99"),
+        (lambda text: text.replace('"format_version": 2', '"format_version": 99'), "format version 99"),
     ],
 )
 def test_an_edited_dataset_json_is_refused(copy: Path, damage: object, message: str) -> None:
@@ -240,6 +240,6 @@ def test_dataset_json_names_what_a_reader_needs(made: Dataset) -> None:
     facts = json.loads((made.folder / "dataset.json").read_text())
     assert {"format_version", "split", "seed", "camera", "tier", "dt", "definition", "package_version"} <= set(facts)
     assert set(facts["tables"]) == {
-        "sequences", "observations", "given", "truth/scenes", "truth/people", "truth/poses"
+        "sequences", "observations", "given", "truth/scenes", "truth/people", "truth/poses", "truth/tracks", "truth/frames"
     }  # fmt: skip
     assert all(len(table["sha256"]) == 64 for table in facts["tables"].values())

@@ -62,7 +62,7 @@ def errors_on(dataset: Dataset, protocol: str, solver: str) -> tuple[FloatArray,
         people = scored_positions(sequence.observed, rules.select_given(sequence.given))
         if not people.any():
             continue
-        truth, made = dataset.truth(sequence), make_solver(held_out(solver, dataset.info.split))
+        truth, made = dataset.truth(sequence), make_solver(held_out(solver, dataset.info.sources))
         shown = truth if rules.needs_truth else None
         estimate, _ = run_sequence(made, dataset.problem(sequence), sequence, rules, shown)
         dx = np.linalg.norm(estimate.positions - truth.positions, axis=-1)[people].mean()

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.board_results import BOARD, result
+from tests.board_results import BOARD, record_of, result
+from tests.made_results import BOARDS, KITTI_CAUTION, SOLVERS, made_results
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
@@ -18,10 +19,8 @@ from vbbench_leaderboards.markup import is_web_address, provided
 from vbbench_leaderboards.page import words
 from vbbench_leaderboards.page.building import MARKER, build, site_files
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.results.dataset_record import BoardDataset
-from vbbench_leaderboards.results.folder import published_results
-from vbbench_leaderboards.results.ranking import rank
 from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.standings import rank_apart
 
 HOSTILE = "\"><img src=x onerror=alert(1)></script><!--&'"
 FIRST_PAGE, AIM = 300_000, 180_000
@@ -64,28 +63,8 @@ def site_of(*results: Result, playable: bool = False) -> Site:
     return Site(
         results=rows,
         datasets={(found.board.split, found.board.tier): record_of(found) for found in results},
-        rankings={board: rank(found) for board, found in rows.items()},
+        rankings={board: rank_apart(found) for board, found in rows.items()},
         playable=dict.fromkeys(boards, ("a",)) if playable else {},
-    )
-
-
-def record_of(found: Result) -> BoardDataset:
-    board = found.board
-    return BoardDataset(
-        id=found.dataset,
-        split=board.split,
-        tier=board.tier,
-        title=board.split,
-        camera={"kind": found.camera},
-        seed=found.seed,
-        dt=0.4,
-        command=f"vbbench generate {board.split} --tier {board.tier}",
-        counts={"sequences": 40, "mean_frames": 20.0, "people_min": 3, "people_mean": 5.5, "people_max": 9},
-        caution=found.score.get("caution"),
-        licence="",
-        citation="",
-        tables={},
-        scored={},
     )
 
 
@@ -102,9 +81,14 @@ def board_of(site: Site, board: Board = BOARD) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def committed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return made_results(tmp_path_factory.mktemp("made"))
+
+
+@pytest.fixture(scope="module")
+def committed(made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("committed") / "site"
-    build(out, published_results())
+    build(out, made)
     return out
 
 
@@ -119,7 +103,7 @@ def test_the_first_page_is_small(committed: Path) -> None:
 
 def test_every_board_has_its_file_and_its_link(committed: Path) -> None:
     keys = Outline((committed / "index.html").read_text("utf-8")).values("data-boards")[0].split()
-    assert len(keys) >= 24
+    assert set(keys) == {f"{s}/{p}-{t}" for s, t, protocols in BOARDS for p in protocols}
     for key in keys:
         assert (committed / "data" / f"{key}.js").is_file()
     assert {path.relative_to(committed / "data").as_posix() for path in (committed / "data").glob("*/*-*.js")} == {
@@ -178,8 +162,8 @@ def _width(row: str) -> int:
     return len(re.findall(r"<t[hd][ >]", row)) + sum(spans) - len(spans)
 
 
-def test_the_same_results_give_the_same_bytes(committed: Path, tmp_path: Path) -> None:
-    build(tmp_path / "again", published_results())
+def test_the_same_results_give_the_same_bytes(committed: Path, made: Path, tmp_path: Path) -> None:
+    build(tmp_path / "again", made)
     first, again = (
         {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
         for folder in (committed, tmp_path / "again")
@@ -188,7 +172,16 @@ def test_the_same_results_give_the_same_bytes(committed: Path, tmp_path: Path) -
 
 
 def test_strangers_words_stay_words() -> None:
-    odd = result("a", ERRORS, reference=HOSTILE, version=HOSTILE, hardware=HOSTILE, link="javascript:alert(1)")
+    odd = result(
+        "a",
+        ERRORS,
+        reference=HOSTILE,
+        version=HOSTILE,
+        hardware=HOSTILE,
+        code="javascript:alert(1)",
+        authors=HOSTILE,
+        trained_on=HOSTILE,
+    )
     files = pages(site_of(odd, result(HOSTILE, ERRORS * 2)))
     assert "<img" not in files["index.html"]
     assert "</script><!--" not in files["index.html"]
@@ -204,7 +197,7 @@ def test_strangers_words_stay_words() -> None:
 
 @pytest.mark.parametrize("address", ["https://example.org/a?b=1&c=2", "http://example.org"])
 def test_web_addresses_become_links(address: str) -> None:
-    html = board_of(site_of(result("a", ERRORS, link=address)))["html"]
+    html = board_of(site_of(result("a", ERRORS, code=address)))["html"]
     assert address in Outline(html).values("href")
 
 
@@ -236,19 +229,97 @@ def test_the_papers_rows_stand_apart() -> None:
     assert "quoted" not in board_of(site_of(result("a", ERRORS)))["html"]
 
 
-def test_a_caution_stands_at_its_board_and_gives_no_headline() -> None:
-    spoilt = result("a", ERRORS, score={"caution": "saturated truth"})
-    files = pages(site_of(spoilt))
-    assert "saturated truth" in board_of(site_of(spoilt))["html"]
-    assert 'id="headline"' not in files["index.html"]
-    assert "No board is fit for a headline yet" in files["index.html"]
+FIELD = Board(split="hotel", tier="field", protocol="sequential")
 
 
-def test_solvers_that_share_the_first_place_share_the_headline() -> None:
-    twins = [result("one", ERRORS), result("two", ERRORS), result("worse", ERRORS + 0.1)]
-    table = re.search(r'<table class="headline".*?</table>', pages(site_of(*twins))["index.html"], re.S)
+def headline_of(site: Site) -> str:
+    table = re.search(r'<table class="headline".*?</table>', pages(site)["index.html"], re.S)
     assert table
-    assert [name in table[0] for name in ("one ", "two ", "worse")] == [True, True, False]
+    return table[0]
+
+
+def test_a_caution_stands_at_its_board_and_below_the_headline() -> None:
+    spoilt = result("a", ERRORS, board=FIELD, score={"caution": "saturated truth"})
+    files = pages(site_of(spoilt))
+    assert "saturated truth" in board_of(site_of(spoilt), FIELD)["html"]
+    assert "saturated truth" in files["index.html"].partition('id="boards"')[0]
+
+
+def test_without_a_board_like_a_real_camera_there_is_no_headline() -> None:
+    page = pages(site_of(result("a", ERRORS)))["index.html"]
+    assert 'id="headline"' not in page
+    assert "No board of tier field and no footage is here yet" in page
+
+
+def test_the_front_page_leads_with_the_field_and_with_real_footage(committed: Path) -> None:
+    page = (committed / "index.html").read_text("utf-8")
+    table = page.partition('id="headline"')[2].partition("</table>")[0]
+    assert re.findall(r'href="#/([^"]+)"', table) == [
+        "sim/sequential-field",
+        "hotel/sequential-field",
+        "kitti/sequential-footage",
+    ]
+    order = re.findall(r'<th scope="row"><span class="dot c\d"></span>([^<]+)</th>', table)
+    assert order == ["map-causal", "vb-sf", "vb-cv", "cv", "sf", "map-batch"]
+    assert table.index("ranked among themselves") < table.index("map-batch")
+    assert KITTI_CAUTION in page
+    assert table.count(" lost</span>") == 3 * len(SOLVERS)
+
+
+def test_all_whom_nobody_beats_are_bold() -> None:
+    twins = [result(name, ERRORS + far, board=FIELD) for name, far in (("one", 0.0), ("two", 0.0), ("worse", 0.1))]
+    rows = re.findall(r"<tr><th scope=\"row\">.*?</tr>", headline_of(site_of(*twins)))
+    assert ["first" in row for row in rows] == [True, True, False]
+
+
+def test_solvers_that_see_the_future_are_ranked_apart() -> None:
+    rows = [
+        result("ahead", ERRORS * 0.1, delay="offline"),
+        result("late", ERRORS * 0.2, delay=3),
+        result("causal", ERRORS),
+        result("worse", ERRORS + 0.2),
+    ]
+    site = site_of(*rows)
+    places = {name: place.rank for name, place in site.rankings[BOARD]["dx"].places.items()}
+    assert places == {"ahead": 1, "late": 2, "causal": 1, "worse": 2}
+    html = board_of(site)["html"]
+    causal, late = html.partition('<tbody class="apart">')[::2]
+    assert 'data-solver="causal"' in causal.partition("board-rows")[2]
+    assert 'data-solver="ahead"' in late.partition("</table>")[0]
+    assert 'data-solver="ahead"' not in causal.partition("board-rows")[2]
+    assert {(pair.a, pair.b) for pair in site.rankings[BOARD]["dx"].pairs} == {("ahead", "late"), ("causal", "worse")}
+
+
+def test_a_row_says_who_made_it_and_what_it_has_seen() -> None:
+    facts = {
+        "authors": "A. Somebody",
+        "date": "2026-02-03",
+        "trained_on": "Zara 1",
+        "tuned_on": "Hotel",
+        "rerun_by": "B. Else, 2026-03-04",
+        "code": "https://example.org/code",
+        "delay": 2,
+    }
+    html = board_of(site_of(result("a", ERRORS, **facts)))["html"]
+    who = html.partition('id="who"')[2].partition("</table>")[0]
+    for fact in ("2 frames late", "A. Somebody", "2026-02-03", "Zara 1", "Hotel", "B. Else, 2026-03-04"):
+        assert f">{fact}<" in who
+    assert 'href="https://example.org/code"' in who
+    assert "nobody yet" in board_of(site_of(result("a", ERRORS)))["html"]
+
+
+def test_diagnostics_are_marked_and_the_papers_splits_stand_apart(committed: Path) -> None:
+    def html(name: str) -> str:
+        return str(json.loads((committed / "data" / name).read_text("utf-8").partition(",")[2].rstrip(");\n"))["html"])
+
+    assert 'id="diagnostic"' in html("hotel/one-step-ideal.js")
+    assert 'id="diagnostic"' in html("students/one-step-ideal.js")
+    assert 'id="diagnostic"' not in html("hotel/sequential-field.js")
+    picker = (committed / "index.html").read_text("utf-8").partition('id="picker"')[2].partition("</nav>")[0]
+    leading, kept = picker.split('id="kept"')
+    assert re.findall(r'data-split="([^"]+)"', leading) == ["sim", "hotel", "kitti"]
+    assert re.findall(r'data-split="([^"]+)"', kept) == ["eth", "students"]
+    assert re.findall(r'data-tier="([^"]+)"', leading) == ["field", "noisy", "footage", "ideal"]
 
 
 def test_only_boards_with_films_lead_to_the_player() -> None:
@@ -297,18 +368,18 @@ def test_colours_can_be_told_from_the_paper(committed: Path) -> None:
         assert contrast(colours["warn"], colours["warn-paper"]) >= 4.5
 
 
-def test_only_a_site_is_replaced(tmp_path: Path) -> None:
+def test_only_a_site_is_replaced(made: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()
     (out / "mine.txt").write_text("keep", encoding="utf-8")
     with pytest.raises(VbbenchError, match="not a site"):
-        build(out, published_results())
+        build(out, made)
     assert (out / "mine.txt").read_text("utf-8") == "keep"
     (out / MARKER).write_text("", encoding="utf-8")
     (tmp_path / "out.partial").mkdir()
     (tmp_path / "out.partial" / "thesis.tex").write_text("years of work", encoding="utf-8")
     with pytest.raises(VbbenchError, match=r"out\.partial exists"):
-        build(out, published_results())
+        build(out, made)
 
 
 def test_a_build_that_fails_leaves_the_old_site(tmp_path: Path) -> None:
@@ -323,14 +394,14 @@ def test_a_build_that_fails_leaves_the_old_site(tmp_path: Path) -> None:
     assert not (tmp_path / "out.partial").exists()
 
 
-def test_a_failure_halfway_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_halfway_leaves_nothing(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise VbbenchError("no more")
 
     monkeypatch.setattr("vbbench_leaderboards.page.building.site_files", fail)
-    monkeypatch.setattr("vbbench_leaderboards.page.building.rank", lambda rows: {})
+    monkeypatch.setattr("vbbench_leaderboards.page.building.rank_apart", lambda rows: {})
     with pytest.raises(VbbenchError, match="no more"):
-        build(tmp_path / "out", published_results())
+        build(tmp_path / "out", made)
     assert not list(tmp_path.iterdir())
 
 

@@ -183,8 +183,9 @@ def test_what_was_exported_comes_back(dataset, files, tmp_path):
         assert set(old) - set(new) == set(short)
         for track, boxes in new.items():
             np.testing.assert_allclose(boxes, old[track], atol=1e-9)
-        real = made.track_persons(after)
-        assert np.all(real[after.observed] == np.broadcast_to(after.tracks, real.shape)[after.observed])
+        real, people = made.track_persons(after), dataset.track_persons(before)[0]
+        expected = np.broadcast_to(people[np.searchsorted(before.tracks, after.tracks)], real.shape)
+        assert np.all(real[after.observed] == expected[after.observed])
         np.testing.assert_array_equal(made.truth(after).poses, dataset.truth(before).poses)
 
 
@@ -200,7 +201,10 @@ def test_the_new_dataset_is_solved_and_scored(dataset, files, tmp_path):
 def test_a_switch_a_break_and_a_false_alarm_are_told_apart(dataset, tmp_path):
     sequence = dataset.sequence(fullest(dataset))
     column = int(sequence.observed.sum(axis=0).argmax())
-    person, boxes = int(sequence.tracks[column]), rectangles(sequence.observations[:, column]) + FROM_ONE
+    person, boxes = (
+        int(dataset.track_persons(sequence)[0, column]),
+        rectangles(sequence.observations[:, column]) + FROM_ONE,
+    )
     seen = np.flatnonzero(sequence.observed[:, column])
     half = len(seen) // 2
     lines = [(t, 100 if t < seen[half] else 200, *boxes[t]) for t in seen]

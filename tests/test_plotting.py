@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
+from scipy.optimize import isotonic_regression
 
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
@@ -262,6 +263,14 @@ def test_the_same_picture_has_the_same_bytes(dataset: Dataset, tmp_path: Path):
 def test_only_png_is_written(tmp_path: Path):
     with pytest.raises(FileError, match=r"ends in \.png"):
         save_png(Figure(), tmp_path / "a.jpg")
+
+
+@given(st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=30).map(np.array))
+def test_spread_labels_are_the_nearest_that_keep_their_distance(wanted):
+    gap = 3.0
+    ramp = gap * np.arange(len(wanted))
+    nearest = isotonic_regression(np.sort(wanted) - ramp).x + ramp
+    np.testing.assert_allclose(np.sort(spread(wanted, gap, -1e4, 1e4)), nearest, atol=1e-9)
 
 
 @given(st.lists(st.floats(0, 100), max_size=30), st.floats(0.1, 10))

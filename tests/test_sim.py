@@ -117,9 +117,9 @@ def test_every_sequence_has_a_scene_of_its_own(tmp_path: Path) -> None:
     made = generate("sim", tmp_path / "sim", Options(limit=6))
     np.testing.assert_array_equal(made.rows["scene"], np.arange(6))
     sequence = made.sequence(5)
-    people, positions, _ = made.scene(5)
+    people, positions, _ = made.surroundings(sequence)
     column = int(np.searchsorted(people, sequence.observer))
-    np.testing.assert_array_equal(made.truth(sequence).poses[:, :2], positions[:, column])
+    np.testing.assert_allclose(made.truth(sequence).poses[:, :2], positions[:, column], atol=1e-9)
 
 
 def test_who_is_stuck_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:

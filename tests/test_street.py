@@ -80,7 +80,7 @@ def test_what_street_does_not_take() -> None:
 
 
 def test_tracks_are_as_files_promise(tracked: Dataset) -> None:
-    assert "7 tables and 1 sequences are as written" in verify(tracked.folder)
+    assert "8 tables and 1 sequences are as written" in verify(tracked.folder)
     sequence = tracked.sequence(0)
     persons, truth = tracked.track_persons(sequence), tracked.truth(sequence)
     assert np.all(sequence.observed.sum(axis=0) >= 3)
@@ -88,6 +88,7 @@ def test_tracks_are_as_files_promise(tracked: Dataset) -> None:
     somebody = (persons >= 0).any(axis=0)
     assert np.array_equal(~np.isnan(truth.heights), somebody)
     assert np.all(np.abs(truth.heights[somebody] - 1.7) < 0.4)
+    persons = np.where(sequence.observed, persons, -1)
     first_two = (persons >= 0) & (np.cumsum(persons >= 0, axis=0) <= 2)
     assert np.array_equal(~np.isnan(sequence.given.positions[..., 0]), first_two)
     switched = [len(set(column[column >= 0])) > 1 for column in persons.T]
@@ -140,7 +141,7 @@ def test_tracks_in_the_panorama() -> None:
 def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "street"
     assert main(["generate", "street", "--limit", "1", "--tier", "tracked", "--out", str(out)]) == 0
-    assert "tier tracked (9 px), dt 0.1 s" in capsys.readouterr().out
+    assert "tier tracked (10 px), dt 0.1 s" in capsys.readouterr().out
     assert main(["verify", str(out)]) == 0
     assert main(["generate", "street", "--scenario", "open", "--out", str(tmp_path / "no")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -113,7 +113,9 @@ def test_jitter_is_as_wide_as_the_model_says() -> None:
     assert (top.std(), bottom.std(), left.std()) == pytest.approx((wanted[0], wanted[0], wanted[1]), rel=0.05)
     assert top.mean() == pytest.approx(360.0 - 100.0, abs=0.2)
     noise = top - top.mean()
-    assert np.mean(noise[1:] * noise[:-1]) / noise.var() == pytest.approx(np.exp(-DT / 0.3), abs=0.02)
+    assert np.mean(noise[1:] * noise[:-1]) / noise.var() == pytest.approx(
+        np.exp(-DT / SETTINGS.detector.jitter_memory), abs=0.02
+    )
 
 
 FLAWLESS_BUT_SHAKY = replace(FLAWLESS, top_std=0.02, side_std=0.015, edge_std=0.5)
@@ -342,14 +344,14 @@ def _tracked(
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("memory = 0.3 ", "memroy = 0.3 ", "unknown key 'memroy'; did you mean 'memory'"),
+        ("score_memory = 0.3", "score_memroy = 0.3", "unknown key 'score_memroy'; did you mean 'score_memory'"),
         ("aspect = 0.36", "", "key 'aspect' is missing"),
         ("pull = 0.2 ", "pull = 1.2 ", "pull must be 0 to 1"),
-        ("top_std = 0.02", "top_std = -0.02", "top_std must be 0 to"),
+        ("top_std = 0.035", "top_std = -0.035", "top_std must be 0 to"),
         ("lost_time = 1.0", "lost_time = 0.0", "lost_time must be 1e-09 to"),
         ("high = 0.6", "high = 0.05", "must not fall"),
-        ("panorama_std = 2.4", "panorama_std = '3'", "has the wrong type"),
-        ("panorama_std = 2.4", "panorama_std = 0.0", "panorama_std must be 1e-09 to"),
+        ("panorama_std = 3.7", "panorama_std = '3'", "has the wrong type"),
+        ("panorama_std = 3.7", "panorama_std = 0.0", "panorama_std must be 1e-09 to"),
         ("[detector]", "[detector", "is not TOML"),
     ],
 )

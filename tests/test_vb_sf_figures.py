@@ -42,7 +42,9 @@ def test_the_paper_is_reached(split: str, data_folder: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize("split", ["eth", "students"])
 def test_with_noise_people_are_placed_at_least_as_well_as_by_vb_cv(split: str) -> None:
     """By the committed results of all sequences, which test_golden_results.py recomputes in part."""
-    files = (RESULTS / split / "one-step-noisy" / f"{solver}.json" for solver in ("vb-sf", "vb-cv"))
+    files = [RESULTS / split / "one-step-noisy" / f"{solver}.json" for solver in ("vb-sf", "vb-cv")]
+    if not all(file.is_file() for file in files):
+        pytest.skip("this board is not committed")
     ours, theirs = (json.loads(file.read_text("utf-8"))["score"]["metrics"]["dx"]["mean"] for file in files)
     assert ours <= theirs
 

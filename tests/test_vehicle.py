@@ -9,6 +9,7 @@ import pytest
 
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
+from vbbench.files.generate_command import generate_command
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options, Simulation
@@ -118,7 +119,7 @@ def test_windows_have_people() -> None:
     scene = Scene(name="s", dt=0.4, people=np.arange(4), positions=positions, heights=np.full(4, np.nan))
     windows = find_windows(scene, 3, scene.present)
     assert [(window.scene, window.first, len(window.counted)) for window in windows] == [
-        (3, first, 40) for first in (20, 30, 40, 50, 60)
+        (3, first, 40) for first in (30, 40, 50)
     ]
 
 
@@ -135,6 +136,10 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
     definition = json.loads((data.folder / "dataset.json").read_text())["definition"]
     assert (definition["observer"], definition["vehicle"]["standing"]) == ("vehicle", MODEL.standing)
     assert "look" not in definition
+    command = generate_command(json.loads(data.info.to_json()), "x")
+    assert "--tier field --observer vehicle --no-detector" in command
+    assert "--camera" not in command
+    assert "--sigma-h" not in command
     assert "2 sequences are as written" in verify(data.folder)
 
 

@@ -22,7 +22,10 @@ from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
 from vbbench.solving import solve
 from vbbench.solving.warming import FRAMES, synthetic_sequence, warm_up
 
-SOLVERS = {"cv": "no", "sf": "no", "vb-cv": "yes", "vb-sf": "yes", "map-causal": "yes", "map-batch": "yes"}
+SOLVERS = {
+    **dict.fromkeys(("cv", "sf"), "no"),
+    **dict.fromkeys(("vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch"), "yes"),
+}
 """Bundled solvers, and whether they report covariances."""
 
 CAMERAS = [PanoramaCamera(), PerspectiveCamera()]

@@ -9,7 +9,7 @@ from vbbench.parsing.toml_text import read_bundled
 
 @dataclass(frozen=True, kw_only=True)
 class Quoted:
-    """One row of the paper's Tables 2 to 4, which are one-step.
+    """One row of the paper's Tables 2 to 4. Which protocol they are of is open: ``vbbench reproduce readings``.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Finds cameras, generators, renderers, solvers and other plugins by entry point; imports none until asked."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -72,19 +72,36 @@ def make_solver(name: str) -> Any:
         raise VbbenchError(f"solver '{name}' is not a class that can be called without arguments: {error}") from error
 
 
-def held_out(solver: str, split: str) -> str:
-    """The solver to run on ``split`` for ``solver``: itself, or its variant if it was fitted on the split.
+def held_out(solver: str, sources: Collection[str]) -> str:
+    """The solver to run for ``solver`` on data made of some ``sources``: itself, or a variant not fitted on them.
 
-    A solver does not know which split it runs on. One whose parameters were fitted on public splits names a variant
-    for each that was not, in a class attribute ``held_out``: split to registered name or ``module:attribute``.
+    A solver does not know what it runs on. One whose parameters were fitted on public files names, in a class attribute
+    ``held_out``, for the SHA-256 of each such file the variant that never saw it: a registered name or
+    ``module:attribute``. The name of a split or of a file decides nothing.
 
     Raises
     ------
     UnknownNameError, VbbenchError
-        As of `load`.
+        As of `load` and `variant_for`.
     """
-    variants: Mapping[str, str] = getattr(load("solver", solver), "held_out", {})
-    return variants.get(split, solver)
+    return variant_for(solver, getattr(load("solver", solver), "held_out", {}), sources)
+
+
+def variant_for(solver: str, variants: Mapping[str, str], sources: Collection[str]) -> str:
+    """``solver``, or the one of its ``variants`` that never saw the ``sources``; both are SHA-256 of files.
+
+    Raises
+    ------
+    VbbenchError
+        If the solver was fitted on several of them, and no variant saw none.
+    """
+    apart = sorted({variants[source] for source in sources if source in variants})
+    if len(apart) > 1:
+        raise VbbenchError(
+            f"solver '{solver}' was fitted on several source files of this dataset, and none of its variants "
+            f"({', '.join(apart)}) saw none of them; make a dataset of each file"
+        )
+    return apart[0] if apart else solver
 
 
 def load_all(kind: Kind) -> dict[str, Any]:

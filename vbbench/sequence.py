@@ -9,6 +9,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.scene import Scene
+from vbbench.world import World
 
 NOBODY = -1
 """The person behind a false alarm, or behind a box of somebody whose place was not measured."""
@@ -167,10 +168,25 @@ class SequenceData:
     ----------
     sequence, truth : what is seen, and its truth.
     scene : its scene, if no other sequence shares it.
-    persons : [T, K] the person behind each track in each frame, `NOBODY` for a false alarm; of tiers that track only.
+    persons : [T, K] the person behind each track in each frame, `NOBODY` for a false alarm; ``None`` where a track is
+        the person of its number.
+    world : where its scene lies in the sequence's own world; ``None`` if everything is still in the scene's.
     """
 
     sequence: Sequence
     truth: Truth
     scene: Scene | None = None
     persons: IntArray | None = None
+    world: World | None = None
+
+
+def held_persons(persons: IntArray, observed: BoolArray) -> IntArray:
+    """[T, K] the person behind each track, held from a box to the next one; `NOBODY` before the first.
+
+    Parameters
+    ----------
+    persons : [T, K] the person behind each box.
+    observed : [T, K] whether there is one.
+    """
+    last = np.maximum.accumulate(np.where(observed, np.arange(len(observed))[:, None], -1), axis=0)
+    return np.where(last >= 0, np.take_along_axis(persons, last.clip(min=0), axis=0), NOBODY)

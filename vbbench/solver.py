@@ -31,7 +31,6 @@ class Problem:
 
     Parameters
     ----------
-    sequence : its number in the dataset.
     camera : intrinsics and mount height.
     dt : seconds per frame.
     tracks : [K] ids of the columns of every array below.
@@ -43,7 +42,6 @@ class Problem:
     mount_height_std : standard deviation in m by which its mount height is.
     """
 
-    sequence: int
     camera: Camera
     dt: float
     tracks: IntArray

@@ -4,7 +4,9 @@ People without a known position are placed on the ray of their box at the mean h
 pose.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from vbbench.geometry import IntArray, relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import PEOPLE_SPEED
 from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
+from vbbench_baselines.common.facts import TUNED, UNTUNED
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect
@@ -25,6 +28,8 @@ class ConstantVelocity:
 
     After a cold start boxes also show, once, how everybody moves: in the first frame in which somebody is seen again.
     """
+
+    facts: ClassVar[Mapping[str, str]] = UNTUNED
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
@@ -80,6 +85,8 @@ class SocialForce(ConstantVelocity):
     relaxation : η in s.
     radius : distance in m within which people at t−1 walk together.
     """
+
+    facts: ClassVar[Mapping[str, str]] = TUNED
 
     relaxation: float = 0.5
     radius: float = 1.0

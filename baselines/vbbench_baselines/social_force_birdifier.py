@@ -1,4 +1,7 @@
-"""``vb-sf``: view birdification with social force (VB-SF of arXiv 2111.05060)."""
+"""``vb-sf``: view birdification with social force (VB-SF of arXiv 2111.05060), its variants, and the paper's own text.
+
+``vb-sf`` departs from the paper where that helps; ``vb-sf-literal`` is the same solver with every departure taken back.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.solver import Problem
 from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest
 from vbbench_baselines.cascade.message_passing import pass_messages
 from vbbench_baselines.cascade.people import descend, sample_rays, tabulate
@@ -59,6 +63,16 @@ class SocialForceBirdifier(Birdifier):
     }
     """What the paper's figure over the spread of heights compares, and what sets each apart."""
 
+    readings: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "learned": ("vb-sf", f"{__name__}:FreeObserver"),
+        "prior": (f"{__name__}:PriorHeights", f"{__name__}:PriorHeightsFreeObserver"),
+    }
+    """By what is known of heights: the solver that expects the observer to walk like the others, and the one that
+    expects nothing of the observer. With heights that are all alike, the prior is the height."""
+
+    literal: ClassVar[str] = "vb-sf-literal"
+    """The paper's text, word for word."""
+
     def model(self) -> MotionModel:
         """See `Birdifier.model`; override it for another motion model."""
         return SocialForceWalk(relaxation=self.relaxation, radius=self.radius, implicit=self.implicit)
@@ -90,6 +104,13 @@ class SocialForceBirdifier(Birdifier):
 
 
 @dataclass(kw_only=True)
+class FreeObserver(SocialForceBirdifier):
+    """``vb-sf`` without a prior of the observer: the pose follows only from the people in the picture."""
+
+    ego_prior: bool = False
+
+
+@dataclass(kw_only=True)
 class PriorHeights(SocialForceBirdifier):
     """``vb-sf`` that learns no heights: everyone keeps the dataset's prior N(μ_h, σ_h²)."""
 
@@ -101,3 +122,31 @@ class PriorHeightsFreeObserver(PriorHeights):
     """As `PriorHeights`, without a prior of the observer: the pose follows only from the people in the picture."""
 
     ego_prior: bool = False
+
+
+@dataclass(kw_only=True)
+class LiteralBirdifier(PriorHeightsFreeObserver):
+    """The cascade of arXiv 2111.05060 as its text has it, with nothing added.
+
+    Heights come from N(μ_h, σ_h²) only, nothing is expected of the observer, and the energies are the printed sums,
+
+        E = Σ_k ‖F_k − ẍ_k‖ + ½ (h_k − μ_h)²/σ_h²  (+ Σ_(i,k) V_ik in the second stage),
+
+    of accelerations in m/s² with weight one, V = ‖∇ exp(−d²/2σ²)/√(2πσ²)‖ with σ = 1 m, the solver's own past counted
+    as if it were known, and the 100 nearest people. The norm is rounded at a thousandth, because a descent needs a
+    slope everywhere. `acceleration_std` and `strength` follow from the time of a frame.
+    """
+
+    estimate_std: float = 0.0
+    softness: float = 1e-3
+    most_people: int = 100
+    iterations: int = 500
+
+    def start(self, problem: Problem) -> None:
+        """See `vbbench.solver.FrameSolver.start`.
+
+        With the velocity at t in F = (w − ẋ)/η, ‖F − ẍ‖ is (1 + dt/η)‖x − p‖/dt².
+        """
+        self.acceleration_std = 1.0 / (1.0 + problem.dt / self.relaxation)
+        self.strength = self.acceleration_std / np.sqrt(2.0 * np.pi * self.sigma**2)
+        super().start(problem)

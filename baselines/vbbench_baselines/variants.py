@@ -67,7 +67,7 @@ def _noisier(problem: Problem, times: float) -> Problem:
 
 def heads_off() -> Prior:
     """The default prior, expecting nothing of heads."""
-    return replace(get_prior("default"), yaw_scale=float("inf"), following=0.0)
+    return replace(get_prior("default"), yaw_scale=float("inf"), following=(0.0, 0.0))
 
 
 Make = Callable[[], Any]

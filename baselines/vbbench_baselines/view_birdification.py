@@ -6,8 +6,9 @@ selection of people in large crowds, and the report. A solver adds its motion mo
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import add_drift
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
+from vbbench_baselines.common.facts import TUNED
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.odometry import SURE, Told, told_by
 from vbbench_baselines.common.sightings import measure, sight, usable
@@ -79,6 +81,8 @@ class Birdifier(ABC):
         decide the pose; the rest are localised from it. The pose takes time linear in their number, so by default
         everyone decides; 100 is the paper's selection.
     """
+
+    facts: ClassVar[Mapping[str, str]] = TUNED
 
     ego_prior: bool = True
     acceleration_std: float = 0.6

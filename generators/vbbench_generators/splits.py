@@ -1,6 +1,6 @@
 """The objects that the entry points ``vbbench.generators`` name, one a split."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from vbbench_generators.crowds.demo import DemoSplit
 from vbbench_generators.crowds.sim import SimSplit, StreetSplit
 from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe
+from vbbench_generators.recordings.scaling import scale_to_field
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 
@@ -21,10 +22,12 @@ class RecipeSplit:
     ----------
     name : what the split is called.
     file : the recipe; ``None`` for the one of this name that comes with vbbench.
+    half_width : in m, of the square field that the recordings are scaled to; ``None`` leaves them as they are.
     """
 
     name: str
     file: Path | None = None
+    half_width: float | None = None
 
     @cached_property
     def recipe(self) -> Recipe:
@@ -36,6 +39,10 @@ class RecipeSplit:
         """What the recipe says of its source."""
         return self._card(self.recipe.caution.text if self.recipe.caution else None)
 
+    def scaled(self, half_width: float) -> "RecipeSplit":
+        """The same split with its recordings scaled to ±``half_width`` m."""
+        return replace(self, half_width=half_width)
+
     def plan(self, options: Options) -> Reprojection:
         """Read the source files and lay out the sequences."""
         recipe = self.recipe
@@ -45,14 +52,19 @@ class RecipeSplit:
             "dt": recipe.dt,
             "frame_step": recipe.frame_step,
             "resampling": recipe.resampling and asdict(recipe.resampling),
+            "grid": recipe.grid,
             "files": [list(file) for file in loaded.files],
         }
         if recipe.lifting is not None:
             definition |= {"recording": recipe.recording, "lifting": asdict(recipe.lifting)}
+        scenes, rules = loaded.scenes, recipe.sequences
+        if self.half_width is not None:
+            scenes, rules = scale_to_field(scenes, rules, self.half_width)
+            definition |= {"half_width": self.half_width}
         return plan_reprojection(
             self._card(None if loaded.is_surveyed else recipe.caution_for(options.tier)),
-            recipe.sequences,
-            loaded.scenes,
+            rules,
+            scenes,
             options,
             definition,
             precision=recipe.precision,

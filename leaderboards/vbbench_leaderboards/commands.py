@@ -19,10 +19,18 @@ def add(
     results: Path = RESULTS,
     name: str = "",
     reference: str = "",
-    link: str = "",
+    code: str = "",
+    authors: str = "",
+    trained_on: str = "",
+    tuned_on: str = "",
+    delay: str = "",
+    date: str = "",
+    rerun_by: str = "",
     overwrite: bool = False,
 ) -> None:
     """Score a submission and write its result file.
+
+    What its row must say comes from submission.json, or from the options here: authors, trained-on, tuned-on, delay.
 
     Args:
         submission: Folder with submission.json, poses and positions.
@@ -31,13 +39,35 @@ def add(
         results: Folder of the result files.
         name: Name of the solver on the board; default: the one in the submission.
         reference: Where it is described, in one line; default: the one in the submission.
-        link: Web address of the solver.
+        code: Web address of the solver's code.
+        authors: Who made it.
+        trained_on: What its parameters were learned from; 'nothing' is an answer.
+        tuned_on: What you looked at when you chose the rest; 'nothing' is an answer.
+        delay: Frames that an answer comes after its own: 0 for a causal solver; or 'offline'.
+        date: Day of the result, YYYY-MM-DD; default: today.
+        rerun_by: Who else made the figures again, and when.
         overwrite: Replace an existing result.
     """
+    from vbbench_leaderboards.results.about import parse_delay
     from vbbench_leaderboards.submitting import add as write
 
-    description = {"name": name, "reference": reference, "link": link}
-    _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, **description))
+    path = write(
+        submission,
+        dataset,
+        results,
+        truth=truth,
+        overwrite=overwrite,
+        name=name,
+        reference=reference,
+        code=code,
+        authors=authors,
+        trained_on=trained_on,
+        tuned_on=tuned_on,
+        delay=parse_delay(delay),
+        date=date,
+        rerun_by=rerun_by,
+    )
+    _say(path)
 
 
 def template(folder: Positional[Path], /) -> None:
@@ -74,30 +104,39 @@ def check(
 def rerun(
     split: tuple[str, ...] = (),
     solver: tuple[str, ...] = (),
-    tier: tuple[str, ...] = ("ideal", "noisy"),
+    tier: tuple[str, ...] = (),
+    seed: int | None = None,
+    by: str = "",
     results: Path = RESULTS,
     work: Path = WORK,
     update: bool = False,
     fresh: bool = False,
     jobs: int = 1,
+    scheduler: str | None = None,
 ) -> int:
-    """Make the datasets, solve and score every board again, and report what drifted from the result files.
+    """Make the datasets, solve and score every board again with a new seed, and report which results stand.
 
     Exit status 1 means that something drifted and was not written.
 
     Args:
-        split: Splits; default: all with published results whose source files are available.
+        split: Splits; default: all with published boards whose source files are available.
         solver: Solvers; default: all that come with vbbench.
-        tier: Tiers; 'vbbench tiers' lists them.
+        tier: Tiers; default: those with published boards.
+        seed: Seed of the datasets; default: a new one, which is printed. With the boards' own seed (in their records)
+            figures must be the same, with any other they must agree within their intervals.
+        by: Who makes the figures again, and when; with --update it is written into the rows.
         results: Folder of the result files.
         work: Folder for datasets and submissions; complete ones that the same code made are used again.
         update: Write what drifted and what is new.
         fresh: Use nothing in the work folder again.
         jobs: Number of processes; the figures do not depend on it.
+        scheduler: Address of a Dask cluster (tcp://...) that generates and solves instead.
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
-    run = Rerun(results=results, work=work, update=update, fresh=fresh, jobs=jobs)
+    run = Rerun(
+        results=results, work=work, seed=seed, by=by, update=update, fresh=fresh, jobs=jobs, scheduler=scheduler
+    )
     drifted = 0
     for outcome in run.boards(split, solver, tier):
         drifted += outcome.is_drift

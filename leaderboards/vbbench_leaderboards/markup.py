@@ -36,6 +36,14 @@ def decimals(values: list[float]) -> int:
     return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
 
 
+def percent(share: float) -> str:
+    """A share in percent, finer near its ends: 100 %, 99.95 %, 12 %, 2.5 %, 0 %."""
+    value = 100 * share
+    if value > 99:
+        return f"{value:.4g} %"
+    return f"{value:.0f} %" if value >= 10 or value == 0 else f"{value:.1f} %"
+
+
 def code(lines: list[str], name: str) -> str:
     """Command lines as a block called ``name``, which the keyboard can reach and scroll."""
     body = "\n".join(text(line) for line in lines)

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
@@ -10,6 +11,7 @@ from vbbench.files.tables import file_sha256
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.scoring import score
+from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.results.folder import published_results
 from vbbench_leaderboards.results.result import Board, Result, write_result
@@ -18,7 +20,6 @@ TEMPLATE = Path(__file__).parent / "template"
 """The files that `copy_template` copies."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
-_LINK = re.compile(r"(https?://[^\s<>\"']{1,492})?")
 
 
 def add(
@@ -28,19 +29,22 @@ def add(
     *,
     truth: Path | None = None,
     name: str = "",
-    reference: str = "",
-    link: str = "",
     overwrite: bool = False,
+    **about: Any,
 ) -> Path:
     """Score a submission and write its result file below ``results``; return its path.
 
     The first result of a split and tier writes the record of its dataset, too.
 
+    Parameters
+    ----------
+    about : facts of the row (`About`) that replace or complete what the submission declares.
+
     Raises
     ------
     VbbenchError
         If the submission has faults, belongs to another dataset than its board, already exists, or its name is not
-        valid for a file.
+        valid for a file; or if its row would not say all that every row must.
     """
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
     solver = name or info.solver
@@ -49,8 +53,6 @@ def add(
             f"'{solver}' cannot be the name of a result's file; give one with `name`: up to 40 letters, "
             "digits and . _ + -, beginning with a letter or digit"
         )
-    if not _LINK.fullmatch(link):
-        raise VbbenchError(f"`link` {link} is not an address; give one that begins with https:// or http://")
     if info.dataset != opened.info.id:
         raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
     record = _record_of(opened, results)
@@ -64,8 +66,7 @@ def add(
     if path.exists() and not overwrite:
         raise VbbenchError(f"{path} exists; set overwrite to replace it, or give another `name`")
     _check_sums(opened)
-    judged = score(submission, dataset, truth)
-    result = Result.of(judged, submission, name=solver, reference=reference, link=link)
+    result = Result.of(score(submission, dataset, truth), submission, About.of(info, **about), name=solver)
     return write_result(result, results, record or BoardDataset.of(opened))
 
 

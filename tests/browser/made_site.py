@@ -1,14 +1,11 @@
-"""A site to visit: the committed results, and those of small made crowds, added as a stranger would add them."""
+"""A site to visit: results made of figures, and those of small crowds, added as a stranger would add them."""
 
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.made_results import made_results
 from vbbench.cli import main
-
-COMMITTED = Path(__file__).parents[2] / "leaderboards" / "results"
-SHOWN = ("hotel/*", "eth/*", "students/ideal.json", "students/*-ideal")
-"""Of the committed results, so many as the tests need."""
 
 SPLIT = "demo"
 TIERS = ("ideal", "noisy")
@@ -30,10 +27,7 @@ class Made:
 def make_site(room: Path) -> Made:
     """Generate, solve, add and build below ``room``. The stranger answers as its twin does, and has odd words."""
     results, work = room / "results", room / "work"
-    for path in (path for pattern in SHOWN for path in COMMITTED.glob(pattern)):
-        target = results / path.relative_to(COMMITTED)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        (shutil.copytree if path.is_dir() else shutil.copyfile)(path, target)
+    made_results(results)
     for tier in TIERS:
         dataset = work / "datasets" / f"{SPLIT}-{tier}"
         run("generate", SPLIT, "--tier", tier, "--limit", SEQUENCES, "--out", dataset)
@@ -43,7 +37,7 @@ def make_site(room: Path) -> Made:
                 run("solve", dataset, "--solver", solver, "--protocol", protocol, "--out", answers / solver)
                 run("leaderboard", "add", answers / solver, "--dataset", dataset, "--results", results)
             shutil.copytree(answers / TWIN, answers / STRANGER)
-            words = ["--name", STRANGER, "--reference", HOSTILE, "--link", "https://example.org/?a=1&b=2"]
+            words = ["--name", STRANGER, "--reference", HOSTILE, "--code", "https://example.org/?a=1&b=2"]
             run("leaderboard", "add", answers / STRANGER, "--dataset", dataset, "--results", results, *words)
     run("leaderboard", "build", "--out", room / "site", "--results", results, "--work", work)
     return Made(site=room / "site", results=results)

@@ -8,8 +8,8 @@ from playwright.sync_api import Page, sync_playwright
 
 from tests.browser.browsing import DESKTOP, PHONE, launch, visit
 
-BOARD = "#/hotel/one-step-ideal"
-PLAY = "#/students/sequential-noisy/play?frame=30"
+BOARD = "#/hotel/sequential-field"
+PLAY = "#/students-resampled/sequential-field/play?frame=30"
 STATES: dict[str, tuple[str, dict[str, Any], str]] = {
     "front": ("", {}, "window"),
     "front-dark": ("", {"color_scheme": "dark"}, "window"),
@@ -19,15 +19,16 @@ STATES: dict[str, tuple[str, dict[str, Any], str]] = {
     "board-phone": (BOARD, {"viewport": PHONE}, "#boards"),
     "board-all-columns": (f"{BOARD}?columns=all&by=dt_p95&order=down", {}, "#boards"),
     "board-filtered": (f"{BOARD}?show=vb-cv,sf", {}, "#boards"),
-    "caution": ("#/students/one-step-ideal", {}, "#boards"),
-    "caution-dark-phone": ("#/students/one-step-ideal", {"viewport": PHONE, "color_scheme": "dark"}, "#boards"),
+    "caution": ("#/kitti/sequential-footage", {}, "#boards"),
+    "caution-dark-phone": ("#/kitti/sequential-footage", {"viewport": PHONE, "color_scheme": "dark"}, "#boards"),
+    "paper": ("#/hotel/one-step-ideal", {}, "#boards"),
     "folds": (BOARD, {}, "folds"),
     "tip": (BOARD, {}, "tip"),
     "play": (PLAY, {}, "#boards"),
     "play-dark": (PLAY, {"color_scheme": "dark"}, "#boards"),
     "play-phone": (PLAY, {"viewport": PHONE, "device_scale_factor": 2}, "#boards"),
-    "play-sim": ("#/sim/sequential-noisy/play?frame=10", {}, "#boards"),
-    "play-hotel": ("#/hotel/rollout-noisy/play?frame=12", {}, "#boards"),
+    "play-sim": ("#/sim/sequential-field/play?frame=10", {}, "#boards"),
+    "play-hotel": ("#/hotel/rollout-field/play?frame=12", {}, "#boards"),
     "meanings": ("", {}, "#meanings"),
     "take-part": ("", {}, "#take-part"),
     "print": (BOARD, {}, "print"),

@@ -22,7 +22,7 @@ def board(page: Page) -> str | None:
 def test_the_first_page_shows_a_headline_board(open_page: Open) -> None:
     page = open_page()
     expect(page.get_by_role("heading", level=1)).to_have_count(1)
-    assert (board(page) or "").endswith("-noisy")
+    assert (board(page) or "").endswith("sequential-field")
     expect(page.locator("#board-rows tr").first).to_be_visible()
     assert "vbbench" in page.title()
 

@@ -16,8 +16,6 @@ MISSED = 0.1
 class Fragmented(Tier):
     """Everybody is somebody new every `LIFE` frames."""
 
-    tracks = True
-
     @property
     def definition(self) -> dict[str, Any]:
         """What boxes follow from."""

@@ -21,7 +21,7 @@ from vbbench_leaderboards.page import words
 from vbbench_leaderboards.results.result import Board
 
 VALUE = "tests.extensions.fragmented_tier:fragmented"
-BUNDLED = ["ideal", "noisy", "occluded", "tracked", "field"]
+BUNDLED = ["field", "ideal", "noisy", "occluded", "tracked"]
 SMALL = Options(tier="fragmented", limit=2, simulation=Simulation(people=(6,)))
 
 

@@ -38,6 +38,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "birdify": birdify.birdify,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce.figure_sigma,
+    "reproduce readings": reproduce.readings,
     "reproduce table4": reproduce.table4,
     "reproduce transfer": reproduce.transfer,
     "export csv": exchange.export_csv,

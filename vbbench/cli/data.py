@@ -51,6 +51,7 @@ def generate(
     detector: bool = True,
     seed: int | Literal["secret"] = 0,
     limit: int | None = None,
+    stride: int | None = None,
     dt: float | None = None,
     homography: Path | None = None,
     scenario: str | None = None,
@@ -87,6 +88,7 @@ def generate(
         detector: Boxes are those of a detector and tracker (tier field); without it as people draw them.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
         limit: Make only this many sequences, from the first.
+        stride: Of these, make only every so many-th.
         dt: Seconds per frame of your own file (split custom).
         homography: 3x3 image-to-ground homography of your own file in pixels (split custom), or of the camera's
             pictures, instead of its calibration (splits shibuya01 and shibuya02).
@@ -131,6 +133,7 @@ def generate(
         detector=detector,
         seed=secret_seed(out) if seed == "secret" else seed,
         limit=limit,
+        stride=stride,
         source=source,
         dt=dt,
         homography=homography,

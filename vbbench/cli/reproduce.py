@@ -69,6 +69,34 @@ def table4(
     print(text)
 
 
+def readings(
+    out: Path = Path("readings"),
+    split: tuple[str, ...] = ("hotel", "eth", "students"),
+    every: int = 1,
+    seed: int = 0,
+    jobs: int = 1,
+    json: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Make a table and a picture of the errors under every reading of the paper, beside the paper's.
+
+    Args:
+        out: Folder for readings.md, .json and .png, and for datasets and submissions; what it holds is reused.
+        split: Of the paper's Table 2.
+        every: Only every so-many-th sequence of each split.
+        seed: Seed of all random numbers.
+        jobs: Processes; the numbers do not depend on it.
+        json: Print every figure as JSON instead of the table.
+        overwrite: Generate and solve everything again.
+    """
+    from vbbench.reproduction.readings import ReadingsStudy
+    from vbbench.reproduction.readings_report import reproduce_readings
+
+    study = ReadingsStudy(splits=split, every=every, seed=seed)
+    table, values = reproduce_readings(study, out, jobs=jobs, overwrite=overwrite)
+    print(values if json else table)
+
+
 def transfer(
     kitti: Path,
     poses: Path | None = None,

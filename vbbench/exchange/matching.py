@@ -15,9 +15,16 @@ LEAST_FRAMES = 3
 
 
 def match_boxes(
-    found: FloatArray, true: FloatArray, camera: Camera, *, least: float = LEAST_OVERLAP
+    found: FloatArray,
+    true: FloatArray,
+    camera: Camera,
+    *,
+    least: float = LEAST_OVERLAP,
+    paired: BoolArray | None = None,
 ) -> tuple[IntArray, IntArray]:
     """Pair the boxes of one frame one to one, with the largest total overlap.
+
+    As many pairs as possible are those that were ``paired`` before; among all ways to do so the overlap decides.
 
     Both are cut to the picture first: a detector need not guess the part of a person outside it.
 
@@ -26,6 +33,7 @@ def match_boxes(
     found, true : [N, 4] and [M, 4] (left, top, width, height) in px; NaN = absent.
     camera : the camera of the picture; a panorama's closes on itself.
     least : least intersection over union of a pair.
+    paired : [N, M] which were a pair before; none if left out.
 
     Returns
     -------
@@ -35,13 +43,21 @@ def match_boxes(
 
     shared = overlaps(cut_to_picture(found, camera), cut_to_picture(true, camera), camera.period)
     shared[shared < least] = 0.0
+    if paired is not None:
+        shared[paired & (shared > 0.0)] += len(shared)  # more than all overlaps together
     rows, columns = linear_sum_assignment(shared, maximize=True)
-    paired = shared[rows, columns] > 0.0
-    return rows[paired].astype(np.int64), columns[paired].astype(np.int64)
+    pairs = shared[rows, columns] > 0.0
+    return rows[pairs].astype(np.int64), columns[pairs].astype(np.int64)
 
 
 def match_tracks(
-    found: FloatArray, true: FloatArray, people: IntArray, camera: Camera, *, least: float = LEAST_OVERLAP
+    found: FloatArray,
+    true: FloatArray,
+    people: IntArray,
+    camera: Camera,
+    *,
+    least: float = LEAST_OVERLAP,
+    staying: bool = False,
 ) -> IntArray:
     """The person behind each track in each frame.
 
@@ -52,16 +68,22 @@ def match_tracks(
     people : [P] their ids.
     camera : the camera of the pictures.
     least : as of `match_boxes`.
+    staying : whether whoever was behind a track the last time stays behind it while their boxes overlap enough, as in
+        the CLEAR metrics (Bernardin and Stiefelhagen 2008). Boxes that are far from exact need it: of two people side
+        by side the one does not become the other and back again.
 
     Returns
     -------
     [T, K] person ids, `NOBODY` where a track has no box or its box is a false alarm.
     """
     persons = np.full(found.shape[:2], NOBODY, dtype=np.int64)
+    last = np.full(found.shape[1], -1)
     for frame, (boxes, real) in enumerate(zip(found, true, strict=True)):
         tracks, columns = (np.flatnonzero(~np.isnan(b[:, 3])) for b in (boxes, real))
-        rows, partners = match_boxes(boxes[tracks], real[columns], camera, least=least)
+        paired = last[tracks][:, None] == columns if staying else None
+        rows, partners = match_boxes(boxes[tracks], real[columns], camera, least=least, paired=paired)
         persons[frame, tracks[rows]] = people[columns[partners]]
+        last[tracks[rows]] = columns[partners]
     return persons
 
 

@@ -11,22 +11,17 @@ from numpy.typing import NDArray
 
 from vbbench.camera import Camera
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
-from vbbench.files.dataset_checks import (
-    TRUTH_TABLES,
-    check_in_scene,
-    check_poses,
-    check_scene,
-    check_tracks,
-)
+from vbbench.files.dataset_checks import TRUTH_TABLES, check_in_scene, check_poses, check_scene
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.sequence_rows import sequence_of
+from vbbench.files.sequence_rows import persons_of, sequence_of, world_of
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
-from vbbench.files.tables import CAMERA, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
+from vbbench.files.tables import CAMERA, FRAME_TABLE, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem
+from vbbench.world import World
 
 if TYPE_CHECKING:
     import pandas
@@ -141,7 +136,6 @@ class Dataset:
         """The published facts about a sequence, as a solver gets them."""
         info = self.info
         return Problem(
-            sequence=sequence.index,
             camera=self.camera(sequence),
             dt=info.dt,
             tracks=sequence.tracks,
@@ -169,7 +163,7 @@ class Dataset:
                 yield sequence_of(self.table_path, self._facts(index), _of(boxes, index), _of(given, index), own)
 
     def truth(self, sequence: Sequence) -> Truth:
-        """Truth of one sequence; tracks of false alarms are NaN, and so is everybody where only poses are known.
+        """Truth in the sequence's world; NaN for tracks of false alarms, and for everybody where only poses are known.
 
         Raises
         ------
@@ -195,40 +189,49 @@ class Dataset:
         return self._people_of(sequence)[0]
 
     def _people_of(self, sequence: Sequence) -> tuple[FloatArray, FloatArray]:
-        """Positions [T, K, 2] and heights [K] of the person behind each track, as the tables of truth have them."""
+        """Positions [T, K, 2] in the sequence's world and heights [K] of the person behind each track."""
         if self.info.truth == "poses":
             return np.full((*sequence.observed.shape, 2), np.nan), np.full(len(sequence.tracks), np.nan)
-        people, positions, heights = self.scene(sequence.scene)
-        frames = range(sequence.first_frame, sequence.first_frame + sequence.frames)
-        check_in_scene(self.table_path, sequence.index, frames, len(positions), people)
+        people, positions, heights = self.surroundings(sequence)
         persons = self.track_persons(sequence)
         column = np.searchsorted(people, persons).clip(max=len(people) - 1)
-        path = positions[np.array(frames)[:, None], column]
+        path = np.take_along_axis(positions, column[..., None], axis=1)
         known = (people[column] == persons) & (persons >= 0)
         return np.where(known[..., None], path, np.nan), _first_known(heights[column], known)
 
     def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
-        """True scene: people [K], positions [T, K, 2] in m, heights [K] in m."""
+        """True scene, in its own world: people [K], positions [T, K, 2] in m, heights [K] in m."""
         if scene not in self._scenes:
             if len(self._scenes) >= SCENES_KEPT:
                 self._scenes.clear()
             self._scenes[scene] = self._read_scene(scene)
         return self._scenes[scene]
 
+    def surroundings(self, sequence: Sequence) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Everybody in the scene during a sequence, as `scene` has them, in the sequence's frames and world."""
+        people, positions, heights = self.scene(sequence.scene)
+        frames = range(sequence.first_frame, sequence.first_frame + sequence.frames)
+        check_in_scene(self.table_path, sequence.index, frames, len(positions), people)
+        return people, self.world(sequence).positions(positions[frames.start : frames.stop]), heights
+
+    def world(self, sequence: Sequence) -> World:
+        """Where the scene lies in the sequence's own world; where it was measured from the camera only, it is that."""
+        if self.info.truth == "relative":
+            return World()
+        return world_of(self.table_path, sequence.index, self._worlds.read(sequence.index, sequence.index + 1))
+
     def track_persons(self, sequence: Sequence) -> IntArray:
-        """[T, K] the person behind each track in each frame, −1 for a false alarm."""
-        shape = (sequence.frames, len(sequence.tracks))
-        if not self.table_path(TRACK_TABLE).is_file():
-            return np.broadcast_to(sequence.tracks, shape)
+        """[T, K] the person behind each track in each frame, −1 for a false alarm and before the first box."""
         rows = self._track_map.read(sequence.index, sequence.index + 1)
-        check_tracks(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
-        persons = np.full(shape, -1, dtype=np.int64)
-        persons[rows["frame"], np.searchsorted(sequence.tracks, rows["track"])] = rows["person"]
-        return persons
+        return persons_of(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
 
     @cached_property
     def _poses(self) -> SequenceTable:
         return self._table("truth/poses")
+
+    @cached_property
+    def _worlds(self) -> SequenceTable:
+        return self._table(FRAME_TABLE)
 
     @cached_property
     def _track_map(self) -> SequenceTable:

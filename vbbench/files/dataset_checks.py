@@ -19,9 +19,9 @@ PUBLIC = ("sequences", "observations", "given")
 """The tables that every dataset has."""
 
 TRUTH_TABLES = {
-    "whole": ("truth/scenes", "truth/people", "truth/poses"),
-    "poses": ("truth/poses",),
-    "relative": ("truth/scenes", "truth/people"),
+    "whole": ("truth/scenes", "truth/people", "truth/tracks", "truth/frames", "truth/poses"),
+    "poses": ("truth/frames", "truth/poses"),
+    "relative": ("truth/scenes", "truth/people", "truth/tracks"),
     "none": (),
 }
 """The tables of truth, by what is known: everything, only the observer's poses, only where people are relative to it
@@ -255,6 +255,12 @@ def check_tracks(path_of: PathOf, index: int, frames: int, tracks: IntArray, row
     """Raise FileError unless the true persons of sequence ``index`` belong to its ``tracks`` [K] and ``frames``."""
     if not _all_below(rows["frame"], frames) or not np.isin(rows["track"], tracks).all():
         raise _contradiction(path_of("truth/tracks"), f"it names a box that sequence {index} does not have")
+
+
+def check_frame(path_of: PathOf, index: int, rows: Rows) -> None:
+    """Raise FileError unless there is one world of sequence ``index``, of finite numbers."""
+    if len(rows["x"]) != 1 or not np.isfinite([rows[name][0] for name in ("x", "y", "yaw")]).all():
+        raise _contradiction(path_of("truth/frames"), f"sequence {index} has no world of its own, or several")
 
 
 def _all_below(values: NDArray[Any], end: int) -> bool:

@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +13,7 @@ import pyarrow.parquet as pq
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
 from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.files.dataset_checks import find_fault
+from vbbench.files.generate_command import generate_command
 from vbbench.files.tables import file_sha256
 from vbbench.folders.swapping import finish_swaps
 from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
@@ -21,8 +23,18 @@ from vbbench.parsing.json_text import canonical_digest, read_object
 Known = Literal["whole", "poses", "relative", "none"]
 """What is known of a dataset's truth; see `vbbench.files.dataset_checks.TRUTH_TABLES`."""
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Since 2 every sequence has a world of its own (``truth/frames``), and tracks are not numbered like people."""
 INFO_FILE = "dataset.json"
+
+
+def _digests(facts: Any) -> Iterator[str]:
+    """Every SHA-256 in lists and tables of files."""
+    if isinstance(facts, str) and re.fullmatch("[0-9a-f]{64}", facts):
+        yield facts
+    elif isinstance(facts, Mapping | list | tuple):
+        for value in facts.values() if isinstance(facts, Mapping) else facts:
+            yield from _digests(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +119,11 @@ class DatasetInfo:
         """The seed as text, for people."""
         return "withheld" if self.seed is None else str(self.seed)
 
+    @property
+    def sources(self) -> frozenset[str]:
+        """SHA-256 of every file that the dataset was made from; none where it was simulated."""
+        return frozenset(_digests(self.definition.get("files")))
+
     def without_seed(self) -> "DatasetInfo":
         """The same dataset, its seed withheld."""
         return replace(self, seed=None, withheld_id=self.id)
@@ -179,7 +196,9 @@ def _checked(path: Path) -> dict[str, Any]:
     version = values.get("format_version")
     if version != FORMAT_VERSION:
         problem = f"format version {quoted(version)}, this vbbench reads {FORMAT_VERSION}"
-        raise FileError(path, f"{problem}; generate it again")
+        raise FileError(
+            path, f"{problem}; make it anew with '{generate_command(values, str(path.parent))} --overwrite'"
+        )
     fault = find_fault(values)
     if fault is not None:
         raise FileError(path, f"{fault}; generate the dataset again")

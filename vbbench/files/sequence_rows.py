@@ -4,10 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.files.dataset_checks import PathOf, Rows, check_sequence
+from vbbench.files.dataset_checks import PathOf, Rows, check_frame, check_sequence, check_tracks
 from vbbench.files.tables import CAMERA, MOTION, MOTION_COVARIANCE
 from vbbench.geometry import IntArray
-from vbbench.sequence import Given, Odometry, Sequence
+from vbbench.sequence import NOBODY, Given, Odometry, Sequence, held_persons
+from vbbench.world import World
 
 OBSERVER = -1
 """The track number that stands for the observer in ``given.parquet``."""
@@ -45,6 +46,25 @@ def sequence_of(path_of: PathOf, facts: dict[str, Any], boxes: Rows, given: Rows
         given=_dense_given(given, tracks, shape, moved),
         camera=int(facts[CAMERA]),
     )
+
+
+def persons_of(path_of: PathOf, index: int, frames: int, tracks: IntArray, rows: Rows) -> IntArray:
+    """[T, K] the person behind each of the ``tracks`` of a sequence, from its ``rows`` of ``truth/tracks``.
+
+    Raises FileError if they name other tracks or frames.
+    """
+    check_tracks(path_of, index, frames, tracks, rows)
+    column = np.searchsorted(tracks, rows["track"])
+    persons, begun = np.full((frames, len(tracks)), NOBODY), np.zeros((frames, len(tracks)), np.bool_)
+    persons[rows["frame"], column] = rows["person"]
+    begun[rows["frame"], column] = True
+    return held_persons(persons, begun)
+
+
+def world_of(path_of: PathOf, index: int, rows: Rows) -> World:
+    """The world of a sequence, from its ``rows`` of ``truth/frames``; raises FileError unless there is one."""
+    check_frame(path_of, index, rows)
+    return World(**{name: float(rows[name][0]) for name in ("x", "y", "yaw")})
 
 
 def _dense_given(rows: Rows, tracks: IntArray, shape: tuple[int, int], moved: Rows | None) -> Given:

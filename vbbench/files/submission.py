@@ -28,6 +28,12 @@ LONGEST_TEXT = 1000
 LONGEST_FRAME = 1e6
 """Most seconds per frame that are accepted: eleven days."""
 
+OFFLINE: Literal["offline"] = "offline"
+"""The delay of a solver that answers when it has seen the whole sequence."""
+
+LONGEST_DELAY = 1_000_000
+"""Most frames that an answer may come late."""
+
 LISTED = 20
 """Faults of one kind that are listed one by one; the others are only counted."""
 
@@ -90,6 +96,11 @@ class SubmissionInfo:
     version : of the solver.
     seconds_per_frame : mean time the solver took for a frame; ``None`` = not measured.
     hardware, reference : what it ran on, and where it is described.
+    authors, code : who made it, and the web address of its code.
+    trained_on, tuned_on : what its parameters were learned from, and what its makers looked at when they chose the
+        rest; "nothing" is an answer.
+    delay : frames that an answer comes after its own frame: 0 where it depends on this frame and earlier ones alone,
+        `OFFLINE` where on the whole sequence; ``None`` = not said.
     failure_policy : ``refuse`` = every scored row must be there; ``hold`` = a missing row is filled with the last
         known value of that track or observer, and coverage says how many were not.
     """
@@ -101,6 +112,11 @@ class SubmissionInfo:
     seconds_per_frame: float | None = None
     hardware: str = ""
     reference: str = ""
+    authors: str = ""
+    code: str = ""
+    trained_on: str = ""
+    tuned_on: str = ""
+    delay: int | Literal["offline"] | None = None
     failure_policy: Literal["refuse", "hold"] = "refuse"
 
     def to_json(self) -> str:
@@ -212,6 +228,8 @@ def _problem(name: str, value: Any) -> str | None:
         if value is None or (number and 0 <= value <= LONGEST_FRAME):
             return None
         return f"is {quoted(value)}; give a number of seconds from 0 to {LONGEST_FRAME:.0f}, or leave it out"
+    if name == "delay":
+        return _delay_problem(value)
     if not isinstance(value, str):
         return f"is {quoted(value)}; give text"
     if len(value) > LONGEST_TEXT:
@@ -222,3 +240,10 @@ def _problem(name: str, value: Any) -> str | None:
     if choices and value not in choices:
         return f"is {quoted(value)}, which is unknown; choose {', '.join(choices)}"
     return "is empty; fill it in" if name == "solver" and not value.strip() else None
+
+
+def _delay_problem(value: Any) -> str | None:
+    number = isinstance(value, int) and not isinstance(value, bool)
+    if value in (None, OFFLINE) or (number and 0 <= value <= LONGEST_DELAY):
+        return None
+    return f"is {quoted(value)}; give a number of frames, 0 for a causal solver, or '{OFFLINE}'"

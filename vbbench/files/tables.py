@@ -37,6 +37,7 @@ SCHEMAS: dict[str, pa.Schema] = {
     "truth/scenes": pa.schema([("scene", _I), ("frame", _I), ("person", _I), ("x", _F), ("y", _F)]),
     "truth/people": pa.schema([("scene", _I), ("person", _I), ("height", _F)]),
     "truth/poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
+    "truth/frames": pa.schema([("sequence", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
     "truth/tracks": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("person", _I)]),
     "poses": pa.schema([("sequence", _I), ("frame", _I), ("x", _F), ("y", _F), ("yaw", _F)]),
     "positions": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F)]),
@@ -48,7 +49,10 @@ ODOMETRY_TABLE = "odometry"
 """The table of what observers measure of their own motion, with the upper triangle of its covariance row by row."""
 
 TRACK_TABLE = "truth/tracks"
-"""The table of the person behind each track, in tiers that track people: in others a track is a person."""
+"""The table of the person behind each track: one row where it begins to stand for somebody, until its next row."""
+
+FRAME_TABLE = "truth/frames"
+"""The table of worlds: where the scene lies in each sequence's own."""
 
 SCENE_TABLES = ("truth/scenes", "truth/people")
 """The tables of scenes: written by sequence where every sequence has a scene of its own."""

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 
 from vbbench.files.sequence_rows import OBSERVER
-from vbbench.files.tables import CAMERA, MOTION, MOTION_COVARIANCE, ODOMETRY_TABLE, TRACK_TABLE, Columns
+from vbbench.files.tables import CAMERA, FRAME_TABLE, MOTION, MOTION_COVARIANCE, ODOMETRY_TABLE, TRACK_TABLE, Columns
 from vbbench.geometry import IntArray
 from vbbench.scene import Scene
-from vbbench.sequence import Odometry, SequenceData
+from vbbench.sequence import NOBODY, Odometry, SequenceData
+from vbbench.world import World
 
 
 def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
@@ -86,14 +87,25 @@ def pose_rows(data: SequenceData) -> Columns:
 
 
 def track_rows(data: SequenceData, persons: IntArray) -> Columns:
-    """One row per box with a person behind it ([T, K]), by frame and track; of tiers that track only."""
-    frame, column = np.nonzero(data.sequence.observed & (persons >= 0))
+    """One row where a track begins to stand for a person, or for nobody after one, by frame and track.
+
+    Parameters
+    ----------
+    persons : [T, K] the person behind each track, `NOBODY` before its first box.
+    """
+    before = np.concatenate([np.full((1, persons.shape[1]), NOBODY), persons[:-1]])
+    frame, column = np.nonzero(persons != before)
     return {
         "sequence": np.full(len(frame), data.sequence.index),
         "frame": frame,
         "track": data.sequence.tracks[column],
         "person": persons[frame, column],
     }
+
+
+def frame_rows(sequence: int, world: World) -> Columns:
+    """One row: where the scene lies in the sequence's own world."""
+    return {"sequence": np.array([sequence]), **{name: np.array([value]) for name, value in vars(world).items()}}
 
 
 def sequence_rows(data: SequenceData) -> dict[str, Columns]:
@@ -103,4 +115,6 @@ def sequence_rows(data: SequenceData) -> dict[str, Columns]:
         tables[ODOMETRY_TABLE] = odometry_rows(data.sequence.index, data.sequence.given.odometry)
     if data.persons is not None:
         tables[TRACK_TABLE] = track_rows(data, data.persons)
+    if data.world is not None:
+        tables[FRAME_TABLE] = frame_rows(data.sequence.index, data.world)
     return tables if data.scene is None else tables | scene_rows(data.scene, data.sequence.scene)

@@ -15,13 +15,14 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges, part_ranges
-from vbbench.files.tables import CAMERA, SCENE_TABLES, TRACK_TABLE, TableWriter, arrow_array, table_schema, to_arrow
+from vbbench.files.tables import CAMERA, SCENE_TABLES, TableWriter, arrow_array, table_schema, to_arrow
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
 from vbbench.generation.generator import FootagePlan, Generator, Options, Plan, SizedPlan
-from vbbench.generation.tier import has_tracks
+from vbbench.generation.thinning import thinned
+from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.registry import load
@@ -122,16 +123,14 @@ def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
 
 
 def _plan(generator: Generator, split: str, options: Options) -> Plan:
-    plan = generator.plan(options)
+    plan = thinned(generator.plan(options), options.stride)
     if not len(plan):
         raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
     return plan
 
 
 def _tables(plan: Plan) -> list[str]:
-    if isinstance(plan, FootagePlan):
-        return list(plan.tables)
-    return [*ALWAYS, TRACK_TABLE] if has_tracks(plan.info.tier) else [*ALWAYS]
+    return list(plan.tables if isinstance(plan, FootagePlan) else ALWAYS)
 
 
 def _ranges(plan: Plan) -> Ranges:
@@ -147,7 +146,7 @@ def _build_part(plan: Plan, first: int, last: int) -> Part:
     groups: dict[str, list[pa.Table]] = defaultdict(list)
     rows, seen, tables = [], [], _tables(plan)
     for index in range(first, last):
-        data = plan.build(index)
+        data = build_sequence(plan, index)
         for name, columns in sequence_rows(data).items():
             if name in tables:
                 groups[name].append(to_arrow(name, columns))

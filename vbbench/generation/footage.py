@@ -12,7 +12,7 @@ from vbbench.files.dataset_info import Known, Pictures
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
-from vbbench.sequence import NOBODY, Odometry
+from vbbench.sequence import NOBODY, Odometry, held_persons
 
 FOOTAGE = "footage"
 """The tier of datasets of footage."""
@@ -84,14 +84,16 @@ class Footage:
         return "poses" if self.scene is None else "whole"
 
     def positions(self) -> tuple[FloatArray, IntArray]:
-        """Positions [T, K, 2] of the people behind the tracks, in m, and who they are [T, K]; NaN and `NOBODY` else."""
+        """Positions [T, K, 2] of the people behind the tracks, in m, and who they are [T, K]; NaN and `NOBODY` else.
+
+        A track stands for a person from a box to its next one.
+        """
         persons = np.broadcast_to(self.tracks, self.visible.shape) if self.persons is None else self.persons
         if self.scene is None or not len(self.scene.people):
             return np.full((*persons.shape, 2), np.nan), np.full(persons.shape, NOBODY)
-        column = np.searchsorted(self.scene.people, persons).clip(max=len(self.scene.people) - 1)
-        places = np.take_along_axis(self.scene.positions, column[..., None], axis=1)
-        there = (self.scene.people[column] == persons) & ~np.isnan(places[..., 0]) & self.observed
-        return np.where(there[..., None], places, np.nan), np.where(there, persons, NOBODY)
+        placed = ~np.isnan(_places(self.scene, persons)[..., 0])
+        held = held_persons(np.where(placed, persons, NOBODY), self.observed)
+        return _places(self.scene, held), held
 
     def thinned(self, every: int) -> "Footage":
         """Every ``every``-th frame from the first; the odometry between them is joined."""
@@ -136,6 +138,13 @@ class Recordings:
     height_mean: float | None = None
     height_std: float | None = None
     pixel_std: float | None = None
+
+
+def _places(scene: Scene, persons: IntArray) -> FloatArray:
+    """[T, K, 2] where the ``persons`` [T, K] of a scene with anybody in it are, NaN for whoever is none of them."""
+    column = np.searchsorted(scene.people, persons).clip(max=len(scene.people) - 1)
+    places = np.take_along_axis(scene.positions, column[..., None], axis=1)
+    return np.where((scene.people[column] == persons)[..., None], places, np.nan)
 
 
 def joined_odometry(odometry: Odometry, every: int) -> Odometry:

@@ -123,6 +123,7 @@ class Options:
     height_std : σ_h in m of the people's heights; ``None`` for the tier's own, or .07.
     seed : the one seed; 0 is a seed like any other.
     limit : only the first so many sequences; ``None`` for all.
+    stride : of these, only every so many-th; ``None`` for all.
     look : how the camera turns: along its bearer's past motion, wandering about that, or as people's heads do;
         ``None`` for the tier's own.
     observer : who carries the camera; a vehicle looks where it drives.
@@ -144,6 +145,7 @@ class Options:
     height_std: Annotated[float, Within(0.0, 0.3, "m", "the spread of people's heights")] | None = None
     seed: Annotated[int, Within(0, 2**256)] = 0
     limit: Annotated[int, Within(1, 2**31)] | None = None
+    stride: Annotated[int, Within(2, 10_000)] | None = None
     look: Look | None = None
     observer: Observer = "walker"
     detector: bool = True

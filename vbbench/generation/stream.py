@@ -1,10 +1,12 @@
 """An unlimited stream of sequences for training, generated on demand: nothing is written, and each is reproducible."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import count
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Generator, Options
+from vbbench.generation.worlds import build_sequence
 from vbbench.registry import load
 from vbbench.sequence import SequenceData
 
@@ -40,4 +42,5 @@ def stream(
     plan = generator.plan(options or Options())
     if plan.scenes:  # sequences that share scenes are limited in number
         stop = len(plan) if stop is None else min(stop, len(plan))
-    return map(plan.build, count(first + shard, shards) if stop is None else range(first + shard, stop, shards))
+    wanted = count(first + shard, shards) if stop is None else range(first + shard, stop, shards)
+    return map(partial(build_sequence, plan), wanted)

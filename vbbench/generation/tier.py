@@ -15,7 +15,7 @@ from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted
 from vbbench.generation.generator import Look, Observer, Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
-from vbbench.registry import load_all, load_registered, registered
+from vbbench.registry import load_all, load_registered
 from vbbench.sequence import Truth
 
 HEIGHT_MEAN, HEIGHT_STD = 1.70, 0.07
@@ -89,7 +89,7 @@ class Observations:
     ----------
     boxes : [T, K, 3] (u, v, l) in px; NaN = not seen.
     visible : [T, K] how much shows of whoever is seen, 0 to 1, or a detector's score; NaN = not seen.
-    persons : of a tier that `tracks`, [T, K] the id of the person behind each box, −1 = nobody; its columns are tracks.
+    persons : of a tier that tracks, [T, K] the id of the person behind each box, −1 = nobody; its columns are tracks.
         ``None`` where the columns are the people of the sight, in their order.
     """
 
@@ -113,8 +113,6 @@ class Tier:
 
     hides: ClassVar[bool] = False
     """Whether people may stand in the way of others; a sight then holds everybody who is there."""
-    tracks: ClassVar[bool] = False
-    """Whether boxes are those of tracks, not of people; the dataset then has the table ``truth/tracks``."""
     look: ClassVar[Look] = "motion"
     """How the camera turns where the user does not say."""
 
@@ -188,11 +186,6 @@ def chosen_heights(options: Options) -> Heights:
     if options.height_std is not None:
         raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; leave --sigma-h out")
     return own
-
-
-def has_tracks(name: str) -> bool:
-    """Whether a dataset of the tier ``name`` has the table ``truth/tracks``; a generator's own tier has none."""
-    return name in registered("tier") and get_tier(name).tracks
 
 
 def all_tiers() -> list[Tier]:

@@ -153,7 +153,7 @@ def pictures(
     VbbenchError
         If the truth is withheld.
     """
-    poses, camera = dataset.truth(sequence).poses, dataset.camera(sequence)
+    poses, camera = dataset.world(sequence).poses_in_scene(dataset.truth(sequence).poses), dataset.camera(sequence)
     for frame in range(sequence.frames) if wanted is None else wanted:
         yield renderer.render(sequence.first_frame + frame, camera, poses[frame], observer=bearer(sequence))
 
@@ -164,7 +164,7 @@ def bearer(sequence: Sequence) -> int | None:
 
 
 def scene_of(dataset: Dataset, number: int) -> Scene:
-    """A scene of a dataset with everybody in it, from its truth.
+    """A scene of a dataset with everybody in it, from its truth, in the scene's own world.
 
     Raises
     ------

@@ -216,8 +216,7 @@ class Replay:
         sequence = self.sequence
         if not self.places_known:
             return np.empty((sequence.frames, 0, 2)), np.empty(0)
-        people, positions, heights = self.dataset.scene(sequence.scene)
-        places = positions[sequence.first_frame : sequence.first_frame + sequence.frames].copy()
+        people, places, heights = self.dataset.surroundings(sequence)
         frame, track = np.nonzero(sequence.observed)
         seen = self.dataset.track_persons(sequence)[frame, track]
         column = np.searchsorted(people, seen).clip(max=len(people) - 1)

@@ -7,8 +7,8 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.generation import generate
-from vbbench.generation.generator import Generator, Options
+from vbbench.generation import generate, write_dataset
+from vbbench.generation.generator import Generator, Options, Plan
 from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
@@ -32,7 +32,18 @@ def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1,
     if overwrite or not (folder / INFO_FILE).is_file():
         return generate(split, folder, options, jobs=jobs, overwrite=overwrite)
     generator: Generator = load("generator", split)
-    there, wanted = DatasetInfo.read(folder).id, generator.plan(options).info.id
+    return _existing(folder, generator.plan(options))
+
+
+def ensure_planned(plan: Plan, folder: Path, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
+    """As `ensure_dataset`, of a plan that no command could make."""
+    if overwrite or not (folder / INFO_FILE).is_file():
+        return write_dataset(plan, folder, jobs=jobs, overwrite=overwrite)
+    return _existing(folder, plan)
+
+
+def _existing(folder: Path, plan: Plan) -> Dataset:
+    there, wanted = DatasetInfo.read(folder).id, plan.info.id
     if there != wanted:
         raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; {OTHERWISE}")
     return Dataset(folder)

@@ -10,6 +10,7 @@ from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TRUTH_TABLES
 from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.tables import FRAME_TABLE
 from vbbench.geometry import FloatArray, IntArray, relative_to_world
 from vbbench.scoring.scored_rows import RowGrid, ScoredRows, rows_by_number
 from vbbench.sequence import NOBODY
@@ -49,19 +50,23 @@ class TruthRows:
             self._poses = SequenceTable(tables["truth/poses"], "truth/poses")
         if "truth/scenes" in tables:
             self._scenes = SequenceTable(tables["truth/scenes"], "truth/scenes", "scene")
-        tracks = dataset.table_path("truth/tracks")
-        self._tracks = SequenceTable(tracks, "truth/tracks") if tracks.is_file() else None
+            self._tracks = SequenceTable(tables["truth/tracks"], "truth/tracks")
+        self._worlds = SequenceTable(tables[FRAME_TABLE], FRAME_TABLE) if self.known == "whole" else None
         self._last_paths: _Paths | None = None
 
     def persons(self, rows: ScoredRows) -> IntArray:
-        """[Q] the person behind each scored position, `NOBODY` for a false alarm."""
-        if self._tracks is None:
+        """[Q] the person behind each scored position, `NOBODY` for a false alarm; the track where nobody is known."""
+        if self.known == "poses":
             return rows.track
         grid = rows.grid
         links = self._tracks.read(grid.first, grid.first + len(grid.frames))
-        link = rows_by_number(grid.cell(links["sequence"], links["frame"], links["track"]), grid.cells)[rows.cell]
-        persons = np.append(links["person"], NOBODY)
-        return persons[link]
+        begun = _moments(grid, links["sequence"], links["track"], links["frame"])
+        order = np.argsort(begun, kind="stable")
+        wanted = _moments(grid, rows.sequence, rows.track, rows.frame)
+        link = np.searchsorted(begun[order], wanted, side="right") - 1
+        found = order[link.clip(min=0)] if len(order) else np.zeros(len(wanted), np.int64)
+        same = (link >= 0) & (links["sequence"][found] == rows.sequence) & (links["track"][found] == rows.track)
+        return np.where(same, links["person"][found], NOBODY)
 
     def poses(self, rows: ScoredRows, answered: FloatArray) -> FloatArray:
         """[P, 3] true poses (x, y, yaw) in m and rad; those that were ``answered`` [P, 3] where none are known."""
@@ -91,7 +96,23 @@ class TruthRows:
         paths = self._paths(first, last)
         row = paths.row_of_cell[paths.grid.cell(scene, frame, persons)]
         self._require(row, self._scenes, "person")
-        return self._credible(paths.positions.take(row, axis=0), self._scenes)
+        return self._in_worlds(rows, self._credible(paths.positions.take(row, axis=0), self._scenes))
+
+    def _in_worlds(self, rows: ScoredRows, positions: FloatArray) -> FloatArray:
+        """Positions [Q, 2] of the scene in the worlds of their sequences."""
+        if self._worlds is None:
+            return positions
+        grid = rows.grid
+        worlds = self._worlds.read(grid.first, grid.first + len(grid.frames))
+        if not np.array_equal(worlds["sequence"], grid.first + np.arange(len(grid.frames))):
+            raise FileError(self._worlds.path, "lacks the world of a sequence; generate the dataset again")
+        frames = np.stack([worlds[name] for name in ("x", "y", "yaw")], axis=-1)
+        x, y, yaw = self._credible(frames, self._worlds)[rows.sequence - grid.first].T
+        sin, cos = np.sin(yaw), np.cos(yaw)
+        return np.stack(
+            [cos * positions[:, 0] - sin * positions[:, 1] + x, sin * positions[:, 0] + cos * positions[:, 1] + y],
+            axis=-1,
+        )
 
     def _paths(self, first: int, last: int) -> _Paths:
         """The paths of all people in the scenes first ≤ scene < last; those of the last call are kept."""
@@ -119,3 +140,8 @@ class TruthRows:
             raise FileError(
                 table.path, f"lacks the true {what} of {np.sum(row < 0)} observed rows; generate the dataset again"
             )
+
+
+def _moments(grid: RowGrid, sequence: IntArray, track: IntArray, frame: IntArray) -> IntArray:
+    """A number for each row [R] that grows with its frame, apart for every track of every sequence."""
+    return grid.group(sequence, track) * (int(grid.frames.max(initial=0)) + 1) + frame

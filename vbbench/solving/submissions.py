@@ -13,7 +13,7 @@ from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import part_ranges
-from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.files.submission import OFFLINE, SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_rows import answer_rows
 from vbbench.files.tables import to_arrow
 from vbbench.folders.replacing import write_text_atomically
@@ -22,9 +22,11 @@ from vbbench.generation.sources import data_folders
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import held_out, make_solver
+from vbbench.registry import held_out, make_solver, variant_for
+from vbbench.solver import FrameSolver
+from vbbench.solving.declared import declared_facts
 from vbbench.solving.isolation.grants import beside
-from vbbench.solving.isolation.remote import RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
@@ -48,7 +50,7 @@ def solve(
 ) -> Path:
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
 
-    A solver that was fitted on the dataset's split is run as the variant that was not (`registry.held_out`).
+    A solver that was fitted on a source of the dataset is run as the variant that was not (`registry.held_out`).
     Interrupted work continues where it stopped when the same call is made again.
 
     Parameters
@@ -81,11 +83,13 @@ def solve(
             "or name the folder that holds it (truth)"
         )
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
-    run_as = _held_out_apart(opened, solver, dataset.info.split) if isolate else held_out(solver, dataset.info.split)
+    sources = dataset.info.sources
+    run_as = _held_out_apart(opened, solver, sources) if isolate else held_out(solver, sources)
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
     solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance)
-    declared = partial(_declared, dataset, solver, run_as, protocol)
+    words = {} if isolate else declared_facts(run_as)
+    declared = partial(_declared, dataset, solver, run_as, protocol, words)
     ranges, label = part_ranges(len(dataset), dataset.cells), f"{solver} {protocol}"
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key, partitioned=scheduler is not None):
@@ -120,11 +124,10 @@ def _isolated(dataset: Dataset, out: Path, scheduler: str | None) -> Callable[[s
     return partial(IsolatedSolver, hidden=hidden, compiled=compiled)
 
 
-def _held_out_apart(opened: Callable[[str], Opened], solver: str, split: str) -> str:
+def _held_out_apart(opened: Callable[[str], Opened], solver: str, sources: frozenset[str]) -> str:
     """As `registry.held_out`, without importing the solver here."""
     with opened(solver) as running:
-        variants: dict[str, str] = running.held_out
-    return variants.get(split, solver)
+        return variant_for(solver, running.held_out, sources)
 
 
 def _reported(facts: list[dict[str, Any]]) -> list[str]:
@@ -132,16 +135,23 @@ def _reported(facts: list[dict[str, Any]]) -> list[str]:
     return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
-def _declared(dataset: Dataset, solver: str, run_as: str, protocol: str, facts: list[dict[str, Any]]) -> SubmissionInfo:
+def _declared(
+    dataset: Dataset, solver: str, run_as: str, protocol: str, words: dict[str, str], facts: list[dict[str, Any]]
+) -> SubmissionInfo:
     seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
     return SubmissionInfo(
+        authors=words.get("authors", ""),
+        code=words.get("code", ""),
+        trained_on=words.get("trained_on", ""),
+        tuned_on=words.get("tuned_on", ""),
+        delay=0 if all(part["causal"] for part in facts) else OFFLINE,
         solver=solver,
         version=solver_version(solver),
         dataset=dataset.info.id,
         protocol=protocol,
         seconds_per_frame=seconds / max(frames, 1),
         hardware="; ".join(sorted({part["hardware"] for part in facts})),
-        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on {dataset.info.split}",
+        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on the data's source files",
     )
 
 
@@ -157,14 +167,18 @@ def _solve_part(
     groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
     seconds, frames = 0.0, 0
     with _warm_solver(dataset, name, opened, protocol, covariance, first) as solver:
+        causal = isinstance(solver, FrameSolver) or protocol.needs_truth  # otherwise it gets whole sequences
         for sequence in dataset.sequences(first, last):
             truth = dataset.truth(sequence) if protocol.needs_truth else None
             problem = dataset.problem(sequence, covariances=covariance)
+            if isinstance(solver, Remote):
+                solver.is_now(f"solving sequence {sequence.index}")
             estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
             for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
                 groups[table].append(to_arrow(table, rows))
             seconds, frames = seconds + spent, frames + sequence.frames
     facts = {"seconds": seconds, "frames": frames, "heights": bool(groups["heights"]), "hardware": hardware()}
+    facts["causal"] = causal
     return Part(groups=groups, facts=facts)
 
 
@@ -182,6 +196,7 @@ def _warm_solver(
     run = (dataset.info.id, name, protocol.name, covariance)
     with opened(name) as solver:
         if isinstance(solver, RemoteFrameSolver | RemoteSequenceSolver):
+            solver.is_now("warming up")
             warm_up(solver, problem, protocol, longest)
             solver.keep_compiled()
         elif run not in _warm:

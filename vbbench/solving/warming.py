@@ -68,7 +68,7 @@ def synthetic_sequence(problem: Problem, frames: int) -> tuple[Sequence, Truth]:
     boxes[~_shown(frames)] = np.nan
     observed, truth = ~np.isnan(boxes[..., 2]), Truth(poses=poses, positions=positions, heights=heights)
     sequence = Sequence(
-        index=problem.sequence,
+        index=0,
         scene=0,
         observer=PEOPLE,
         first_frame=0,

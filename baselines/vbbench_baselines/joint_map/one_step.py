@@ -19,7 +19,12 @@ from vbbench_baselines.common.odometry import Motions, carried, measured, stray,
 from vbbench_baselines.common.sightings import Sightings, measure
 from vbbench_baselines.common.uncertainty import linearise_people
 from vbbench_baselines.joint_map.measurement.boxes import FLOOR, Statures, farther
-from vbbench_baselines.joint_map.motion.heads import add_curvature, add_slope, surprise, turn, weigh
+from vbbench_baselines.joint_map.motion.heads import (
+    FOLLOWERS,
+    add_curvature,
+    add_slope,
+    judge,
+)
 from vbbench_baselines.joint_map.motion.learning import Lessons, known_before, learn, taught
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, observer_of
 
@@ -125,11 +130,9 @@ def own_terms(
     gradient[0], gradient[1] = precision * off_x, precision * off_y
     hessian[0, 0] += precision
     hessian[1, 1] += precision
-    pair, weights, slope, curvature = np.empty((2, 3)), np.zeros((2, 2)), np.zeros(6), np.zeros((6, 6))
+    pair, weights, slope, curvature = np.empty((2, 3)), np.empty((2, FOLLOWERS + 1)), np.zeros(6), np.zeros((6, 6))
     pair[0], pair[1] = before, pose
-    away, moved, _ = turn(pair[0], pair[1], walk.head)
-    follows, wanders = surprise(away, moved, walk.head)
-    weights[1, 0], weights[1, 1] = weigh(away, moved, walk.head.odds + wanders - follows, walk.head)
+    judge(pair, walk.head, np.zeros(FOLLOWERS), weights)
     add_slope(pair, walk.head, weights, slope)
     add_curvature(pair, walk.head, weights, curvature)
     gradient += slope[3:]

@@ -64,9 +64,9 @@ class Prior:
     nu: float = 6.0
     a0: float = 8.0
     yaw_scale: float = 0.03
-    lag: float = 0.8
-    follow_scale: float = 0.02
-    following: float = 0.0
+    lag: tuple[float, float] = (0.8, 0.05)
+    follow_scale: tuple[float, float] = (0.02, 0.1)
+    following: tuple[float, float] = (0.0, 0.0)
     speed: float = 0.9
 
     @property
@@ -77,8 +77,9 @@ class Prior:
     def at(self, dt: float) -> "Prior":
         """The prior at another frame rate: accelerations and turning speeds keep their size, b and ν their values."""
         ratio = dt / self.dt
-        yaw_scale, follow_scale = self.yaw_scale * ratio, self.follow_scale * ratio
-        return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=yaw_scale, follow_scale=follow_scale)
+        lagging, loose = self.follow_scale
+        scales = (lagging * ratio, loose)  # the second is an angle to the path, not a turn in a frame
+        return replace(self, dt=dt, sigma=self.sigma * ratio**2, yaw_scale=self.yaw_scale * ratio, follow_scale=scales)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +121,18 @@ def get_prior(name: str) -> Prior:
     return read_bundled("vbbench_baselines", f"joint_map/priors/{name}.toml", PriorFile, "top level").prior
 
 
+_HOTEL = (
+    "9caa771bb9153d6b809dd0916b6f86761b641e6bbb15e766c1de3133fbbb7fcf",  # biwi_hotel.txt
+    "2b8577595204a6b780b80258fd50da35adb7293e3e06ad6f8e1b60965e7dde6e",  # seq_hotel/obsmat.txt
+)
+_ETH = (
+    "cf8d3fd342a15f409ebc2a1fc76b91a0f06390bd21f1e11410f3859331ab082b",  # biwi_eth.txt
+    "d452ae2185ecb1164c2fdf31e75f6236f4c2ffc02c751a6b2ae921740cbc60d1",  # seq_eth/obsmat.txt, read by eth-15fps
+)
+"""SHA-256 of every public file of the two recordings that the default prior was fitted on."""
+
+
 def variants_held_out(kind: str) -> dict[str, str]:
-    """For each split that the default prior was fitted on, the variant of the solver ``kind`` that never saw it."""
-    without = {"hotel": "WithoutHotel", "eth": "WithoutEth", "eth-15fps": "WithoutEth"}
-    return {split: f"vbbench_baselines.joint_map.priors.left_out:{kind}{name}" for split, name in without.items()}
+    """For each file of a recording that the default prior was fitted on, the variant of ``kind`` that never saw it."""
+    place = f"vbbench_baselines.joint_map.priors.left_out:{kind}"
+    return dict.fromkeys(_HOTEL, f"{place}WithoutHotel") | dict.fromkeys(_ETH, f"{place}WithoutEth")

@@ -22,7 +22,7 @@ from vbbench_generators.tiers.corruption import BehindOthers
 from vbbench_generators.views.vehicle import draw_window, observer_definition, ride
 from vbbench_generators.views.viewing import view, walked
 
-REVISION = 1
+REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 SIM_SCENARIO, STREET_SCENARIO = "open", "street"
 """Those of the paper's splits."""

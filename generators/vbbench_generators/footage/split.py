@@ -12,7 +12,7 @@ from vbbench_generators.footage.sequences import FootageSequences, least_known
 
 __all__ = ["REVISION", "FootageSplit", "Recordings"]
 
-REVISION = 1
+REVISION = 2
 """Raised whenever the same recordings give other sequences, so that dataset ids differ too."""
 
 

@@ -15,6 +15,9 @@ from vbbench.scene import Scene
 from vbbench_generators.recordings.readers.text import count_columns, read_homography, read_lines
 from vbbench_generators.recordings.recipe import DETECTED, Recipe
 
+GRID_STREAM = 3
+"""Spawn key of the generator of places within the cells of a grid, apart from all others."""
+
 FileSum = tuple[str, str]
 """A source file's path, the same on every machine, and its SHA-256."""
 
@@ -67,7 +70,7 @@ class Wishes:
     Parameters
     ----------
     source : file or folder to look in first; for ``custom`` the user's own file.
-    seed : decides the jitter of resampled scenes, and nothing else.
+    seed : decides the jitter of resampled scenes and the places within a grid's cells, and nothing else.
     dt, homography : seconds per frame, and 3x3 file from pixels to metres.
     """
 
@@ -106,6 +109,8 @@ class Reader:
         if recipe.resampling is not None:
             jitter = recipe.resampling.jitter
             scenes = [_jittered(scene, jitter, wishes.seed, index) for index, scene in enumerate(scenes)]
+        if recipe.grid is not None:
+            scenes = [off_grid(scene, recipe.grid, wishes.seed, index) for index, scene in enumerate(scenes)]
         return Loaded(scenes=scenes, files=[(file.path, file.sha256) for file in recipe.sources])
 
 
@@ -177,6 +182,16 @@ def _jittered(scene: Scene, std: float, seed: int, index: int) -> Scene:
     """The scene with noise on every position; it follows from the seed and the scene's place in the recipe alone."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
     return replace(scene, positions=scene.positions + rng.normal(0.0, std, scene.positions.shape))
+
+
+def off_grid(scene: Scene, grid: float, seed: int, index: int) -> Scene:
+    """The scene with places anywhere in the cell of the source's ``grid`` (m) that they were rounded to.
+
+    Where boxes are exact, whole multiples would tell a solver which way the scene lies, and how far anybody walked. The
+    places follow from the seed and the scene's number in the recipe alone.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence([seed, index], spawn_key=(GRID_STREAM,)))
+    return replace(scene, positions=scene.positions + rng.uniform(-grid / 2.0, grid / 2.0, scene.positions.shape))
 
 
 def every_frame(scene: Scene, step: int) -> Scene:

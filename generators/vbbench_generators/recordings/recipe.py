@@ -62,6 +62,7 @@ class Recipe:
     frame_step : frame numbers of the source a frame; ``None``: the commonest.
     homography : file of the 3x3 homography from the sources' pixels to metres; ``None`` if they are metres.
     resampling : for ``.vsp`` only; ``None`` joins key points by straight lines.
+    grid : in m, where places in the source are rounded to multiples of it; ``None``: they are not.
     caution : what everybody who sees a figure of this split has to know.
     recording : for ``crohd`` only: the folder of the archive that holds it.
     lifting : for ``crohd`` only: how heads are put on the ground.
@@ -79,6 +80,7 @@ class Recipe:
     frame_step: Annotated[int, Within(1, 10**6)] | None = None
     homography: Source | None = None
     resampling: Resampling | None = None
+    grid: Annotated[float, Within(0.0, 1.0, "m")] | None = None
     caution: Caution | None = None
     recording: str | None = None
     lifting: LiftingSettings | None = None

@@ -10,7 +10,7 @@ from vbbench.generation.tier import Observations, Sight, Tier, Told
 from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
 from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
-from vbbench_generators.tiers.tracking.fine_time import finer
+from vbbench_generators.tiers.tracking.fine_time import VIDEO_RATE, finer
 from vbbench_generators.tiers.tracking.observing import track_people
 from vbbench_generators.tiers.tracking.settings import get_tracking
 
@@ -107,16 +107,18 @@ class BehindOthers(Tier):
 
 @dataclass(frozen=True, kw_only=True)
 class Tracking(Tier):
-    """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file."""
+    """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file.
+
+    They run at the rate of a video, and boxes are told in the dataset's own frames.
+    """
 
     outline: Outline = field(default_factory=Outline)
     hides = True
-    tracks = True
 
     @property
     def definition(self) -> dict[str, Any]:
-        """What people look like, and all settings."""
-        return {"outline": asdict(self.outline), "tracking": asdict(get_tracking())}
+        """What people look like, the rate of the video, and all settings."""
+        return {"outline": asdict(self.outline), "video_rate": VIDEO_RATE, "tracking": asdict(get_tracking())}
 
     def pixel_std(self, camera: Camera) -> float:
         """As measured of this detector and tracker."""
@@ -139,5 +141,5 @@ noisy = Noise(name="noisy", summary="Boxes carry Gaussian noise of one pixel.", 
 occluded = Occlusion(name="occluded", summary="Nearer people hide those behind; boxes are cut to what shows.")
 tracked = Tracking(
     name="tracked",
-    summary="Simulated detections, linked by a real tracker: people are missed, tracks break and change hands.",
+    summary="Simulated detections in video, linked by a real tracker: people are missed, tracks break or change hands.",
 )

@@ -20,7 +20,7 @@ from vbbench_generators.views.heading import causal_headings
 from vbbench_generators.views.vehicle import find_windows, observer_definition, ride
 from vbbench_generators.views.viewing import view, walked
 
-REVISION = 1
+REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 HEIGHT_STREAM = 1
 """Spawn key of the generator of heights, apart from the one of every sequence."""

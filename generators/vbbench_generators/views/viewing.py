@@ -11,7 +11,7 @@ from vbbench.generation.tier import Sight, Tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import Sequence, SequenceData, Truth
+from vbbench.sequence import Sequence, SequenceData, Truth, held_persons
 from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
@@ -87,7 +87,7 @@ def view(
         boxes, visible, tracks = boxes[:, kept], visible[:, kept], people[kept]
         truth = Truth(poses=poses, positions=positions[:, kept], heights=truth.heights[kept])
     else:
-        tracks = np.arange(boxes.shape[1])
+        tracks, persons = np.arange(boxes.shape[1]), held_persons(persons, ~np.isnan(boxes[..., 2]))
         truth = truth_of_tracks(truth, people, persons)
     if precision is not None:
         boxes = precision.rounded(boxes, info.camera)

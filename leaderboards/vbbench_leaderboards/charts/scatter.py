@@ -21,21 +21,21 @@ Place = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """A solver's mean error with its interval, and its microseconds per frame."""
+    """A solver's capped mean error with its interval, ``None`` where it has none, and its microseconds per frame."""
 
     series: Series
     error: float
-    ci95: tuple[float, float]
+    ci95: tuple[float, float] | None
     micros: float
 
 
 def scatter(name: str, metric: str, unit: str, points: Sequence[Point]) -> str:
     """The chart of one metric; ``name`` is unique on the page."""
     x = axis_over([point.micros for point in points], _LEFT, _WIDTH - _RIGHT - 60, log=True)
-    y = axis_over([value for point in points for value in (point.error, *point.ci95)], _HEIGHT - _BOTTOM, _TOP)
+    y = axis_over([value for point in points for value in (point.error, *(point.ci95 or ()))], _HEIGHT - _BOTTOM, _TOP)
     title = f"{metric} against time per frame"
-    description = "Lower is more accurate, further left is faster. Bars are 95 % intervals of the mean."
-    parts = [*_grid(x, y, f"mean {metric}, {unit}"), *_marks(x, y, metric, unit, points)]
+    description = "Lower is more accurate, further left is faster. Bars are 95 % intervals."
+    parts = [*_grid(x, y, f"capped mean {metric}, {unit}"), *_marks(x, y, metric, unit, points)]
     return figure(name, title, description, (_WIDTH, _HEIGHT), parts)
 
 
@@ -54,12 +54,13 @@ def _marks(x: Axis, y: Axis, metric: str, unit: str, points: Sequence[Point]) ->
     taken = [_around(x.place(point.micros), y.place(point.error) + _DROP) for point in points]
     for point in sorted(points, key=lambda point: point.error):
         across, up = x.place(point.micros), y.place(point.error)
-        low, high = point.ci95
+        low, high = point.ci95 or (point.error, point.error)
         name = clip(point.series.solver, _NAME)
         start, _, height = place = _free(across, up + _DROP, len(name) * _LETTER, taken)
         taken.append(place)
         says = (
-            f"{point.series.solver}: {metric} {point.error:.4f} {unit}, 95 % interval {low:.4f} to {high:.4f}; "
+            f"{point.series.solver}: {metric} {point.error:.4f} {unit}, "
+            f"{f'95 % interval {low:.4f} to {high:.4f}' if point.ci95 else 'too few sequences for an interval'}; "
             f"{point.micros:.0f} µs per frame"
         )
         left = start < across

@@ -1,63 +1,34 @@
-"""Makes every published result again: datasets, submissions, scores; and says what drifted."""
+"""Makes every published result again, with another seed, and says which stand.
 
-import hashlib
-import itertools
+A dataset with the seed of its boards must give the committed figures to the last digits. With another seed, noise and
+crowds are others, and a result stands when the fresh figures agree with it within the uncertainty of both.
+"""
+
+import secrets
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
-from importlib.util import find_spec
 from pathlib import Path
 
-from vbbench import __version__
-from vbbench.errors import FileError, SourceMissingError
+from vbbench.errors import SourceMissingError
 from vbbench.files.dataset import Dataset
-from vbbench.files.tables import file_sha256
+from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation import generate
-from vbbench.generation.generator import Options
 from vbbench.generation.tier import get_tier
-from vbbench.protocol import PROTOCOLS
-from vbbench.registry import Kind, load, registered
+from vbbench.parallel.parts import progress_bar
+from vbbench.registry import load
 from vbbench.scoring import score
-from vbbench.solving import solve
-from vbbench_leaderboards.checks.drift import drift, record_faults
-from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path, write_dataset
-from vbbench_leaderboards.results.folder import SPLITS, dataset_folder, submission_folder
-from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
+from vbbench.solving.declared import declared_facts
+from vbbench_leaderboards.checks.bundled import REFERENCES, bundled_solvers
+from vbbench_leaderboards.checks.judging import Judge, Outcome
+from vbbench_leaderboards.checks.making import Workshop
+from vbbench_leaderboards.results.about import About
+from vbbench_leaderboards.results.boards import BoardSource, chosen_sources
+from vbbench_leaderboards.results.result import Board, Result
 
-REFERENCES = {
-    "cv": "Constant-velocity extrapolation, bundled with vbbench (baseline CV of arXiv 2111.05060)",
-    "sf": "Social-force extrapolation, bundled with vbbench (baseline SF of arXiv 2111.05060)",
-    "vb-cv": "View birdification with constant velocity, bundled with vbbench "
-    "(VB-CV of arXiv 2111.05060, with changes)",
-    "vb-sf": "View birdification with the social force, bundled with vbbench (VB-SF of arXiv 2111.05060, with changes)",
-    "map-causal": "Joint maximum a posteriori over a sliding window, causal, bundled with vbbench "
-    "(motion prior fitted on other recordings)",
-    "map-batch": "Joint maximum a posteriori over whole sequences, bundled with vbbench "
-    "(motion prior fitted on other recordings)",
-}
-"""What the board says of the bundled solvers."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    """What became of one file: the lines ``found`` say how it drifted, and ``updated`` whether it was written anew."""
-
-    path: Path
-    found: tuple[str, ...]
-    updated: bool
-
-    @property
-    def is_drift(self) -> bool:
-        """Whether the file is now behind."""
-        return bool(self.found) and not self.updated
-
-    @property
-    def text(self) -> str:
-        """One line, and one more for each thing that drifted."""
-        state = "as committed" if not self.found else "written anew" if self.updated else "drifted"
-        return "\n  ".join([f"{self.path}: {state}", *self.found])
+_SEEDS = 1 << 31
+_UNFINISHED = "unfinished-seed"
+"""File in the work folder that holds the seed of a run until the run ends."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,20 +38,26 @@ class Rerun:
     Parameters
     ----------
     results : folder of the result files.
-    work : folder for ``datasets/SPLIT-TIER`` and ``submissions/SPLIT/PROTOCOL-TIER/SOLVER``.
+    work : folder for datasets and submissions: itself where results are written anew, else its folder ``again``.
+    seed : of all datasets; ``None`` for a new one, or that of a run that was stopped.
+    by : who makes the figures again, and when; for rows that stand or are written.
     update : write what drifted and what is new.
     fresh : use nothing of the work folder again.
     jobs : processes.
+    scheduler : address of a Dask cluster that generates and solves instead.
     """
 
     results: Path
     work: Path
+    seed: int | None = None
+    by: str = ""
     update: bool = False
     fresh: bool = False
     jobs: int = 1
+    scheduler: str | None = None
 
     def boards(
-        self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ("ideal", "noisy")
+        self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
     ) -> Iterator[Outcome]:
         """Outcome of every dataset record and every result; without names those of all that is published.
 
@@ -89,100 +66,58 @@ class Rerun:
         VbbenchError
             If a name is unknown, or the sources of a named split are missing; those of others are said and left out.
         """
-        chosen = solvers or bundled_solvers()
+        chosen, sources = [*(solvers or bundled_solvers())], chosen_sources(splits, tiers)
         for name in chosen:
             load("solver", name)
-        for tier in tiers:
-            get_tier(tier)
-        for split, tier in itertools.product(splits or SPLITS, tiers):
-            try:
-                dataset = self.dataset(split, tier)
-            except SourceMissingError as error:
-                if splits:
-                    raise
-                sys.stderr.write(f"vbbench: {split} {tier} is left out: {error}\n")
-                continue
-            yield self._record(dataset)
-            for protocol, solver in itertools.product(PROTOCOLS, chosen):
-                yield self._result(dataset, protocol, solver)
+        for name in tiers:
+            get_tier(name)
+        room = self.room
+        seed = self._drawn_seed(room / _UNFINISHED)
+        shop = Workshop(room=room, seed=seed, fresh=self.fresh, jobs=self.jobs, scheduler=self.scheduler)
+        runs = sum(len(one.boards) for one in sources) * len(chosen)
+        judge = Judge(results=self.results, comparisons=runs, update=self.update, by=self.by)
+        with progress_bar(runs, "leaderboard", unit="result") as bar:
+            for one in sources:
+                dataset = self._dataset(shop, one, must=bool(splits))
+                fresh: list[Result] = []
+                for board in one.boards:
+                    for solver in chosen:
+                        fresh += [] if dataset is None else [self._result(shop, dataset, board, solver)]
+                        bar.update()
+                if dataset is not None:
+                    yield from judge.outcomes(dataset, fresh)
+        (room / _UNFINISHED).unlink()
 
-    def dataset(self, split: str, tier: str) -> Dataset:
-        """The dataset of a split's boards: its own camera, seed 0."""
-        folder = dataset_folder(self.work, split, tier)
-        make = partial(generate, split, folder, Options(tier=tier), jobs=self.jobs, overwrite=True)
-        self._make(folder, code_of("generator", split), make)
-        return Dataset(folder)
+    @property
+    def room(self) -> Path:
+        """Where datasets and submissions are made: what other seeds give is no part of the published boards."""
+        return self.work if self.update else self.work / "again"
 
-    def submission(self, dataset: Dataset, protocol: str, solver: str) -> Path:
-        """A solver's submission."""
-        board = Board(split=dataset.info.split, tier=dataset.info.tier, protocol=protocol)
-        folder = submission_folder(self.work, board, solver)
-        make = partial(solve, dataset, solver, protocol, folder, jobs=self.jobs, overwrite=True)
-        self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}", make)
-        return folder
+    def _drawn_seed(self, note: Path) -> int:
+        """The seed of this run: as asked, that of a run that was stopped, or a new one; it is said which."""
+        stopped = note.read_text("utf-8").strip() if note.is_file() and not self.fresh else ""
+        if self.seed is not None:
+            seed, why = self.seed, "as asked"
+        elif stopped.isdigit():
+            seed, why = int(stopped), "of the run that was stopped; --fresh draws another"
+        else:
+            seed, why = secrets.randbelow(_SEEDS), "drawn for this run; --seed repeats it"
+        note.parent.mkdir(parents=True, exist_ok=True)
+        write_text_atomically(note, f"{seed}\n")
+        sys.stderr.write(f"vbbench: seed {seed}, {why}\n")
+        return seed
 
-    def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
-        """Make a folder, unless the note beside it names that code, and every file is as it was then."""
-        note = folder.with_name(folder.name + ".made-by")
-        if self.fresh or not (note.is_file() and note.read_text("utf-8") == _note_text(code, folder)):
-            note.unlink(missing_ok=True)  # what is made next is not up to date before it is whole
-            make()
-            write_text_atomically(note, _note_text(code, folder))
+    def _dataset(self, shop: Workshop, one: BoardSource, *, must: bool) -> Dataset | None:
+        try:
+            return shop.dataset(one)
+        except SourceMissingError as error:
+            if must:
+                raise
+            sys.stderr.write(f"vbbench: {one.split} {one.tier} is left out: {error}\n")
+            return None
 
-    def _record(self, dataset: Dataset) -> Outcome:
-        path = record_path(dataset.info.split, dataset.info.tier)
-        kept = self.results / path
-        found = _differences(kept, lambda: record_faults(read_dataset(kept), dataset.folder), "no record was kept")
-        if found and self.update:
-            write_dataset(BoardDataset.of(dataset), self.results)
-        return Outcome(path=path, found=tuple(found), updated=self.update)
-
-    def _result(self, dataset: Dataset, protocol: str, solver: str) -> Outcome:
-        folder = self.submission(dataset, protocol, solver)
-        judged = score(folder, dataset.folder)
-        fresh = Result.of(judged, folder, name=solver, reference=REFERENCES.get(solver, ""))
-        kept = self.results / fresh.path
-        found = _differences(kept, lambda: drift(read_result(kept), fresh), "no result was kept")
-        if found and self.update:
-            write_result(fresh, self.results)
-        return Outcome(path=fresh.path, found=tuple(found), updated=self.update)
-
-
-def _differences(kept: Path, differences: Callable[[], Iterable[str]], missing: str) -> list[str]:
-    """What is new against the file ``kept``; one that cannot be used differs, too."""
-    if not kept.is_file():
-        return [missing]
-    try:
-        return list(differences())
-    except FileError as error:
-        return [str(error)]
-
-
-def bundled_solvers() -> list[str]:
-    """Names of the solvers that come with vbbench, strangers' left out."""
-    return sorted(name for name, point in registered("solver").items() if point.dist and point.dist.name == "vbbench")
-
-
-def code_of(kind: Kind, name: str) -> str:
-    """A hash of the source files of vbbench and of the package that ``name`` comes from, after vbbench's version."""
-    point = registered(kind).get(name)
-    module = (point.value if point else name).partition(":")[0].partition(".")[0]
-    return f"{__version__} {_hash_of_source('vbbench')[:16]} {_hash_of_source(module)[:16]}"
-
-
-def _note_text(code: str, folder: Path) -> str:
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return "".join([f"{code}\n", *(f"{file_sha256(path)}  {path.relative_to(folder)}\n" for path in files)])
-
-
-@cache
-def _hash_of_source(module: str) -> str:
-    spec = find_spec(module)
-    roots = [Path(place) for place in (spec.submodule_search_locations or [])] if spec else []
-    files = sorted(path for root in roots for path in root.rglob("*") if path.suffix in (".py", ".toml"))
-    if spec and spec.origin and not roots:
-        files = [Path(spec.origin)]
-    whole = hashlib.sha256()
-    for path in files:
-        whole.update(f"{path.name}\0".encode() + path.read_bytes())
-    return whole.hexdigest()
+    def _result(self, shop: Workshop, dataset: Dataset, board: Board, solver: str) -> Result:
+        submission = shop.submission(dataset, board, solver)
+        words = {**declared_facts(solver), "reference": REFERENCES.get(solver, ""), "rerun_by": self.by}
+        about = About.of(SubmissionInfo.read(submission), **words)
+        return Result.of(score(submission, dataset.folder), submission, about, name=solver)

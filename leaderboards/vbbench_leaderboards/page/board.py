@@ -10,10 +10,14 @@ from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
+from vbbench_leaderboards.page.pairs import pair_tables
+from vbbench_leaderboards.page.people import people_table
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.page.table import board_table, pair_tables
+from vbbench_leaderboards.page.table import board_table
 from vbbench_leaderboards.page.words import PROTOCOLS, error_terms, term_of, tiers
+from vbbench_leaderboards.results.boards import is_diagnostic
 from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.standings import headline
 
 
 def board_html(site: Site, board: Board) -> str:
@@ -26,6 +30,7 @@ def board_html(site: Site, board: Board) -> str:
             '<p class="unseen" id="board-says" role="status"></p>',
             board_table(site, board),
             '<p id="nothing-found" class="note" hidden>No solver fits what is chosen above.</p>',
+            people_table(site, board),
             _charts(site, board),
             pair_tables(dict(site.rankings[board])),
             _again(site, board),
@@ -52,12 +57,14 @@ def _heading(site: Site, board: Board) -> str:
 
 def _caution(site: Site, board: Board) -> str:
     caution = site.caution(board)
-    if not caution:
-        return ""
-    return (
-        f'<div class="caution" role="note" id="caution"><strong>Caution</strong><p>{text(caution)}. '
-        "No headline is taken from this board.</p></div>"
-    )
+    said = f'<div class="caution" role="note" id="caution"><strong>Caution</strong><p>{text(caution)}.</p></div>'
+    kept = f'<p class="note" id="diagnostic">{_DIAGNOSTIC}</p>' if is_diagnostic(board) else ""
+    return (said if caution else "") + kept
+
+
+_DIAGNOSTIC = (
+    "A diagnostic: kept to compare with the paper and to find faults. It does not say how a solver does on a camera."
+)
 
 
 def _tools(site: Site, board: Board) -> str:
@@ -94,8 +101,8 @@ def _chart_pair(site: Site, board: Board, metric: str) -> str:
     points, spreads = list(_points(site, board, metric)), _spreads(site, board, metric)
     left = scatter(f"time-{metric}", name, unit, points) if points else '<p class="note">No time was reported.</p>'
     return (
-        f'<div class="pair" data-metric="{metric}"><figure>{left}<figcaption>Error against time. Bars are 95 % '
-        "intervals of the mean; lower left is better.</figcaption></figure><figure>"
+        f'<div class="pair" data-metric="{metric}"><figure>{left}<figcaption>Capped error against time. Bars are '
+        "95 % intervals; lower left is better.</figcaption></figure><figure>"
         f"{distribution(f'spread-{metric}', name, unit, spreads)}<figcaption>Every sequence. A dot is one percent of "
         "the sequences, the line their median.</figcaption></figure></div>"
     )
@@ -103,10 +110,10 @@ def _chart_pair(site: Site, board: Board, metric: str) -> str:
 
 def _points(site: Site, board: Board, metric: str) -> Iterator[Point]:
     for result in site.results[board]:
-        figures, seconds = result.score["metrics"][metric], result.score["seconds_per_frame"]
-        if seconds and figures["mean"] is not None:
-            low, high = figures["ci95"]
-            yield Point(series=_series(site, result), error=figures["mean"], ci95=(low, high), micros=1e6 * seconds)
+        figure, seconds = headline(result, metric), result.score["seconds_per_frame"]
+        if seconds and figure.value is not None:
+            ends = None if figure.low is None or figure.high is None else (figure.low, figure.high)
+            yield Point(series=_series(site, result), error=figure.value, ci95=ends, micros=1e6 * seconds)
 
 
 def _series(site: Site, result: Result) -> Series:

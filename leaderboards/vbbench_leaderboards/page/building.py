@@ -16,8 +16,8 @@ from vbbench_leaderboards.page.front import front_page
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.player.writing import Films, write_player
 from vbbench_leaderboards.results.folder import read_datasets, read_results
-from vbbench_leaderboards.results.ranking import rank
 from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.results.standings import rank_apart
 
 MARKER = ".vbbench-site"
 """File that marks a site, which may be replaced; other folders must not be."""
@@ -53,7 +53,7 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
         site = Site(
             results=found,
             datasets=records,
-            rankings={board: rank(rows) for board, rows in found.items()},
+            rankings={board: rank_apart(rows) for board, rows in found.items()},
             playable=write_player(work.new, found, films),
         )
         for name, text in site_files(site):

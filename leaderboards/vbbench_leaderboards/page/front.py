@@ -5,14 +5,15 @@ from importlib.resources import files
 from string import Template
 
 from vbbench import __version__
+from vbbench.generation.footage import FOOTAGE
 from vbbench.paper import the_paper
+from vbbench.protocol import get_protocol
 from vbbench_leaderboards.charts.task import task_drawing
-from vbbench_leaderboards.markup import NONE, code, decimals, link, text
+from vbbench_leaderboards.markup import code, link, text
+from vbbench_leaderboards.page.headline import headline_table
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import (
     COLUMNS,
-    HEADLINE_METRIC,
-    HEADLINE_TIER,
     PROTOCOLS,
     SUMMARIES,
     Term,
@@ -21,15 +22,15 @@ from vbbench_leaderboards.page.words import (
     term_of,
     tiers,
 )
+from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, LEADING_TIERS, PAPER_SPLITS, PAPER_TIER
 from vbbench_leaderboards.results.ranking import LEVEL
-from vbbench_leaderboards.results.result import Board
 
 _COMMANDS = [
     "pip install vbbench",
     "vbbench leaderboard template mine && cd mine",
-    "vbbench generate sim --tier noisy --out sim-noisy",
-    "vbbench solve sim-noisy --solver mysolver:MySolver --protocol sequential --out answer",
-    "vbbench leaderboard add answer --dataset sim-noisy --name my-solver",
+    "vbbench generate sim --tier field --limit 150 --out sim-field",
+    "vbbench solve sim-field --solver mysolver:MySolver --protocol sequential --out answer",
+    "vbbench leaderboard add answer --dataset sim-field --name my-solver",
     "vbbench leaderboard build --out site",
 ]
 
@@ -40,18 +41,24 @@ def front_page(site: Site) -> str:
     return frame.substitute(
         version=text(__version__),
         drawing=task_drawing(),
-        headline=_headlines(site),
+        headline=headline_table(site),
         picker=_picker(site),
         metrics=_terms(error_terms() | drift_terms() | SUMMARIES),
         protocols=_terms(PROTOCOLS),
         tiers=_terms(tiers()),
         columns=_terms(COLUMNS),
         level=f"{LEVEL:g}",
+        caps=_caps(),
         paper=link(the_paper().link, the_paper().source),
         commands=code(_COMMANDS, "Lines that add a solver"),
         count=sum(map(len, site.results.values())),
         boards_count=len(site.results),
     )
+
+
+def _caps() -> str:
+    caps = get_protocol(HEADLINE_PROTOCOL).caps
+    return f"{caps['dx']:g} m or {caps['dr']:g} rad"
 
 
 def _terms(terms: dict[str, Term]) -> str:
@@ -65,69 +72,41 @@ def _term(key: str, term: Term) -> str:
     return f'<div><dt>{text(term.name)}{full}{unit}</dt><dd id="def-{key}">{text(term.meaning)}</dd></div>'
 
 
-def _headlines(site: Site) -> str:
-    """Who is best on each split, with noise, by the position error of people; none where a caution stands."""
-    cautioned = {
-        board.split for board in site.boards if board.tier == HEADLINE_TIER and site.caution(board) is not None
-    }
-    rows = "".join(_headline_row(site, split) for split in site.splits)
-    if not rows:
-        return '<p class="note">No board is fit for a headline yet.</p>'
-    heads = "".join(
-        f'<th scope="col"><button type="button" class="term" data-def="def-{name}" aria-describedby="def-{name}">'
-        f"{text(term.full)}</button></th>"
-        for name, term in PROTOCOLS.items()
-    )
-    names = ", ".join(split for split in site.splits if split in cautioned)
-    note = f'<p class="note">No headline is taken from {text(names)}: see the caution at its boards.</p>'
-    return (
-        '<div class="scroll" tabindex="0" role="region" aria-label="Table of best solvers"><table class="headline" '
-        f'id="headline"><thead><tr><th scope="col">Split</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
-        f"{note if cautioned else ''}"
-    )
-
-
-def _headline_row(site: Site, split: str) -> str:
-    """The row of a split; empty where it has no board that is fit for a headline."""
-    boards = [Board(split=split, tier=HEADLINE_TIER, protocol=protocol) for protocol in PROTOCOLS]
-    fit = [board in site.results and site.is_headline(board) for board in boards]
-    if not any(fit):
-        return ""
-    cells = (_best(site, board) if good else f"<td>{NONE}</td>" for board, good in zip(boards, fit, strict=True))
-    return f'<tr><th scope="row">{text(split)}</th>{"".join(cells)}</tr>'
-
-
-def _best(site: Site, board: Board) -> str:
-    """The solvers that nobody is significantly better than, the smallest error first; at most three."""
-    places = site.rankings[board][HEADLINE_METRIC].places
-    means = {result.solver: result.score["metrics"][HEADLINE_METRIC]["mean"] for result in site.results[board]}
-    first = [(mean, solver) for solver, mean in means.items() if places[solver].rank == 1 and mean is not None]
-    best = sorted(first)[:3]
-    digits = decimals([mean for mean, _ in best])
-    names = "".join(
-        f'<span class="best"><span class="dot c{site.colours[solver]}"></span>{text(solver)} '
-        f'<b class="figure">{mean:.{digits}f}</b></span>'
-        for mean, solver in best
-    )
-    return f'<td><a href="#/{text(board.key)}">{names}</a></td>'
-
-
 def _picker(site: Site) -> str:
     """Links to boards; the scripts keep their addresses in step with the board that is shown."""
-    boards, known = " ".join(board.key for board in site.boards), list(tiers())
-    shown = {board.tier for board in site.boards}
-    names = [*(name for name in known if name in shown), *sorted(shown.difference(known))]
+    boards, shown = " ".join(board.key for board in site.boards), {board.tier for board in site.boards}
+    names = [name for name in _TIERS if name in shown]
+    names += sorted(shown.difference(names, (PAPER_TIER,))) + [PAPER_TIER] * (PAPER_TIER in shown)
+    kept = [split for split in site.splits if split in PAPER_SPLITS]
     return (
         f'<nav class="picker" id="picker" aria-label="Boards" data-boards="{text(boards)}" '
         f'data-first="{text(site.first.key)}">'
-        f'<ul class="splits">{"".join(_split(site, split) for split in site.splits)}</ul>'
+        f"{_splits(site, [split for split in site.splits if split not in kept])}"
         f"{_choices('protocol', PROTOCOLS, PROTOCOLS)}"
-        f"{_choices('tier', names, tiers())}</nav>"
+        f"{_choices('tier', names, tiers())}"
+        f"{_diagnostics(site, kept)}</nav>"
+    )
+
+
+_TIERS = (*reversed(LEADING_TIERS), FOOTAGE)
+
+
+def _splits(site: Site, splits: Iterable[str]) -> str:
+    return f'<ul class="splits">{"".join(_split(site, split) for split in splits)}</ul>'
+
+
+def _diagnostics(site: Site, splits: list[str]) -> str:
+    """The paper's own splits, folded away."""
+    if not splits:
+        return ""
+    return (
+        '<details class="kept" id="kept"><summary>The paper\'s own splits</summary><p>Kept to compare with the paper: '
+        f"these recordings are too smooth to tell solvers apart.</p>{_splits(site, splits)}</details>"
     )
 
 
 def _split(site: Site, split: str) -> str:
-    first = next(board for board in site.boards if board.split == split)
+    first = site.entry(split)
     counts, paper = site.datasets[split, first.tier].counts, the_paper().table1.get(split)
     people = f"{counts['people_min']} / {counts['people_mean']:.2f} / {counts['people_max']}"
     quoted = text(f"paper: {paper.sequences} × {paper.frames}; {paper.people}") if paper else ""

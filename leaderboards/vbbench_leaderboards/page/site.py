@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vbbench.protocol import PROTOCOLS
-from vbbench_leaderboards.page.words import HEADLINE_TIER, tiers
+from vbbench_leaderboards.page.words import tiers
+from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, SPLITS, is_diagnostic, is_headline
 from vbbench_leaderboards.results.dataset_record import BoardDataset
-from vbbench_leaderboards.results.folder import SPLITS, Boards, Records
+from vbbench_leaderboards.results.folder import Boards, Records
 from vbbench_leaderboards.results.ranking import Ranking
 from vbbench_leaderboards.results.result import Board
 
@@ -41,6 +42,11 @@ class Site:
         return list(dict.fromkeys(board.split for board in self.boards))
 
     @property
+    def headlines(self) -> list[Board]:
+        """The boards that the front page leads with: those of the tier that is like a real camera, then real ones."""
+        return [board for board in self.boards if is_headline(board)]
+
+    @property
     def colours(self) -> dict[str, int]:
         """Solver → number of its colour, the same on every board."""
         solvers = {result.solver for results in self.results.values() for result in results}
@@ -48,8 +54,15 @@ class Site:
 
     @property
     def first(self) -> Board:
-        """The board that is shown where the address names none: the first headline."""
-        return next(filter(self.is_headline, self.boards), self.boards[0])
+        """The board that is shown where the address names none: the first headline, or else the first that counts."""
+        counting = [board for board in self.boards if not is_diagnostic(board)]
+        return next(iter([*self.headlines, *counting, *self.boards]))
+
+    def entry(self, split: str) -> Board:
+        """The board of a split that its link leads to."""
+        own = [board for board in self.boards if board.split == split]
+        sequential = [board for board in own if board.protocol == HEADLINE_PROTOCOL and not is_diagnostic(board)]
+        return next(iter([*filter(is_headline, own), *sequential, *own]))
 
     def dataset(self, board: Board) -> BoardDataset:
         """The record of a board's dataset."""
@@ -62,10 +75,6 @@ class Site:
     def caution(self, board: Board) -> str | None:
         """What must be known before a board's figures are read."""
         return self.dataset(board).caution
-
-    def is_headline(self, board: Board) -> bool:
-        """Whether headlines may be taken from a board."""
-        return board.tier == HEADLINE_TIER and self.caution(board) is None
 
 
 def _place(board: Board) -> list[tuple[int, str]]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cache
 
+from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.tier import all_tiers
 from vbbench.scoring.metrics import Metric, section
 
@@ -35,8 +36,14 @@ COLUMNS = {
     "rank": Term(
         name="Rank",
         full="rank",
-        meaning="One more than the number of solvers that are significantly better by the metric that the table is "
-        "sorted by; beside it the best and the worst rank that the figures leave open.",
+        meaning="One more than the number of solvers that are significantly better by the capped mean of the metric "
+        "that the table is sorted by; beside it the best and the worst rank that the figures leave open. Solvers that "
+        "see the future are ranked apart.",
+    ),
+    "failures": Term(
+        name="Failures",
+        full="failures",
+        meaning="The share of sequences that go astray: their mean Δx is over 1 m.",
     ),
     "coverage": Term(
         name="Coverage", full="coverage", meaning="The share of scored rows that the solver answered. Read it first."
@@ -47,10 +54,21 @@ COLUMNS = {
         unit="µs",
         meaning="Time inside the solver, in millionths of a second per frame, on the hardware named in the row.",
     ),
+    "timing": Term(
+        name="Causal or offline",
+        full="causal or offline",
+        meaning="Causal: an answer depends on its own frame and earlier ones alone. Late: it comes so many frames "
+        "after its own. Offline: it depends on the whole sequence.",
+    ),
 }
 
 SUMMARIES = {
     "median": Term(name="median", full="median", meaning="Half of the sequences have a smaller mean error than this."),
+    "mean": Term(
+        name="plain mean",
+        full="plain mean",
+        meaning="The mean over sequences without a cap: a single runaway can decide it, so it ranks nobody.",
+    ),
     "p95": Term(
         name="p95", full="95th percentile", meaning="One sequence in twenty has a larger mean error than this."
     ),
@@ -60,8 +78,8 @@ PROTOCOLS = {
     "one-step": Term(
         name="one-step",
         full="One step",
-        meaning="The truth of the two frames before is given for every frame; the solver answers the next. This is "
-        "what the paper's tables measure.",
+        meaning="The truth of the two frames before is given for every frame; the solver answers the next. A "
+        "diagnostic: nobody has the truth of the frame before.",
     ),
     "sequential": Term(
         name="sequential",
@@ -80,15 +98,22 @@ PROTOCOLS = {
     ),
 }
 
+_FOOTAGE = Term(
+    name=FOOTAGE,
+    full="Footage",
+    meaning="What a real camera saw, with boxes and places by hand.",
+)
+
 
 @cache
 def tiers() -> dict[str, Term]:
-    """Every tier that is installed here, in the registry's order, by name."""
+    """Every tier that is installed here, in the registry's order, by name, and footage."""
     found = ((tier.name, tier.summary) for tier in all_tiers())
-    return {name: Term(name=name, full=name.capitalize(), meaning=summary) for name, summary in found}
+    return {name: Term(name=name, full=name.capitalize(), meaning=summary) for name, summary in found} | {
+        FOOTAGE: _FOOTAGE
+    }
 
 
-HEADLINE_TIER = "noisy"
 HEADLINE_METRIC = "dx"
 
 

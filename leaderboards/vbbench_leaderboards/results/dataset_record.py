@@ -1,5 +1,6 @@
 """The record of a board's dataset: one committed file per split and tier, ``SPLIT/TIER.json`` beside the results."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +10,9 @@ import numpy as np
 
 from vbbench.camera import camera_to_dict
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_info import DatasetInfo, summary
+from vbbench.files.dataset_info import summary
+from vbbench.files.generate_command import generate_command
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation.footage import FOOTAGE
-from vbbench.generation.tier import HEIGHT_STD, Tier, get_tier
 from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
@@ -95,7 +95,7 @@ class BoardDataset:
             camera=camera_to_dict(info.camera),
             seed=info.seed,
             dt=info.dt,
-            command=generate_command(info),
+            command=generate_command(json.loads(info.to_json()), f"{info.split}-{info.tier}"),
             counts=summary(info),
             caution=info.caution,
             licence=card.licence if card else "",
@@ -148,41 +148,3 @@ def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:
         positions += np.bincount(rows.sequence[known], minlength=size)
     there = np.flatnonzero(frames)
     return ScoredSequences(sequence=there, frames=frames[there], positions=positions[there])
-
-
-def generate_command(info: DatasetInfo) -> str:
-    """The line that makes a dataset."""
-    definition = info.definition
-    if info.tier == FOOTAGE:
-        return _footage_command(info)
-    tier = get_tier(info.tier) if info.tier in registered("tier") else Tier(name=info.tier, summary="")
-    undetected = "detector" in definition and definition["detector"] is None
-    options = {
-        "--camera": None if info.camera == tier.own_camera else info.camera.kind,
-        "--tier": info.tier,
-        "--sigma-h": None if tier.own_heights or info.height_std == HEIGHT_STD else f"{info.height_std:g}",
-        "--look": None if definition.get("look", tier.look) == tier.look else definition["look"],
-        "--observer": definition.get("observer"),
-        "--no-detector": "" if undetected else None,
-        "--seed": "secret --withhold-truth" if info.seed is None else info.seed,
-        "--limit": definition.get("limit"),
-        "--out": f"{info.split}-{info.tier}",
-    }
-    return _command(info, options)
-
-
-def _footage_command(info: DatasetInfo) -> str:
-    """The line that makes it from a user's own recordings."""
-    options = {
-        "--source": "FOLDER",
-        "--sequences": ",".join(info.scenes),
-        "--every": info.definition.get("every"),
-        "--limit": info.definition.get("limit"),
-        "--out": f"{info.split}-{info.tier}",
-    }
-    return _command(info, options)
-
-
-def _command(info: DatasetInfo, options: dict[str, Any]) -> str:
-    words = [f"{name} {value}".rstrip() for name, value in options.items() if value is not None]
-    return " ".join(["vbbench generate", info.split, *words])

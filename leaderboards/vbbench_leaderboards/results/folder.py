@@ -9,9 +9,6 @@ from vbbench.errors import FileError
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.results.result import Board, Result, read_result
 
-SPLITS = ("sim", "hotel", "eth", "eth-15fps", "students", "students-resampled")
-"""Splits that results are published of, in the order in which they are shown."""
-
 Records = Mapping[tuple[str, str], BoardDataset]
 """The records of datasets, by split and tier."""
 

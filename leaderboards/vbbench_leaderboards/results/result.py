@@ -18,6 +18,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score
+from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
 from vbbench_leaderboards.results.sealed_json import (
     FORMAT_VERSION,
@@ -60,7 +61,8 @@ class Result:
     ----------
     board : split, tier and protocol.
     solver : name it goes by on the board; also its file's name.
-    version, reference, link : the solver's version, where it is described, and where it can be had.
+    version : the solver's.
+    about : who made it, what it was trained on, whether it is causal, and so on.
     dataset, camera, seed : id of the dataset that was solved, the kind of its camera, and its seed;
         ``None`` where that is withheld.
     package_version : of the vbbench that scored it.
@@ -73,8 +75,7 @@ class Result:
     board: Board
     solver: str
     version: str
-    reference: str
-    link: str
+    about: About
     dataset: str
     camera: str
     seed: int | None
@@ -90,16 +91,15 @@ class Result:
         return Path(self.board.key, f"{self.solver}.json")
 
     @staticmethod
-    def of(score: Score, submission: Path, *, name: str = "", reference: str = "", link: str = "") -> "Result":
-        """The result that the score of a submission makes; ``name`` and ``reference`` replace what that declares."""
+    def of(score: Score, submission: Path, about: About, *, name: str = "") -> "Result":
+        """The result that the score of a submission makes; ``name`` replaces the one that it declares."""
         info, data, own = score.info, score.dataset, score.per_sequence
         solver = name or info.solver
         return Result(
             board=Board(split=data.split, tier=data.tier, protocol=score.protocol.name),
             solver=solver,
             version=info.version,
-            reference=reference or info.reference,
-            link=link,
+            about=about,
             dataset=info.dataset,
             camera=data.camera.kind,
             seed=data.seed,
@@ -131,8 +131,7 @@ def read_result(path: Path) -> Result:
         board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),
         solver=solver["name"],
         version=solver["version"],
-        reference=solver["reference"],
-        link=solver["link"],
+        about=About(**{name: value for name, value in solver.items() if name not in ("name", "version")}),
         dataset=dataset["id"],
         camera=dataset["camera"],
         seed=dataset["seed"],
@@ -178,8 +177,7 @@ def _values(result: Result) -> Values:
         "solver": {
             "name": result.solver,
             "version": result.version,
-            "reference": result.reference,
-            "link": result.link,
+            **vars(result.about),
         },
         "dataset": {
             "id": result.dataset,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
     from jsonschema.exceptions import ValidationError
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Of result files and dataset records."""
 
 ENCODING = (
@@ -175,8 +175,13 @@ def _check(values: Values, schema: str, path: Path) -> None:
         return
     complaint = fault.message
     if fault.json_path == "$.format_version":
-        complaint = f"is {fault.instance!r}, this vbbench reads {fault.validator_value!r}"
-    elif len(complaint) > _LONGEST_COMPLAINT:
+        raise FileError(
+            path,
+            f"$.format_version: is {fault.instance!r}, this vbbench reads {fault.validator_value!r}; make it anew: "
+            "'vbbench leaderboard add' for a solver of your own, 'vbbench leaderboard rerun --update' for those that "
+            "come with vbbench",
+        )
+    if len(complaint) > _LONGEST_COMPLAINT:
         complaint = f"...{complaint[-_LONGEST_COMPLAINT:]}"
     raise FileError(path, f"{fault.json_path}: {complaint}; see {schema}.schema.json")
 

@@ -4,6 +4,8 @@ People are expected to go on as before (constant velocity). The observer stands 
 people are expected, and people stand half way between there and where their boxes say.
 """
 
+from typing import ClassVar
+
 import numpy as np
 
 from vbbench import Frame, FrameEstimate, Problem
@@ -11,6 +13,9 @@ from vbbench import Frame, FrameEstimate, Problem
 
 class MySolver:
     """Made without arguments, used for many sequences: remember nothing of other ones."""
+
+    facts: ClassVar = {"authors": "your name", "trained_on": "nothing", "tuned_on": "nothing"}
+    """What its row on a leaderboard says."""
 
     def start(self, problem: Problem) -> None:
         """Begin a sequence."""

@@ -22,9 +22,9 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.rendering import scene_of, silent
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import NOBODY, Sequence, SequenceData, Truth
+from vbbench.sequence import NOBODY, Sequence, SequenceData, Truth, held_persons
 
-REVISION = 1
+REVISION = 2
 """Incremented whenever the same files give another dataset, so that ids differ too."""
 LEAST_MATCHED, GOOD_MATCH = 0.5, 0.9
 """Shares of the boxes that must match a person, unless less is asked for, and below which a warning says so."""
@@ -166,23 +166,20 @@ class TrackedPlan:
     def match(self, index: int) -> "Matched":
         """The tracks of one sequence, with the person behind each box."""
         source = self.dataset.sequence(list(self.files)[index])
-        camera, scene = self.dataset.camera(source), scene_of(self.dataset, source.scene)
+        camera, (people, positions, heights) = self.dataset.camera(source), self.dataset.surroundings(source)
         tracks, boxes, visible = _dense(self.contents[index], source.frames)
-        poses = self.dataset.truth(source).poses
-        others = scene.people != source.observer
-        frames = slice(source.first_frame, source.first_frame + source.frames)
-        true = true_rectangles(scene.positions[frames, others], scene.heights[others], poses, camera)
-        persons = match_tracks(boxes, true, scene.people[others], camera)
-        return Matched(source, scene, poses, tracks, observations_of(boxes, camera), visible, persons)
+        others = people != source.observer
+        true = true_rectangles(positions[:, others], heights[others], self.dataset.truth(source).poses, camera)
+        persons = match_tracks(boxes, true, people[others], camera)
+        return Matched(source, tracks, observations_of(boxes, camera), visible, persons)
 
     def build(self, index: int) -> SequenceData:
-        """Match the tracks of one sequence, and leave out those that match nobody."""
+        """Match the tracks of one sequence, and leave out those that match nobody; its world is that of the source."""
         found = self.match(index)
-        source, scene = found.source, found.scene
-        kept = lasting_tracks(found.persons)
-        persons = found.persons[:, kept]
-        frames = slice(source.first_frame, source.first_frame + source.frames)
-        truth = _truth(scene, frames, found.poses, persons)
+        source, kept = found.source, lasting_tracks(found.persons)
+        matched = found.persons[:, kept]
+        persons = held_persons(matched, ~np.isnan(found.observations[:, kept, 2]))
+        truth = _truth(self.dataset, source, persons)
         sequence = Sequence(
             index=index,
             scene=self._scene_numbers.index(source.scene) if self._shared else index,
@@ -191,10 +188,12 @@ class TrackedPlan:
             tracks=found.tracks[kept],
             observations=found.observations[:, kept],
             visible=found.visible[:, kept],
-            given=arrivals_given(truth, persons != NOBODY),
+            given=arrivals_given(truth, matched != NOBODY),
             camera=source.camera,
         )
-        return SequenceData(sequence=sequence, truth=truth, persons=persons, scene=None if self._shared else scene)
+        scene = None if self._shared else scene_of(self.dataset, source.scene)
+        world = self.dataset.world(source)
+        return SequenceData(sequence=sequence, truth=truth, persons=persons, scene=scene, world=world)
 
     @cached_property
     def _scene_numbers(self) -> list[int]:
@@ -209,8 +208,6 @@ class Matched(NamedTuple):
     """A sequence's tracks [K]: their boxes [T, K, 3], visible fractions and the person behind each [T, K]."""
 
     source: Sequence
-    scene: Scene
-    poses: FloatArray
     tracks: IntArray
     observations: FloatArray
     visible: FloatArray
@@ -246,11 +243,12 @@ def _dense(rows: MotRows, frames: int) -> tuple[IntArray, FloatArray, FloatArray
     return tracks, boxes, visible
 
 
-def _truth(scene: Scene, frames: slice, poses: FloatArray, persons: IntArray) -> Truth:
+def _truth(dataset: Dataset, source: Sequence, persons: IntArray) -> Truth:
     """Where the person behind each track [T, K] is."""
-    columns = np.searchsorted(scene.people, persons).clip(max=len(scene.people) - 1)
+    people, places, known_heights = dataset.surroundings(source)
+    columns = np.searchsorted(people, persons).clip(max=len(people) - 1)
     known = persons != NOBODY
-    path = np.take_along_axis(scene.positions[frames], columns[..., None], axis=1)
+    path = np.take_along_axis(places, columns[..., None], axis=1)
     first = known.argmax(axis=0)
-    heights = scene.heights[columns[first, np.arange(persons.shape[1])]]
-    return Truth(poses=poses, positions=np.where(known[..., None], path, np.nan), heights=heights)
+    heights = known_heights[columns[first, np.arange(persons.shape[1])]]
+    return Truth(poses=dataset.truth(source).poses, positions=np.where(known[..., None], path, np.nan), heights=heights)

@@ -60,7 +60,8 @@ class Rendered:
 
     def picture(self, frame: int) -> Canvas:
         """See `View.picture`."""
-        sequence, pose = self.replay.sequence, self.replay.known.poses[frame]
+        sequence = self.replay.sequence
+        pose = self.replay.dataset.world(sequence).poses_in_scene(self.replay.known.poses[frame])
         place = sequence.first_frame + frame
         return np.array(self.renderer.render(place, self.replay.camera, pose, observer=bearer(sequence)).rgb)
 

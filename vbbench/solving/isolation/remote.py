@@ -48,7 +48,7 @@ class Child:
         variants = facts.get("held_out")
         if facts["said"] != "ready" or not isinstance(variants, dict):
             raise self._nonsense("a greeting without its variants")
-        held_out = {str(split): plain(str(name), 200) for split, name in variants.items()}
+        held_out = {str(source): plain(str(name), 200) for source, name in variants.items()}
         match facts.get("solver"):
             case "frame":
                 return RemoteFrameSolver(self, keep_compiled, held_out)
@@ -149,11 +149,15 @@ class Remote:
     Parameters
     ----------
     keep_compiled : see `IsolatedSolver.keep_compiled`.
-    held_out : its variants for splits that it was fitted on, as in `registry.held_out`.
+    held_out : its variants by the SHA-256 of files that it was fitted on, as in `registry.held_out`.
     """
 
     def __init__(self, child: Child, keep_compiled: Callable[[], None], held_out: dict[str, str]) -> None:
         self._child, self.keep_compiled, self.held_out = child, keep_compiled, held_out
+
+    def is_now(self, working_on: str) -> None:
+        """What it is about to do, for the messages about it; it is not told."""
+        self._child.working_on = working_on
 
 
 class RemoteFrameSolver(Remote):
@@ -161,7 +165,6 @@ class RemoteFrameSolver(Remote):
 
     def start(self, problem: Problem) -> None:
         """As `FrameSolver.start`."""
-        self._child.working_on = f"solving sequence {problem.sequence}"
         people = len(problem.tracks)
         self._expected: Shapes = {
             "pose": (FLOAT, (3,)),
@@ -191,7 +194,6 @@ class RemoteSequenceSolver(Remote):
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """As `SequenceSolver.solve`."""
-        self._child.working_on = f"solving sequence {problem.sequence}"
         shown = {
             "tracks": problem.tracks,
             "observations": observations,

@@ -101,7 +101,6 @@ class Session:
         if start.shape != (3,) or not np.isfinite(start).all():
             raise VbbenchError(f"origin must be (x, y, yaw) in m and rad, not {quoted(origin)}")
         problem = Problem(
-            sequence=0,
             camera=camera,
             dt=float(dt),
             tracks=np.arange(people),

@@ -17,7 +17,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.motion.heads import Head, evidence
+from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, Head, evidence
 from vbbench_baselines.joint_map.motion.walks import REACH, UNKNOWN, Walk, filters_of, innovation
 
 B_STD = 0.3
@@ -39,7 +39,7 @@ class Lessons(NamedTuple):
     scales : [K + 1, 2] Σ w σ_k² m² and the number of innovations of each person, the observer last.
     variances : [K + 1] σ_k² in m².
     sigma : [1] σ in m.
-    odds : [1] what is added to the logarithm of the odds that the head follows.
+    odds : [M] what is added to the logarithms of the odds that the head follows by each law.
     """
 
     normal: FloatArray
@@ -56,7 +56,7 @@ def nothing_learned(people: int, walk: Walk) -> Lessons:
     b = np.array((-2.0 - walk.filters[REACH, 1], -walk.filters[REACH, 4]))
     scales, variances = np.zeros((people + 1, 2)), np.full(people + 1, walk.sigma**2)
     variances[-1] = walk.own**2
-    return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(1))
+    return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(FOLLOWERS))
 
 
 def only(columns: IntArray, lessons: Lessons) -> Lessons:
@@ -78,7 +78,7 @@ def taught(fitted: Walk, lessons: Lessons) -> Walk:
     b1 = min(max(b1, -STATIONARY * (1.0 - b2)), STATIONARY * (1.0 - b2))
     filters, spreads = filters_of(b1, b2, fitted.spreads[1])
     head = fitted.head
-    head = Head(head.gain, head.slow, head.following, head.wandering, head.odds + lessons.odds[0])
+    head = Head(head.gains, head.slow, head.following, head.wandering, head.odds + lessons.odds)
     sigma, nu, a0, own, pace = lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, fitted.own_pace
     return Walk(filters, spreads, sigma, nu, a0, own, head, fitted.rest, fitted.own_rest, pace)
 
@@ -102,7 +102,7 @@ def learn(places: FloatArray, poses: FloatArray, fitted: Walk, lessons: Lessons)
         if count >= 3:
             _count(walked[len(walked) - count :], k, walk, lessons)
     if known_before(poses[:, :2]) >= 2:
-        lessons.odds[0] += evidence(poses[-2:], fitted.head)
+        lessons.odds[:] += evidence(poses[-2:], fitted.head)
     _conclude(fitted, lessons)
 
 

@@ -22,7 +22,7 @@ from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.odometry import Motions, unmeasured
 from vbbench_baselines.joint_map.measurement.window import Measurements
-from vbbench_baselines.joint_map.motion.heads import evidence
+from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, evidence
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.optimiser.poses import linearise
@@ -37,18 +37,18 @@ class Marginal(NamedTuple):
 
     Attributes
     ----------
-    poses, slope, information, odds : [n, 3], [3n], [3n, 3n] and one, as in `Anchor`.
+    poses, slope, information, odds : [n, 3], [3n], [3n, 3n] and [M], as in `Anchor`.
     """
 
     poses: FloatArray
     slope: FloatArray
     information: FloatArray
-    odds: float
+    odds: FloatArray
 
 
 Constraint = TypeVar("Constraint", Anchor, Marginal)
 
-NOTHING_KEPT = Marginal(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), 0.0)
+NOTHING_KEPT = Marginal(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), np.zeros(FOLLOWERS))
 
 
 def anchor_of(fixed: BoolArray, poses: FloatArray, marginal: Marginal) -> Anchor:
@@ -93,7 +93,7 @@ def convex_part(anchor: Constraint) -> Constraint:
 
 def marginalise(state: State, problem: JointProblem, count: int) -> Marginal:
     """What the first ``count`` frames of a solved window leave behind."""
-    free, told = unmeasured(problem.motions), 0.0
+    free, told = unmeasured(problem.motions), np.zeros(FOLLOWERS)
     for t in range(1, count + 1):
         if free[t]:
             told += evidence(state.poses[t - 1 : t + 1], problem.walk.head)
@@ -112,7 +112,7 @@ def schur_complement(state: State, problem: JointProblem, count: int) -> tuple[F
     weights = _begin_anew(state, walk, count)
     weights[-1] = np.where(unmeasured(problem.motions)[count:], weights[-1], 0.0)
     later = State(poses, places, state.heights, weights, yaw_weights, state.variances, shorter, np.nan)
-    nothing = Anchor(problem.anchor.fixed[count:], poses, np.zeros(size), np.zeros((size, size)), 0.0)
+    nothing = Anchor(problem.anchor.fixed[count:], poses, np.zeros(size), np.zeros((size, size)), problem.anchor.odds)
     motions = Motions(problem.motions.moved[count:], problem.motions.information[count:])
     slope, whole = linearise(state, problem)
     rest_slope, rest = linearise(later, JointProblem(shorter, nothing, walk, motions))

@@ -14,7 +14,7 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.odometry import Motions, disagreement, unmeasured
 from vbbench_baselines.joint_map.measurement.boxes import farther
 from vbbench_baselines.joint_map.measurement.window import Measurements
-from vbbench_baselines.joint_map.motion.heads import judge_some
+from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, judge_some
 from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh, reweigh_some
 from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
 
@@ -27,14 +27,14 @@ class Anchor(NamedTuple):
     fixed : [T] whether the pose is given.
     poses, slope, information : [T, 3], [3T] and [3T, 3T] of earlier frames: sᵀd + ½ dᵀΛd with d the poses' distance
         from ``poses``.
-    odds : what they added to the logarithm of the odds that the head follows.
+    odds : [M] what they added to the logarithms of the odds that the head follows by each law.
     """
 
     fixed: BoolArray
     poses: FloatArray
     slope: FloatArray
     information: FloatArray
-    odds: float
+    odds: FloatArray
 
 
 class JointProblem(NamedTuple):
@@ -53,7 +53,7 @@ class State(NamedTuple):
     ----------
     poses, places, heights : [T, 3], [T, K, 2] (NaN where unknown) and [K].
     weights : [K + 1, T] of innovations, each person's counted from its first frame, the observer's last.
-    yaw_weights : [T, 2] precisions in 1/rad² of what yaw increments are off (`motion.heads`).
+    yaw_weights : [T, M + 1] precisions in 1/rad² of what yaw increments are off (`motion.heads`).
     variances : [K + 1] σ_k² in m².
     data : what was known, with the boxes' noise that belongs to these distances.
     improbable : the deviance but for that of boxes and given places; NaN as long as somebody's place is unknown.
@@ -95,7 +95,7 @@ def believe(
         free, own = unmeasured(motions), observer_of(walk)
         variances[-1], improbable = reweigh_some(walked, own, walk.own, weights[-1], variances[-1], free)
         total += improbable
-    yaw_weights = np.empty((frames, 2))
+    yaw_weights = np.empty((frames, FOLLOWERS + 1))
     total += judge_some(poses, walk.head, anchor.odds, yaw_weights, unmeasured(motions))
     total += disagreement(poses, motions)
     data = rescaled(boxes, poses, places, heights)

@@ -1,7 +1,7 @@
-"""The joint solvers with priors that never saw the split they are tested on.
+"""The joint solvers with priors that never saw the recording they are tested on.
 
-A solver does not know its split, so it cannot choose by itself. ``map-causal`` and ``map-batch`` take the prior of all
-available recordings, and name in ``held_out`` what to run on these recordings instead.
+A solver does not know what it runs on, so it cannot choose by itself. ``map-causal`` and ``map-batch`` take the prior
+of all available recordings, and name in ``held_out`` what to run instead where data come from one of these files.
 """
 
 from functools import partial

@@ -7,7 +7,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.generation.tier import Heights, Observations, Sight, Tier, Told
-from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import NOBODY
 from vbbench_generators.tiers.field.annotator import drawn
 from vbbench_generators.tiers.field.carriage import carry
@@ -18,6 +18,24 @@ from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
 from vbbench_generators.tiers.tracking.fine_time import finer
 from vbbench_generators.tiers.tracking.observing import track_people
 from vbbench_generators.tiers.tracking.settings import get_tracking
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """What there is to find in the frames of a video.
+
+    Parameters
+    ----------
+    sight : at the rate of the video.
+    every : frames of it a frame of the dataset.
+    boxes : [T, K, 3] (u, v, l) in px of people inside the picture, exact and cut off at its borders; NaN = not there.
+    showing : what shows of them.
+    """
+
+    sight: Sight
+    every: int
+    boxes: FloatArray
+    showing: Showing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +51,6 @@ class Field(Tier):
     outline: Outline = field(default_factory=Outline)
     detects: bool = True
     hides = True
-    tracks = True
     look = "natural"
 
     @property
@@ -79,38 +96,34 @@ class Field(Tier):
         model = recipe.annotator
         framed = frame(drawn(boxes, sight.dt, model, rng), sight.camera, recipe.body.aspect)
         kept = sight.seen & (showing.visible >= model.least_visible) & (framed.inside >= model.least_inside)
-        return _as_tracks(sight.people, framed.where(kept).boxes, showing.visible * framed.inside)
+        return Observations(
+            boxes=framed.where(kept).boxes, visible=np.where(kept, showing.visible * framed.inside, np.nan)
+        )
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
-        """At the rate of a video, as the tier `tracked`."""
-        fine, every = finer(sight)
         camera, settings = sight.camera, recipe.tracking(sight.camera)
-        boxes, showing = look(fine, recipe, self.outline, rng)
-        framed = frame(boxes, camera, recipe.body.aspect)
+        film = self.film(sight, recipe, rng)
+        fine = film.sight
         turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
         tracked = track_people(
-            framed.where(fine.seen & (framed.inside >= recipe.annotator.least_inside)).boxes,
-            showing,
+            film.boxes,
+            film.showing,
             *(sight.people, camera, fine.dt, fine.watched, settings, self.outline, rng),
             turns=turns,
-            every=every,
+            every=film.every,
         )
         boxes = cut_rows(tracked.boxes, camera)
         found = ~np.isnan(boxes[..., 2])
         persons = np.where(found, tracked.persons, NOBODY)
         return Observations(boxes=boxes, visible=np.where(found, tracked.scores, np.nan), persons=persons)
 
-
-def _as_tracks(people: IntArray, boxes: FloatArray, visible: FloatArray) -> Observations:
-    """Boxes [T, K, 3] of ``people`` [K] as tracks, one of each who is ever seen; NaN = not seen."""
-    observed = ~np.isnan(boxes[..., 2])
-    ever = observed.any(axis=0)
-    observed = observed[:, ever]
-    return Observations(
-        boxes=boxes[:, ever],
-        visible=np.where(observed, visible[:, ever], np.nan),
-        persons=np.where(observed, people[ever], NOBODY),
-    )
+    def film(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Film:
+        """What there is for a detector to find, at the rate of a video."""
+        fine, every = finer(sight)
+        boxes, showing = look(fine, recipe, self.outline, rng)
+        framed = frame(boxes, sight.camera, recipe.body.aspect)
+        inside = fine.seen & (framed.inside >= recipe.annotator.least_inside)
+        return Film(sight=fine, every=every, boxes=framed.where(inside).boxes, showing=showing)
 
 
 def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Generator) -> tuple[FloatArray, Showing]:

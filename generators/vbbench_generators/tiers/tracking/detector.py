@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from vbbench.boxes import overlaps, suppress
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.tiers.tracking.kernels import merge_people, remaining
 from vbbench_generators.tiers.tracking.settings import DetectorModel
-from vbbench_generators.tiers.tracking.tracker import CentredDetections, from_centres
+from vbbench_generators.tiers.tracking.tracker import CentredDetections
 
 ALARM_HEIGHT, ALARM_SPREAD = 1.7, 0.2
 """False alarms are of things as tall as people: mean and standard deviation in m, on the ground."""
@@ -44,14 +44,16 @@ def detect(
     boxes, scores = _found(people, model, dt, rng)
     alarms = _false_alarms(model, camera, dt, watched, rng)
     merging = rng.random((len(boxes), boxes.shape[1]))
-    period = camera.period
+    period = camera.period or 0.0
     for frame in range(len(boxes)):
         there = np.flatnonzero(~np.isnan(scores[frame]))
         found, sure = boxes[frame, there], scores[frame, there]
-        found, sure = _merge(found, sure, people.boxes[frame, there], merging[frame, there], model, period)
-        found = np.concatenate([found, alarms[frame].boxes])
-        sure = np.concatenate([sure, alarms[frame].scores])
-        kept = suppress(from_centres(found), sure, model.suppress_overlap, period)
+        true, chance = people.boxes[frame, there], merging[frame, there]
+        single = merge_people(found, sure, true, chance, model.merge_overlap, model.merge_rate, period)
+        found = np.concatenate([found[single], alarms[frame].boxes])
+        sure = np.concatenate([sure[single], alarms[frame].scores])
+        order = np.argsort(-sure, kind="stable")
+        kept = order[remaining(found, order, model.suppress_overlap, period)[order]]
         yield CentredDetections(found[kept], sure[kept])
 
 
@@ -75,37 +77,6 @@ def _found(people: Visible, model: DetectorModel, dt: float, rng: np.random.Gene
     edges += pull * inwards * people.hidden + np.hypot(stds, model.edge_std) * noise[..., :4]
     size = np.maximum(edges[..., 2:] - edges[..., :2], SMALLEST)
     return np.concatenate([0.5 * (edges[..., :2] + edges[..., 2:]), size], axis=-1), scores
-
-
-def _merge(
-    boxes: FloatArray,
-    scores: FloatArray,
-    true: FloatArray,
-    chance: FloatArray,
-    model: DetectorModel,
-    period: float | None,
-) -> tuple[FloatArray, FloatArray]:
-    """The detections [N, 4], [N], some pairs of people who stand in one another's way made one box about both."""
-    shared = np.triu(overlaps(from_centres(true), from_centres(true), period), k=1)
-    kept = np.ones(len(boxes), bool)
-    boxes, scores = boxes.copy(), scores.copy()
-    for first, second in np.argwhere(shared > model.merge_overlap):
-        if kept[first] and kept[second] and chance[first] < model.merge_rate:
-            boxes[first] = _about(boxes[first], boxes[second], period)
-            scores[first] = max(scores[first], scores[second])
-            kept[second] = False
-    return boxes[kept], scores[kept]
-
-
-def _about(first: FloatArray, second: FloatArray, period: float | None) -> FloatArray:
-    """The box [4] about two boxes."""
-    shift = np.zeros(4)
-    if period is not None:
-        shift[0] = period * np.round((first[0] - second[0]) / period)
-    a, b = first, second + shift
-    low = np.minimum(a[:2] - 0.5 * a[2:], b[:2] - 0.5 * b[2:])
-    high = np.maximum(a[:2] + 0.5 * a[2:], b[:2] + 0.5 * b[2:])
-    return np.concatenate([0.5 * (low + high), high - low])
 
 
 def _false_alarms(

@@ -80,7 +80,7 @@ def track_people(
         found.append(tracker.step(detections, moved))
     tracks, scores = _dense(found[::every], settings.tracker.least_boxes)
     tracks[..., 0] = camera.wrap_column(tracks[..., 0])
-    persons = match_tracks(from_centres(tracks), whole[::every], people, camera)
+    persons = match_tracks(from_centres(tracks), whole[::every], people, camera, staying=True)
     return Tracked(tracks[..., [0, 1, 3]], scores, persons)
 
 

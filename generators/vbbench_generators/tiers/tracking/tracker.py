@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vbbench.boxes import overlaps
 from vbbench.exchange.detection import Detections
-from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench_generators.tiers.tracking.kernels import move_on, take_in, worths
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
 Moved = Callable[[FloatArray], FloatArray]
@@ -68,22 +68,16 @@ def begin(boxes: FloatArray, settings: TrackerSettings) -> Beliefs:
 
 def predict(beliefs: Beliefs, dt: float, settings: TrackerSettings) -> Beliefs:
     """The beliefs ``dt`` seconds later."""
-    (value, speed), (p, q, s) = np.moveaxis(beliefs.mean, -1, 0), np.moveaxis(beliefs.spread, -1, 0)
-    height = np.maximum(beliefs.boxes[:, 3:], 1.0)
-    place, pace = (settings.wander * height) ** 2 * dt, (settings.acceleration * height) ** 2 * dt
-    mean = np.stack([value + dt * speed, speed], axis=-1)
-    return Beliefs(mean, np.stack([p + dt * (2.0 * q + dt * s) + place, q + dt * s, s + pace], axis=-1))
+    later = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
+    move_on(later.mean, later.spread, dt, settings.wander, settings.acceleration)
+    return later
 
 
 def correct(beliefs: Beliefs, boxes: FloatArray, settings: TrackerSettings, period: float | None) -> Beliefs:
     """The beliefs after boxes [N, 4] were seen; ``period`` is the width of a picture that closes on itself."""
-    (value, speed), (p, q, s) = np.moveaxis(beliefs.mean, -1, 0), np.moveaxis(beliefs.spread, -1, 0)
-    height = np.maximum(beliefs.boxes[:, 3:], 1.0)
-    total = p + (settings.measurement * height) ** 2
-    surprise = boxes - value
-    surprise[:, 0] = shorter_way(surprise[:, 0], period)
-    mean = np.stack([value + p / total * surprise, speed + q / total * surprise], axis=-1)
-    return Beliefs(mean, np.stack([p - p * p / total, q - p * q / total, s - q * q / total], axis=-1))
+    better = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
+    take_in(better.mean, better.spread, boxes, settings.measurement, period or 0.0)
+    return better
 
 
 def associate(
@@ -108,10 +102,7 @@ def associate(
     """
     if not len(tracks) or not len(detections):
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    worth = overlaps(from_centres(tracks), from_centres(detections), period)
-    if scores is not None:
-        worth = worth * scores
-    worth = np.clip(worth - least, 0.0, None)
+    worth = worths(tracks, detections, np.ones(len(detections)) if scores is None else scores, least, period or 0.0)
     rows, columns = linear_sum_assignment(worth, maximize=True)
     paired = worth[rows, columns] > 0.0
     return rows[paired].astype(np.int64), columns[paired].astype(np.int64)

@@ -10,7 +10,8 @@ of four laws, drawn with the shares of ``natural.toml``:
     sway     the direction of walking + a·sin(π f t + φ), f the step rate
 
 Who stands looks around: directions about the held one, each for a while. No head turns faster than `turn_rate`, and
-none is steady: an Ornstein–Uhlenbeck process and an offset of the person's own come on top. All is computed every `FINE` seconds or faster, and thinned to the frames: the law does not depend on the frame time.
+none is steady: an Ornstein–Uhlenbeck process and an offset of the person's own come on top. All is computed every
+`FINE` seconds or faster, and thinned to the frames: the law does not depend on the frame time.
 """
 
 from dataclasses import dataclass

@@ -74,7 +74,7 @@
   /** @param {string} column @param {boolean} down @param {HTMLTableElement} table */
   function say(column, down, table) {
     const head = headOf(column);
-    const rows = Array.from(table.tBodies[0].rows).filter((row) => !row.hidden).length;
+    const rows = table.querySelectorAll("tbody.rows > tr:not([hidden])").length;
     const order = down ? "largest first" : "smallest first";
     const count = rows + (rows === 1 ? " solver" : " solvers");
     const words = count + ", sorted by " + (head ? head.textContent.trim() : column) + ", " + order;

@@ -13,11 +13,21 @@
   let turn = 0;
   let playing = "";
 
-  /** The board nearest to what is wanted. @param {string} split @param {string} protocol @param {string} tier */
-  function nearest(split, protocol, tier) {
+  /**
+   * The board nearest to what is wanted: of the split, unless a tier is asked for that it does not have.
+   * @param {string} split @param {string} protocol @param {string} tier @param {boolean} elsewhere
+   */
+  function nearest(split, protocol, tier, elsewhere) {
     const own = known.filter((key) => key.startsWith(split + "/"));
-    const wanted = [split + "/" + protocol + "-" + tier];
-    return own.find((key) => wanted.includes(key)) || own.find((key) => key.endsWith("-" + tier)) || own[0] || first;
+    const which = "/" + protocol + "-" + tier;
+    return (
+      own.find((key) => key === split + which) ||
+      own.find((key) => key.endsWith("-" + tier)) ||
+      (elsewhere && known.find((key) => key.endsWith(which))) ||
+      own.find((key) => key.startsWith(split + "/" + protocol + "-")) ||
+      own[0] ||
+      first
+    );
   }
 
   /** Links of the picker lead on from the board that is shown. @param {string} key */
@@ -27,12 +37,14 @@
     const [protocol, tier] = [which.slice(0, cut), which.slice(cut + 1)];
     for (const link of picker.querySelectorAll("a")) {
       const own = link.dataset;
-      const to = nearest(own.split || split, own.protocol || protocol, own.tier || tier);
+      const to = nearest(own.split || split, own.protocol || protocol, own.tier || tier, Boolean(own.tier));
       link.href = format({ board: to, play: false, options: {} });
       const here = own.split === split || own.protocol === protocol || own.tier === tier;
       if (here) link.setAttribute("aria-current", "true");
       else link.removeAttribute("aria-current");
     }
+    const kept = /** @type {HTMLDetailsElement | null} */ (document.getElementById("kept"));
+    if (kept && kept.querySelector("[aria-current]")) kept.open = true;
   }
 
   /** @param {any} board @param {any} state */

@@ -7,8 +7,8 @@
 
   /** @param {string} column @returns {string} the metric that ranks are shown by */
   function metricOf(column) {
-    const name = column.replace(/_(median|p95)$/, "");
-    const row = document.querySelector("#board-rows > tr");
+    const name = column.replace(/_(median|mean|p95)$/, "");
+    const row = document.querySelector("#board-table tbody.rows > tr");
     return row && Object.hasOwn(JSON.parse(row.cells[0].dataset.ranks), name) ? name : FALLBACK;
   }
 
@@ -38,19 +38,21 @@
     if (index < 0) return;
     const metric = metricOf(column);
     const turn = down ? -1 : 1;
-    const rows = Array.from(table.tBodies[0].rows);
-    const keys = new Map(rows.map((row) => [row, valueOf(row, index, column, metric)]));
-    rows.sort(function (a, b) {
-      const [one, two] = [keys.get(a), keys.get(b)];
-      if (one === Infinity || two === Infinity) return compared(one, two);
-      return turn * compared(one, two);
-    });
-    table.tBodies[0].append(...rows);
+    for (const body of table.querySelectorAll("tbody.rows")) {
+      const rows = Array.from(body.rows);
+      const keys = new Map(rows.map((row) => [row, valueOf(row, index, column, metric)]));
+      rows.sort(function (a, b) {
+        const [one, two] = [keys.get(a), keys.get(b)];
+        if (one === Infinity || two === Infinity) return compared(one, two);
+        return turn * compared(one, two);
+      });
+      body.append(...rows);
+      showRanks(rows, metric);
+    }
     heads.forEach(function (head) {
       head.removeAttribute("aria-sort");
     });
     heads[index].setAttribute("aria-sort", down ? "descending" : "ascending");
-    showRanks(rows, metric);
   }
 
   /** @param {HTMLTableRowElement[]} rows @param {string} metric */
@@ -77,11 +79,13 @@
   function filter(board, text, chosen) {
     const words = text.toLowerCase().split(/\s+/).filter(Boolean);
     const shown = new Set();
-    for (const row of board.querySelectorAll("#board-rows > tr")) {
+    for (const row of board.querySelectorAll("#board-table tbody.rows > tr")) {
       const fits = words.every((word) => row.dataset.words.includes(word));
       row.hidden = !fits || (chosen !== null && !chosen.has(row.dataset.solver));
       if (!row.hidden) shown.add(row.dataset.solver);
     }
+    const apart = board.querySelector("tbody.apart");
+    if (apart) apart.hidden = !board.querySelector("#late-rows > tr:not([hidden])");
     for (const mark of board.querySelectorAll("svg [data-solver]")) {
       mark.toggleAttribute("hidden", !shown.has(mark.getAttribute("data-solver")));
     }

@@ -1,0 +1,99 @@
+"""Makes the datasets and submissions of a rerun in a work folder; what is whole there and of the same code is kept."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from vbbench import __version__
+from vbbench.files.dataset import Dataset
+from vbbench.files.tables import file_sha256
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.generation import generate, generate_partitioned
+from vbbench.parallel.partitions import merge
+from vbbench.registry import Kind, registered
+from vbbench.solving import solve
+from vbbench_leaderboards.results.boards import BoardSource
+from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
+from vbbench_leaderboards.results.result import Board
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workshop:
+    """Where a rerun makes its files.
+
+    Parameters
+    ----------
+    room : folder for ``datasets/SPLIT-TIER`` and ``submissions/SPLIT/PROTOCOL-TIER/SOLVER``.
+    seed : of every dataset.
+    fresh : use nothing of the room again.
+    jobs : processes here.
+    scheduler : address of a Dask cluster that generates and solves instead; this process merges and scores.
+    """
+
+    room: Path
+    seed: int
+    fresh: bool = False
+    jobs: int = 1
+    scheduler: str | None = None
+
+    def dataset(self, source: BoardSource) -> Dataset:
+        """The dataset of a split and tier's boards."""
+        folder, options = dataset_folder(self.room, source.split, source.tier), source.options(self.seed)
+
+        def make() -> None:
+            if self.scheduler is None:
+                generate(source.split, folder, options, jobs=self.jobs, overwrite=True)
+            else:
+                generate_partitioned(source.split, folder, options, scheduler=self.scheduler, overwrite=True)
+                merge(folder)
+
+        self._make(folder, f"{code_of('generator', source.split)} {options}", make)
+        return Dataset(folder)
+
+    def submission(self, dataset: Dataset, board: Board, solver: str) -> Path:
+        """A solver's submission to a board."""
+        folder = submission_folder(self.room, board, solver)
+
+        def make() -> None:
+            solve(dataset, solver, board.protocol, folder, jobs=self.jobs, scheduler=self.scheduler, overwrite=True)
+            if self.scheduler is not None:
+                merge(folder)
+
+        self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}", make)
+        return folder
+
+    def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
+        """Make a folder, unless the note beside it names that code, and every file is as it was then."""
+        note = folder.with_name(folder.name + ".made-by")
+        if self.fresh or not (note.is_file() and note.read_text("utf-8") == _note_text(code, folder)):
+            note.unlink(missing_ok=True)  # what is made next is not up to date before it is whole
+            make()
+            write_text_atomically(note, _note_text(code, folder))
+
+
+def code_of(kind: Kind, name: str) -> str:
+    """A hash of the source files of vbbench and of the package that ``name`` comes from, after vbbench's version."""
+    point = registered(kind).get(name)
+    module = (point.value if point else name).partition(":")[0].partition(".")[0]
+    return f"{__version__} {_hash_of_source('vbbench')[:16]} {_hash_of_source(module)[:16]}"
+
+
+def _note_text(code: str, folder: Path) -> str:
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return "".join([f"{code}\n", *(f"{file_sha256(path)}  {path.relative_to(folder)}\n" for path in files)])
+
+
+@cache
+def _hash_of_source(module: str) -> str:
+    spec = find_spec(module)
+    roots = [Path(place) for place in (spec.submodule_search_locations or [])] if spec else []
+    files = sorted(path for root in roots for path in root.rglob("*") if path.suffix in (".py", ".toml"))
+    if spec and spec.origin and not roots:
+        files = [Path(spec.origin)]
+    whole = hashlib.sha256()
+    for path in files:
+        whole.update(f"{path.name}\0".encode() + path.read_bytes())
+    return whole.hexdigest()

@@ -1,0 +1,91 @@
+"""The table that the front page leads with: every solver on the boards most like a real camera, and on real footage."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vbbench_leaderboards.markup import NONE, decimals, percent, text
+from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.page.words import HEADLINE_METRIC, term_of, tiers
+from vbbench_leaderboards.results.boards import HEADLINE_TIER, is_real
+from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.standings import failure_rate, headline
+
+_ABSENT = 2.0
+"""Counts in the order of rows for a board on which a solver does not stand: the cap of Δx in m."""
+
+
+def headline_table(site: Site) -> str:
+    """A row per solver, a column per board; those that see the future stand apart below."""
+    boards = site.headlines
+    if not boards:
+        return f'<p class="note">No board of tier {HEADLINE_TIER} and no footage is here yet.</p>'
+    groups = [_group(site, boards, late) for late in (False, True)]
+    apart = (
+        f'<tbody class="apart"><tr><th colspan="{len(boards) + 1}" scope="rowgroup"><span>These see frames after the '
+        "one they answer: ranked among themselves</span></th></tr></tbody>"
+    )
+    bodies = [f"<tbody>{rows}</tbody>" for rows in groups]
+    return (
+        '<div class="scroll" tabindex="0" role="region" aria-label="Table of solvers"><table class="headline" '
+        f'id="headline"><thead><tr><th scope="col">Solver</th>{"".join(_head(board) for board in boards)}</tr></thead>'
+        f"{bodies[0]}{apart + bodies[1] if groups[1] else ''}</table></div>{_cautions(site, boards)}"
+    )
+
+
+def _head(board: Board) -> str:
+    tier = term_of(tiers(), board.tier)
+    kind = "real" if is_real(board) else "made"
+    return (
+        f'<th scope="col" class="{kind}"><a href="#/{text(board.key)}">{text(board.split)}</a>'
+        f'<span class="about">{text("real footage" if is_real(board) else tier.name)}</span></th>'
+    )
+
+
+def _group(site: Site, boards: Sequence[Board], late: bool) -> str:
+    """Rows of the solvers that are all causal on these boards, or of the others, the best first."""
+    rows: dict[str, dict[Board, Result]] = {}
+    for board in boards:
+        for result in site.results[board]:
+            if result.about.sees_the_future is late:
+                rows.setdefault(result.solver, {})[board] = result
+    order = sorted(rows, key=lambda solver: (_standing(rows[solver], boards), solver))
+    return "".join(_row(site, solver, rows[solver], boards) for solver in order)
+
+
+def _standing(own: dict[Board, Result], boards: Sequence[Board]) -> float:
+    """Geometric mean of the capped errors over the boards: no board decides the order of rows alone."""
+    figures = [headline(own[board], HEADLINE_METRIC).value if board in own else _ABSENT for board in boards]
+    return float(np.mean(np.log([max(_ABSENT if value is None else value, 1e-6) for value in figures])))
+
+
+def _row(site: Site, solver: str, own: dict[Board, Result], boards: Sequence[Board]) -> str:
+    dot = f'<span class="dot c{site.colours[solver]}"></span>'
+    cells = "".join(_cell(site, board, own.get(board)) for board in boards)
+    return f'<tr><th scope="row">{dot}{text(solver)}</th>{cells}</tr>'
+
+
+def _cell(site: Site, board: Board, result: Result | None) -> str:
+    figure = None if result is None else headline(result, HEADLINE_METRIC)
+    classes = ["real"] if is_real(board) else []
+    if result is None or figure is None or figure.value is None:
+        return f'<td class="{" ".join(classes)}">{NONE}</td>'
+    if site.rankings[board][HEADLINE_METRIC].places[result.solver].rank == 1:
+        classes.append("first")
+    digits = decimals([figure.value])
+    between = "" if figure.low is None else f"{figure.low:.{digits}f}–{figure.high:.{digits}f}"
+    lost = failure_rate(result)
+    failures = "" if lost is None else f'<span class="lost">{percent(lost)} lost</span>'
+    return (
+        f'<td class="{" ".join(classes)}"><b class="figure">{figure.value:.{digits}f}</b>'
+        f'<span class="ci">{between}</span>{failures}</td>'
+    )
+
+
+def _cautions(site: Site, boards: Sequence[Board]) -> str:
+    found = {board.split: site.caution(board) for board in boards}
+    return "".join(
+        f'<p class="note"><strong>{text(split)}</strong>: {text(caution)}.</p>'
+        for split, caution in found.items()
+        if caution
+    )

@@ -1,0 +1,125 @@
+"""Which boards are published, which of them lead, and how much of each dataset they are made on.
+
+The rule of subsets: everything is made anew in 45 minutes on two cores. Recordings are solved from every so many-th
+observer, because neighbouring observers see the same people at the same time and say little more together than one of
+them; simulated crowds are cut short, because every one is a crowd of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vbbench.errors import VbbenchError
+from vbbench.generation.footage import FOOTAGE, FootageOptions
+from vbbench.generation.generator import Options
+from vbbench.generation.sources import data_folders
+from vbbench.protocol import PROTOCOLS
+from vbbench.registry import load
+from vbbench_leaderboards.results.result import Board
+
+LEADING_SPLITS = ("sim", "street", "hotel", "eth-15fps", "students-resampled")
+"""Splits made from trajectories, in the order of the page."""
+
+REAL_SPLITS = ("kitti",)
+"""Splits that a real camera saw: their figures can be published, their data cannot."""
+
+PAPER_SPLITS = ("eth", "students")
+"""Splits of the paper whose recordings are too smooth to tell solvers apart."""
+
+SPLITS = (*LEADING_SPLITS, *REAL_SPLITS, *PAPER_SPLITS)
+
+HEADLINE_TIER, HEADLINE_PROTOCOL = "field", "sequential"
+LEADING_TIERS = ("noisy", "occluded", "tracked", HEADLINE_TIER)
+PAPER_TIER = "ideal"
+"""The paper's exact boxes, which tell what no camera could."""
+
+KITTI_RECORDINGS = ("0015", "0017", "0019")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardSource:
+    """A dataset that four boards stand on, one a protocol.
+
+    Parameters
+    ----------
+    split, tier : its names.
+    limit, stride : which of its sequences are made; ``None`` for all.
+    """
+
+    split: str
+    tier: str
+    limit: int | None = None
+    stride: int | None = None
+
+    def options(self, seed: int) -> Options:
+        """What is asked of the generator."""
+        if self.tier != FOOTAGE:
+            return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride)
+        return Options(seed=seed, footage=FootageOptions(sequences=KITTI_RECORDINGS, poses=_poses_at_hand()))
+
+    @property
+    def boards(self) -> tuple[Board, ...]:
+        """The boards that stand on it."""
+        return tuple(Board(split=self.split, tier=self.tier, protocol=protocol) for protocol in PROTOCOLS)
+
+
+_LIMITS = {"sim": 150, "street": 6}
+_STRIDES = {"hotel": 3, "eth": 3, "eth-15fps": 3, "students": 16, "students-resampled": 16}
+
+
+def source(split: str, tier: str) -> BoardSource:
+    """The dataset behind the boards of a split and tier, by the rule of subsets; whole where no rule is known."""
+    return BoardSource(split=split, tier=tier, limit=_LIMITS.get(split), stride=_STRIDES.get(split))
+
+
+def published_sources() -> tuple[BoardSource, ...]:
+    """Every dataset that boards are published on: those that lead, real footage, then the paper's."""
+    leading = [source(split, tier) for split in LEADING_SPLITS for tier in LEADING_TIERS]
+    real = [source(split, FOOTAGE) for split in REAL_SPLITS]
+    papers = [source(split, tier) for split in PAPER_SPLITS for tier in (PAPER_TIER, "noisy")]
+    exact = [source(split, PAPER_TIER) for split in ("sim", "hotel")]
+    return (*leading, *real, *exact, *papers)
+
+
+def chosen_sources(splits: Sequence[str] = (), tiers: Sequence[str] = ()) -> tuple[BoardSource, ...]:
+    """The datasets of some splits and tiers; without names, of all that is published.
+
+    Footage has no other tier than its own.
+
+    Raises
+    ------
+    VbbenchError
+        If no board is published on what is named, and one of both is not named.
+    """
+    published = published_sources()
+    if splits and tiers:
+        return tuple(source(split, FOOTAGE if split in REAL_SPLITS else tier) for split in splits for tier in tiers)
+    found = tuple(one for one in published if (not splits or one.split in splits) and (not tiers or one.tier in tiers))
+    for split in splits:
+        load("generator", split)
+    if not found:
+        raise VbbenchError("no board is published there; name splits and tiers, both")
+    return found
+
+
+def is_real(board: Board) -> bool:
+    """Whether a real camera saw it."""
+    return board.tier == FOOTAGE
+
+
+def is_diagnostic(board: Board) -> bool:
+    """Whether a board is kept for the paper's sake and for finding faults, not to say who is good."""
+    return board.tier == PAPER_TIER or board.split in PAPER_SPLITS
+
+
+def is_headline(board: Board) -> bool:
+    """Whether the front page leads with a board: sequential, in the tier like a real camera, or of a real one."""
+    return board.protocol == HEADLINE_PROTOCOL and (
+        is_real(board) or (board.tier == HEADLINE_TIER and not is_diagnostic(board))
+    )
+
+
+def _poses_at_hand() -> Path | None:
+    """The folder of camera poses beside KITTI's recordings, which are better than its own where it drives far."""
+    places = [folder / "kitti" / "poses" for folder in data_folders()]
+    return next((place for place in places if place.is_dir()), None)

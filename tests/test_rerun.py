@@ -1,0 +1,257 @@
+"""Results made again: the same seed gives the same figures, another one figures that agree; what drifted is found."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.board_results import result as made_result
+from vbbench.cli import main
+from vbbench.errors import SourceMissingError, UnknownNameError
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.protocol import PROTOCOLS
+from vbbench_leaderboards.checks import rerunning
+from vbbench_leaderboards.checks.agreement import disagreements
+from vbbench_leaderboards.checks.drift import drift
+from vbbench_leaderboards.checks.rerunning import Rerun
+from vbbench_leaderboards.results.boards import BoardSource
+from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
+from vbbench_leaderboards.results.result import Result, read_result, write_result
+
+KEPT = Path("sim", "one-step-ideal", "cv.json")
+SEED = "0"
+
+
+@pytest.fixture(autouse=True)
+def few_sequences(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The simulator as a board of sixteen crowds."""
+    monkeypatch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the results and the work of a run on the simulator."""
+    room = tmp_path_factory.mktemp("rerun")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
+        run = Rerun(results=room / "results", work=room / "work", update=True, seed=0)
+        outcomes = list(run.boards(["sim"], ["cv"], ["ideal"]))
+    wanted = ["written anew\n  nothing was kept"] * (1 + len(PROTOCOLS))
+    assert [outcome.text.split(": ")[1] for outcome in outcomes] == wanted
+    return room
+
+
+@pytest.fixture
+def remade(first: Path, tmp_path: Path) -> Path:
+    """A copy of it that a test may spoil."""
+    return Path(shutil.copytree(first, tmp_path / "room"))
+
+
+def command(room: Path, *more: str) -> int:
+    names = ["--split", "sim", "--solver", "cv", "--tier", "ideal"]
+    folders = ["--results", str(room / "results"), "--work", str(room / "work")]
+    return main(["leaderboard", "rerun", *names, *folders, *more])
+
+
+def spoil(result: Result) -> Result:
+    figures = {name: values.copy() for name, values in result.per_sequence.figures.items()}
+    figures["dx"][3] += 1e-5
+    metrics = result.score["metrics"]
+    metrics = {**metrics, "dt": {**metrics["dt"], "mean": metrics["dt"]["mean"] + 1.0}}
+    changed = {**result.score, "metrics": metrics, "solver_version": "0.0.1", "seconds_per_frame": 77.0}
+    return replace(result, score=changed, per_sequence=replace(result.per_sequence, figures=figures), version="0.0.1")
+
+
+def test_with_the_same_seed_drift_is_found_named_and_mended(remade: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = remade / "results" / KEPT
+    before = path.read_bytes()
+    assert command(remade, "--update", "--seed", SEED) == 0
+    captured = capsys.readouterr()
+    assert captured.out.count("as committed") == 1 + len(PROTOCOLS)
+    assert "vbbench: seed 0, as asked" in captured.err
+    write_result(spoil(read_result(path)), remade / "results")
+    assert command(remade, "--seed", SEED) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert f"{KEPT}: drifted" in lines
+    found = [line.strip() for line in lines if line.startswith("  ")]
+    assert [line.split(":")[0] for line in found] == ["score.metrics.dt.mean", "per_sequence.dx"]
+    assert "1 of" in found[1]
+    assert "most row 3" in found[1]
+    assert command(remade, "--update", "--seed", SEED) == 0
+    assert path.read_bytes() == before
+
+
+def test_another_seed_is_drawn_each_time_and_the_results_stand(
+    remade: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = iter((17, 18))
+    monkeypatch.setattr(rerunning.secrets, "randbelow", lambda _: next(drawn))
+    before = {path: path.read_bytes() for path in (remade / "results").rglob("*.json")}
+    for seed in (17, 18):
+        assert command(remade) == 0
+        captured = capsys.readouterr()
+        assert f"seed {seed}, drawn for this run" in captured.err
+        assert captured.out.count(": stands") == 1 + len(PROTOCOLS)
+        assert DatasetInfo.read(remade / "work/again/datasets/sim-ideal").seed == seed
+    assert before == {path: path.read_bytes() for path in (remade / "results").rglob("*.json")}
+
+
+def test_figures_that_no_seed_explains_are_drift_and_all_of_a_dataset_is_written(
+    remade: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = remade / "results" / KEPT
+    write_result(better(read_result(path)), remade / "results")
+    assert command(remade, "--seed", "17") == 1
+    assert "dx: was" in capsys.readouterr().out
+    others = write_result(replace(read_result(path), solver="other"), remade / "results")
+    assert command(remade, "--seed", "17", "--update") == 1
+    assert f"not written: {others.relative_to(remade / 'results')} would stand on the old" in capsys.readouterr().out
+    others.unlink()
+    assert command(remade, "--seed", "17", "--update") == 0
+    assert capsys.readouterr().out.count("written anew") == 1 + len(PROTOCOLS)
+    assert read_dataset(remade / "results/sim/ideal.json").seed == 17
+    assert {read_result(file).seed for file in (remade / "results").glob("*/*/*.json")} == {17}
+
+
+def better(result: Result) -> Result:
+    """A result whose errors are a tenth, and whose summaries do not know."""
+    figures = {name: values / 10 for name, values in result.per_sequence.figures.items()}
+    return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
+
+
+def test_rows_that_stand_say_who_made_them_again(remade: Path) -> None:
+    assert command(remade, "--seed", SEED, "--update", "--by", "A. Judge, 2026-11-22") == 0
+    rows = [read_result(file) for file in (remade / "results").glob("*/*/*.json")]
+    assert {row.about.rerun_by for row in rows} == {"A. Judge, 2026-11-22"}
+
+
+def test_a_run_that_was_stopped_goes_on_with_its_seed(
+    remade: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Rerun, "_result", stop)
+        with pytest.raises(KeyboardInterrupt):
+            list(Rerun(results=remade / "results", work=remade / "work").boards(["sim"], ["cv"], ["ideal"]))
+    seed = (remade / "work/again/unfinished-seed").read_text().strip()
+    capsys.readouterr()
+    assert command(remade) == 0
+    assert f"seed {seed}, of the run that was stopped" in capsys.readouterr().err
+    assert not (remade / "work/again/unfinished-seed").exists()
+
+
+def test_damaged_files_are_drift_and_mended(remade: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    paths = [remade / "results" / KEPT, remade / "results/sim/ideal.json"]
+    before = [path.read_bytes() for path in paths]
+    for path in paths:
+        path.write_text("{")
+    assert command(remade, "--seed", SEED) == 1
+    assert capsys.readouterr().out.count("cannot be read") == 2
+    assert command(remade, "--seed", SEED, "--update") == 0
+    assert [path.read_bytes() for path in paths] == before
+
+
+def test_a_time_alone_is_no_drift(remade: Path) -> None:
+    path = remade / "results" / KEPT
+    before, result = path.read_bytes(), read_result(path)
+    write_result(replace(result, score={**result.score, "seconds_per_frame": 77.0}), remade / "results")
+    slower = path.read_bytes()
+    assert command(remade, "--seed", SEED, "--update") == 0
+    assert path.read_bytes() == slower != before
+
+
+@pytest.mark.parametrize(
+    ("touched", "again"),
+    [
+        ("submissions/sim/one-step-ideal/cv/poses.parquet", "submissions/sim/one-step-ideal/cv"),
+        ("submissions/sim/rollout-ideal/cv.made-by", "submissions/sim/rollout-ideal/cv"),
+        ("datasets/sim-ideal/given.parquet", "datasets/sim-ideal"),
+    ],
+)
+def test_what_is_whole_is_used_again_and_the_rest_is_made(remade: Path, touched: str, again: str) -> None:
+    work = remade / "work"
+
+    def made() -> dict[Path, int]:
+        markers = [*work.glob("datasets/*/dataset.json"), *work.glob("submissions/*/*/*/submission.json")]
+        return {path.parent.relative_to(work): path.stat().st_ino for path in markers}
+
+    before = made()
+    with (work / touched).open("ab") as file:
+        file.write(b"x")
+    assert command(remade, "--seed", SEED, "--update") == 0
+    assert [str(path) for path, number in made().items() if number != before[path]] == [again]
+
+
+def test_missing_sources_are_said_and_left_out_unless_named(
+    no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "vbbench_leaderboards.results.boards.published_sources", lambda: (BoardSource(split="hotel", tier="noisy"),)
+    )
+    run = Rerun(results=tmp_path / "results", work=tmp_path / "work")
+    assert list(run.boards()) == []
+    assert "hotel noisy is left out: source files of hotel are missing" in capsys.readouterr().err
+    with pytest.raises(SourceMissingError):
+        list(run.boards(["hotel"]))
+    with pytest.raises(UnknownNameError, match="did you mean 'hotel'"):
+        list(run.boards(["hotle"]))
+    with pytest.raises(UnknownNameError, match="did you mean 'vb-cv'"):
+        list(run.boards(solvers=["vbcv"]))
+    with pytest.raises(UnknownNameError, match="did you mean 'noisy'"):
+        list(run.boards(["hotel"], tiers=["noisi"]))
+
+
+def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
+    kept = read_dataset(remade / "results/sim/ideal.json")
+    write_dataset(replace(kept, counts={**kept.counts, "observations": 1}), remade / "results")
+    outcomes = Rerun(results=remade / "results", work=remade / "work", seed=17).boards(["sim"], ["cv"], ["ideal"])
+    assert "$.counts.observations: was 1" in next(iter(outcomes)).text
+
+
+def with_dx(result: Result, change: Any) -> Result:
+    figures = dict(result.per_sequence.figures)
+    figures["dx"] = change(figures["dx"])
+    return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
+
+
+@pytest.mark.parametrize(
+    ("change", "lines"),
+    [
+        (lambda x: x, 0),
+        (lambda x: x + 5e-7, 0),
+        (lambda x: x + 2e-6, 1),
+        (lambda x: 1e6 * (1 + x), 1),
+        (lambda x: np.full_like(x, np.nan), 1),
+        (lambda x: x[1:], 1),
+    ],
+)
+def test_what_counts_as_drift_with_the_same_seed(remade: Path, change: Any, lines: int) -> None:
+    result = read_result(remade / "results" / KEPT)
+    assert len(drift(result, with_dx(result, change))) == lines
+
+
+def test_other_noise_agrees_and_other_skill_does_not() -> None:
+    rng = np.random.default_rng(4)
+    usual = rng.gamma(3.0, 0.1, 200)
+    first = made_result("a", usual + rng.normal(0.0, 0.05, 200))
+    again = [made_result("a", np.abs(usual + rng.normal(0.0, 0.05, 200))) for _ in range(50)]
+    assert [one for one in again if disagreements(first, one, 600)] == []
+    assert disagreements(first, made_result("a", usual * 1.3 + 0.02), 600)
+
+
+def test_runaways_beyond_the_cap_are_no_drift() -> None:
+    usual = np.random.default_rng(5).gamma(3.0, 0.1, 200)
+    usual[::20] = 50.0
+    other = np.where(usual > 2.0, 7000.0, usual)
+    assert disagreements(made_result("a", usual), made_result("a", other), 600) == []
+
+
+def test_where_sequences_are_too_few_a_tenth_is_allowed() -> None:
+    few = np.array([0.5, 0.6, 0.4])
+    assert disagreements(made_result("a", few), made_result("a", few * 1.05), 600) == []
+    assert "more than 10% apart" in disagreements(made_result("a", few), made_result("a", few * 1.2), 600)[0]

@@ -1,0 +1,45 @@
+"""Every so many-th sequence of a dataset: the same as in the whole, numbered anew, under an id of its own."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench.cli import main
+from vbbench.errors import VbbenchError
+from vbbench.files.generate_command import generate_command
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+
+
+def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
+    whole = generate("demo", tmp_path / "whole", Options(limit=8, tier="noisy"))
+    part = generate("demo", tmp_path / "part", Options(limit=8, stride=3, tier="noisy"))
+    assert len(part) == 3
+    assert part.info.id != whole.info.id
+    assert "--limit 8 --stride 3" in generate_command(json.loads(part.info.to_json()), "x")
+    for index in range(len(part)):
+        mine, theirs = part.sequence(index), whole.sequence(3 * index)
+        assert mine.index == index
+        assert_same_boxes(mine.observations, theirs.observations)
+
+
+def assert_same_boxes(one: np.ndarray, other: np.ndarray) -> None:
+    """Whether two sequences show the same boxes, whatever their tracks are numbered."""
+    np.testing.assert_array_equal(np.sort(one, axis=1), np.sort(other, axis=1))
+
+
+def test_the_recording_of_a_thinned_dataset_is_whole(data_folder: Path, tmp_path: Path) -> None:
+    whole = generate("hotel", tmp_path / "whole", Options(limit=20))
+    part = generate("hotel", tmp_path / "part", Options(limit=20, stride=10))
+    mine, theirs = part.sequence(1), whole.sequence(10)
+    assert_same_boxes(mine.observations, theirs.observations)
+    assert (mine.scene, mine.first_frame) == (theirs.scene, theirs.first_frame)
+
+
+def test_footage_and_strides_that_are_none_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(VbbenchError, match="stride"):
+        Options(stride=1)
+    assert main(["generate", "demo", "--stride", "1", "--out", str(tmp_path / "x")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

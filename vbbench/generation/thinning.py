@@ -1,0 +1,68 @@
+"""A part of a dataset that stands for the whole: every so many-th sequence of a plan."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.generator import FootagePlan, Plan, SizedPlan
+from vbbench.geometry import IntArray
+from vbbench.scene import Scene
+from vbbench.sequence import SequenceData
+
+
+@dataclass(frozen=True)
+class Thinned:
+    """A plan's sequences 0, ``stride``, 2·``stride`` and so on, seen as in the whole, numbered anew from 0.
+
+    The dataset's definition, and so its id, names the stride.
+    """
+
+    whole: Plan
+    stride: int
+
+    @cached_property
+    def info(self) -> DatasetInfo:
+        """The published facts."""
+        info = self.whole.info
+        return replace(info, definition={**info.definition, "stride": self.stride})
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """The scenes that sequences share: all of the whole."""
+        return self.whole.scenes
+
+    def __len__(self) -> int:
+        return -(-len(self.whole) // self.stride)
+
+    def build(self, index: int) -> SequenceData:
+        """One sequence."""
+        data = self.whole.build(index * self.stride)
+        return replace(data, sequence=replace(data.sequence, index=index))
+
+
+@dataclass(frozen=True)
+class ThinnedSized(Thinned):
+    """One of a plan that knows how large its sequences are."""
+
+    whole: SizedPlan
+
+    @cached_property
+    def expected_rows(self) -> IntArray:
+        """[N] observations of each sequence, or about so many."""
+        return self.whole.expected_rows[:: self.stride]
+
+
+def thinned(plan: Plan, stride: int | None) -> Plan:
+    """A plan of every ``stride``-th sequence; the plan itself without a stride.
+
+    Raises
+    ------
+    VbbenchError
+        If it is footage, whose runs are few and long.
+    """
+    if stride is None:
+        return plan
+    if isinstance(plan, FootagePlan):
+        raise VbbenchError(f"--stride is not for footage such as {plan.info.split}; use --every or --limit")
+    return ThinnedSized(plan, stride) if isinstance(plan, SizedPlan) else Thinned(plan, stride)
