@@ -26,7 +26,6 @@ class Watching(Tier):
 
     sights: list[Sight] = field(default_factory=list)
     hides = True
-    tracks = True
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """What annotators draw of the sight, which is kept."""
@@ -93,7 +92,9 @@ def tracked_row(seen: list[Sight]) -> str:
 
 def paired(sight: Sight, made: Observations) -> tuple[IntArray, IntArray, IntArray]:
     """Frames, tracks and columns of people [N] of every box of somebody."""
-    assert made.persons is not None
+    if made.persons is None:
+        frame, person = np.nonzero(~np.isnan(made.boxes[..., 2]))
+        return frame, person, person
     frame, track = np.nonzero(made.persons >= 0)
     return frame, track, np.searchsorted(sight.people, made.persons[frame, track])
 

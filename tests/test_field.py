@@ -169,16 +169,14 @@ def test_the_constant_tilt_and_the_near_edge_are_found_again_in_boxes() -> None:
     slopes, stretches = [], []
     for seed in range(150):
         boxes = Field(name="field", summary="", detects=False).observe(sight, np.random.default_rng(seed))
-        assert boxes.persons is not None
-        known = (boxes.persons >= 0) & (boxes.boxes[..., 1] + 0.5 * boxes.boxes[..., 2] < camera.height - 2.0)
-        frame_of, track = np.nonzero(known)
-        away = sight.truth.positions[frame_of, boxes.persons[frame_of, track]]
+        frame_of, track = np.nonzero(boxes.boxes[..., 1] + 0.5 * boxes.boxes[..., 2] < camera.height - 2.0)
+        away = sight.truth.positions[frame_of, track]
         reach = np.hypot(*(away - sight.truth.poses[frame_of, :2]).T)
         _, v, length = boxes.boxes[frame_of, track].T
         ahead = away[:, 0] * (1.0 - RECIPE.body.near_edge / reach)
         feet = (v + 0.5 * length - camera.cy) / camera.focal - camera.mount_height / ahead
         slopes.append(feet[reach > 12.0].mean())
-        heights = sight.truth.heights[boxes.persons[frame_of, track]]
+        heights = sight.truth.heights[track]
         stretches.append(np.median(length * away[:, 0] / camera.focal / heights / (ahead / away[:, 0]) ** -1))
     assert np.std(slopes) == pytest.approx(np.hypot(RECIPE.tilt.pitch_std, 0.008), rel=0.2)
     assert np.mean(stretches) == pytest.approx(1.0, abs=0.01)

@@ -9,6 +9,7 @@ import pytest
 
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
+from vbbench.files.generate_command import generate_command
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options, Simulation
@@ -135,6 +136,10 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
     definition = json.loads((data.folder / "dataset.json").read_text())["definition"]
     assert (definition["observer"], definition["vehicle"]["standing"]) == ("vehicle", MODEL.standing)
     assert "look" not in definition
+    command = generate_command(json.loads(data.info.to_json()), "x")
+    assert "--tier field --observer vehicle --no-detector" in command
+    assert "--camera" not in command
+    assert "--sigma-h" not in command
     assert "2 sequences are as written" in verify(data.folder)
 
 

@@ -31,14 +31,11 @@ from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
 from vbbench.reproduction.variants import Variant, registered_variants
 from vbbench.scene import Scene
 from vbbench.scoring.scorecard import Score
-from vbbench.scoring.timeline import Timeline
 
 REAL = "kitti"
 TIER = "field"
 PROTOCOLS = ("sequential", "one-step")
 METRICS = ("dx", "dt")
-CAP = 2.0
-"""In m; whoever is farther astray in a sequence is lost, and how far is chance."""
 DT = 0.1
 """Seconds between KITTI's frames."""
 
@@ -149,7 +146,7 @@ def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: 
     for protocol in study.protocols:
         scores = [_scores(dataset, solvers, protocol, jobs, overwrite) for dataset in (made, real)]
         for metric in METRICS:
-            mine, theirs = (errors_of(*both, metric) for both in zip((made, real), scores, strict=True))
+            mine, theirs = (errors_of(found, metric) for found in scores)
             found = agreement(mine, theirs, feet)
             yield Comparison(case=Case(every, protocol, metric), made=mine, real=theirs, agreement=found)
 
@@ -205,11 +202,9 @@ def runs_of(present: BoolArray) -> list[slice]:
     return [slice(first, last) for first, last in edges.tolist() if last - first > 1]
 
 
-def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
+def errors_of(scores: Sequence[Score], metric: str) -> Errors:
     """The errors of ``scores`` on one dataset, sequences without any left out; what is NaN else counts as the cap."""
-    index = scores[0].per_sequence.sequence
     values = np.stack([one.per_sequence.figures[metric] for one in scores])
     known = ~np.isnan(values).all(axis=0)
-    index, values = index[known], values[:, known]
-    first, frames, scene = (dataset.rows[name][index] for name in ("first_frame", "frames", "scene"))
-    return Errors(values=np.fmin(values, CAP), timeline=Timeline.of(scene, first, first + frames - 1))
+    capped = np.fmin(values[:, known], scores[0].protocol.caps[metric])
+    return Errors(values=capped, timeline=scores[0].per_sequence.select(known).timeline)

@@ -7,7 +7,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.generation.tier import Heights, Observations, Sight, Tier, Told
-from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import NOBODY
 from vbbench_generators.tiers.field.annotator import drawn
 from vbbench_generators.tiers.field.carriage import carry
@@ -51,7 +51,6 @@ class Field(Tier):
     outline: Outline = field(default_factory=Outline)
     detects: bool = True
     hides = True
-    tracks = True
     look = "natural"
 
     @property
@@ -97,7 +96,9 @@ class Field(Tier):
         model = recipe.annotator
         framed = frame(drawn(boxes, sight.dt, model, rng), sight.camera, recipe.body.aspect)
         kept = sight.seen & (showing.visible >= model.least_visible) & (framed.inside >= model.least_inside)
-        return _as_tracks(sight.people, framed.where(kept).boxes, showing.visible * framed.inside)
+        return Observations(
+            boxes=framed.where(kept).boxes, visible=np.where(kept, showing.visible * framed.inside, np.nan)
+        )
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
         camera, settings = sight.camera, recipe.tracking(sight.camera)
@@ -123,18 +124,6 @@ class Field(Tier):
         framed = frame(boxes, sight.camera, recipe.body.aspect)
         inside = fine.seen & (framed.inside >= recipe.annotator.least_inside)
         return Film(sight=fine, every=every, boxes=framed.where(inside).boxes, showing=showing)
-
-
-def _as_tracks(people: IntArray, boxes: FloatArray, visible: FloatArray) -> Observations:
-    """Boxes [T, K, 3] of ``people`` [K] as tracks, one of each who is ever seen; NaN = not seen."""
-    observed = ~np.isnan(boxes[..., 2])
-    ever = observed.any(axis=0)
-    observed = observed[:, ever]
-    return Observations(
-        boxes=boxes[:, ever],
-        visible=np.where(observed, visible[:, ever], np.nan),
-        persons=np.where(observed, people[ever], NOBODY),
-    )
 
 
 def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Generator) -> tuple[FloatArray, Showing]:
