@@ -1,4 +1,4 @@
-"""The tiers' speed on one core: the occlusion model over the crowd of scenario `street`, and tier `field` beside `noisy`.
+"""The tiers' speed on one core: the occlusion model over the crowd of scenario `street`, and `field` beside `noisy`.
 
 Sequences are built from a made crowd as large as Students, in seconds of the processor; nothing is written.
 """
@@ -54,7 +54,8 @@ def built_a_second(options: Options, every: int) -> float:
 
 def main() -> None:
     """Print a line a camera, observer and kind of boxes."""
-    for camera in (PerspectiveCamera(), PanoramaCamera()):
+    whole: tuple[Camera, ...] = (PerspectiveCamera(), PanoramaCamera())
+    for camera in whole:
         print(f"occlusion, {camera.kind}: {observations_a_second(camera) / 1e6:.2f} million observations a second")
     cameras: tuple[Camera, ...] = (get_field().camera, PanoramaCamera())
     observers: tuple[Observer, ...] = ("walker", "vehicle")
