@@ -30,9 +30,9 @@ class Workshop:
     room : folder for ``datasets/SPLIT-TIER`` and ``submissions/SPLIT/PROTOCOL-TIER/SOLVER``.
     seed : of every dataset.
     fresh : use nothing of the room again.
-    fresh_processes : solve every group of sequences that share no frame in a process of its own, whoever solves;
-        otherwise only solvers that do not come with vbbench are solved so.
-    jobs : processes here.
+    together : solve with bundled solvers in one process a board, for tests show that they remember nothing; others are
+        always solved in a fresh process for each group of sequences that share no moment.
+    jobs : processes that generate.
     scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates;
         this process merges and scores.
     """
@@ -40,7 +40,7 @@ class Workshop:
     room: Path
     seed: int
     fresh: bool = False
-    fresh_processes: bool = False
+    together: bool = False
     jobs: int = 1
     scheduler: str | None = None
     tls: Path | None = None
@@ -71,7 +71,6 @@ class Workshop:
                 solver,
                 board.protocol,
                 folder,
-                jobs=self.jobs,
                 scheduler=self.scheduler,
                 tls=self.tls,
                 fresh_processes=apart,
@@ -84,8 +83,8 @@ class Workshop:
         return folder
 
     def _is_apart(self, solver: str) -> bool:
-        """Whether a solver might learn in one sequence what another asks: tests show that bundled ones do not."""
-        return self.fresh_processes or solver not in bundled_solvers()
+        """Whether a solver is kept from learning in one sequence what another asks."""
+        return not (self.together and solver in bundled_solvers())
 
     def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
         """Make a folder, unless the note beside it names that code, and every file is as it was then."""
