@@ -223,10 +223,8 @@ def test_missing_sources_are_said_and_left_out_unless_named(
 def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
     kept = read_dataset(remade / "results/sim/ideal.json")
     write_dataset(replace(kept, counts={**kept.counts, "observations": 1}), remade / "results")
-    outcomes = Rerun(results=remade / "results", work=remade / "work", seed=17, together=True).boards(
-        ["sim"], ["cv"], ["ideal"]
-    )
-    assert "$.counts.observations: was 1" in next(iter(outcomes)).text
+    run = Rerun(results=remade / "results", work=remade / "work", seed=17, together=True)
+    assert "$.counts.observations: was 1" in next(run.boards(["sim"], ["cv"], ["ideal"])).text
 
 
 def with_dx(result: Result, change: Any) -> Result:

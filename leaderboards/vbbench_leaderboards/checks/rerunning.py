@@ -132,7 +132,7 @@ class Rerun:
             return None
 
     def _submissions(self, shop: Workshop, dataset: Dataset, pairs: list[tuple[Board, str]]) -> Iterator[Path]:
-        """Submissions to boards of a dataset by solvers, in order; several are made at a time, or one on the cluster."""
+        """Submissions to boards of a dataset by solvers, in order; here several at a time, on a cluster one by one."""
         if self.jobs == 1 or self.scheduler is not None:
             yield from (shop.submission(dataset, board, solver) for board, solver in pairs)
         else:
