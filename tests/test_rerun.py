@@ -128,9 +128,14 @@ def better(result: Result) -> Result:
     return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
 
 
-def test_fresh_processes_and_several_at_a_time_give_the_same_figures(
-    remade: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vbbench_leaderboards.checks.making.is_diagnostic", lambda _: False)
+    run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=1)
+    states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
+    assert states == ["as committed"] * (1 + len(PROTOCOLS))
+
+
+def test_several_results_at_a_time_are_the_same(remade: Path) -> None:
     run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=2)
     states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
     assert states == ["as committed"] * (1 + len(PROTOCOLS))
@@ -297,5 +302,7 @@ def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monk
     for solver in ("cv", "tests.session_solvers:Anything"):
         Workshop(room=tmp_path / "room", seed=0, together=True).submission(dataset, board, solver)
     assert asked == {"cv": False, "tests.session_solvers:Anything": True}
-    Workshop(room=tmp_path / "other", seed=0).submission(dataset, board, "cv")
+    Workshop(room=tmp_path / "diagnostic", seed=0).submission(dataset, board, "cv")
+    assert not asked["cv"]
+    Workshop(room=tmp_path / "other", seed=0).submission(dataset, replace(board, tier="noisy"), "cv")
     assert asked["cv"]
