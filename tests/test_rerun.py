@@ -43,7 +43,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     room = tmp_path_factory.mktemp("rerun")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
-        run = Rerun(results=room / "results", work=room / "work", update=True, seed=0)
+        run = Rerun(results=room / "results", work=room / "work", update=True, seed=0, together=True)
         outcomes = list(run.boards(["sim"], ["cv"], ["ideal"]))
     wanted = ["written anew\n  nothing was kept"] * (1 + len(PROTOCOLS))
     assert [outcome.text.split(": ")[1] for outcome in outcomes] == wanted
@@ -57,7 +57,7 @@ def remade(first: Path, tmp_path: Path) -> Path:
 
 
 def command(room: Path, *more: str) -> int:
-    names = ["--split", "sim", "--solver", "cv", "--tier", "ideal"]
+    names = ["--split", "sim", "--solver", "cv", "--tier", "ideal", "--together"]
     folders = ["--results", str(room / "results"), "--work", str(room / "work")]
     return main(["leaderboard", "rerun", *names, *folders, *more])
 
@@ -126,6 +126,19 @@ def better(result: Result) -> Result:
     """A result whose errors are a tenth, and whose summaries do not know."""
     figures = {name: values / 10 for name, values in result.per_sequence.figures.items()}
     return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
+
+
+def test_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vbbench_leaderboards.checks.making.is_diagnostic", lambda _: False)
+    run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=1)
+    states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
+    assert states == ["as committed"] * (1 + len(PROTOCOLS))
+
+
+def test_several_results_at_a_time_are_the_same(remade: Path) -> None:
+    run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=2)
+    states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
+    assert states == ["as committed"] * (1 + len(PROTOCOLS))
 
 
 def test_rows_that_stand_say_who_made_them_again(remade: Path) -> None:
@@ -215,8 +228,8 @@ def test_missing_sources_are_said_and_left_out_unless_named(
 def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
     kept = read_dataset(remade / "results/sim/ideal.json")
     write_dataset(replace(kept, counts={**kept.counts, "observations": 1}), remade / "results")
-    outcomes = Rerun(results=remade / "results", work=remade / "work", seed=17).boards(["sim"], ["cv"], ["ideal"])
-    assert "$.counts.observations: was 1" in next(iter(outcomes)).text
+    run = Rerun(results=remade / "results", work=remade / "work", seed=17, together=True)
+    assert "$.counts.observations: was 1" in next(run.boards(["sim"], ["cv"], ["ideal"])).text
 
 
 def with_dx(result: Result, change: Any) -> Result:
@@ -287,5 +300,9 @@ def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monk
     dataset = generate("sim", tmp_path / "sim", Options(limit=1))
     board = Board(split="sim", tier="ideal", protocol="sequential")
     for solver in ("cv", "tests.session_solvers:Anything"):
-        Workshop(room=tmp_path / "room", seed=0).submission(dataset, board, solver)
+        Workshop(room=tmp_path / "room", seed=0, together=True).submission(dataset, board, solver)
     assert asked == {"cv": False, "tests.session_solvers:Anything": True}
+    Workshop(room=tmp_path / "diagnostic", seed=0).submission(dataset, board, "cv")
+    assert not asked["cv"]
+    Workshop(room=tmp_path / "other", seed=0).submission(dataset, replace(board, tier="noisy"), "cv")
+    assert asked["cv"]

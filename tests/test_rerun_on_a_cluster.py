@@ -17,7 +17,8 @@ def test_a_cluster_gives_the_same_figures(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 6})
 
     def states(**how: str) -> list[str]:
-        run = Rerun(results=tmp_path / "results", work=tmp_path / "work", update=True, seed=3, fresh=True, **how)
+        folders = {"results": tmp_path / "results", "work": tmp_path / "work"}
+        run = Rerun(**folders, update=True, seed=3, fresh=True, together=True, **how)
         return [outcome.state for outcome in run.boards(["sim"], ["cv"], ["noisy"])]
 
     files = 1 + len(PROTOCOLS)

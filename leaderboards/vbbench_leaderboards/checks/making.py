@@ -16,7 +16,7 @@ from vbbench.parallel.partitions import merge
 from vbbench.registry import Kind, registered
 from vbbench.solving import solve
 from vbbench_leaderboards.checks.bundled import bundled_solvers
-from vbbench_leaderboards.results.boards import BoardSource
+from vbbench_leaderboards.results.boards import BoardSource, is_diagnostic
 from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board
 
@@ -30,9 +30,9 @@ class Workshop:
     room : folder for ``datasets/SPLIT-TIER`` and ``submissions/SPLIT/PROTOCOL-TIER/SOLVER``.
     seed : of every dataset.
     fresh : use nothing of the room again.
-    fresh_processes : solve every group of sequences that share no frame in a process of its own, whoever solves;
-        otherwise only solvers that do not come with vbbench are solved so.
-    jobs : processes here.
+    together : solve with bundled solvers in one process a board, as diagnostics always are, for tests show that they
+        remember nothing; others are solved in a fresh process for each group of sequences that share no moment.
+    jobs : processes that generate.
     scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates;
         this process merges and scores.
     """
@@ -40,7 +40,7 @@ class Workshop:
     room: Path
     seed: int
     fresh: bool = False
-    fresh_processes: bool = False
+    together: bool = False
     jobs: int = 1
     scheduler: str | None = None
     tls: Path | None = None
@@ -63,7 +63,7 @@ class Workshop:
 
     def submission(self, dataset: Dataset, board: Board, solver: str) -> Path:
         """A solver's submission to a board."""
-        folder, apart = submission_folder(self.room, board, solver), self._is_apart(solver)
+        folder, apart = submission_folder(self.room, board, solver), self._is_apart(board, solver)
 
         def make() -> None:
             solve(
@@ -71,7 +71,6 @@ class Workshop:
                 solver,
                 board.protocol,
                 folder,
-                jobs=self.jobs,
                 scheduler=self.scheduler,
                 tls=self.tls,
                 fresh_processes=apart,
@@ -83,9 +82,9 @@ class Workshop:
         self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}{' in fresh processes' * apart}", make)
         return folder
 
-    def _is_apart(self, solver: str) -> bool:
-        """Whether a solver might learn in one sequence what another asks: tests show that bundled ones do not."""
-        return self.fresh_processes or solver not in bundled_solvers()
+    def _is_apart(self, board: Board, solver: str) -> bool:
+        """Whether a solver is kept from learning in one sequence what another asks; diagnostics rank nobody."""
+        return solver not in bundled_solvers() or not (self.together or is_diagnostic(board))
 
     def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
         """Make a folder, unless the note beside it names that code, and every file is as it was then."""
