@@ -24,12 +24,11 @@ from vbbench import FrameEstimate
 from helper import shift
 
 class Mine:
-    started = 0
     def start(self, problem):
-        Mine.started += 1
-        if 0 <= {last} <= Mine.started - 2:  # it is warmed up before
-            raise KeyboardInterrupt
+        pass
     def step(self, frame):
+        if frame.index == 0 and frame.given.poses[2, 0] == {last}:  # the world of a sequence tells it from others
+            raise KeyboardInterrupt
         positions = np.zeros((len(frame.observations), 2))
         return FrameEstimate(pose=np.full(3, shift()), positions=positions)
 """
@@ -99,7 +98,7 @@ def test_a_changed_helper_starts_the_work_anew(folder: Path, monkeypatch: pytest
     monkeypatch.setattr(vbbench.parallel.parts, "PATIENCE", 0.0)  # every part is kept
     monkeypatch.setattr(vbbench.files.sequence_tables, "PART_SIZE", 2)
     dataset = Dataset(generate("sim", folder / "sim", Options(limit=6)).folder)
-    edit(folder / "mine.py", SOLVER.format(last=4))
+    edit(folder / "mine.py", SOLVER.format(last=repr(float(dataset.sequence(4).given.poses[0, 0]))))
     with pytest.raises(VbbenchError if isolate else KeyboardInterrupt):
         solve(dataset, "mine:Mine", "rollout", folder / "out", isolate=isolate)
     assert len(list(folder.glob("out.partial/parts/*.arrows"))) == 2

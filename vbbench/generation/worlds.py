@@ -51,7 +51,8 @@ def placed(data: SequenceData, world: World) -> SequenceData:
 def _renumbered(data: SequenceData, order: IntArray) -> SequenceData:
     """The same with tracks numbered from 0 in this ``order`` [K] of columns."""
     s, given, truth = data.sequence, data.sequence.given, data.truth
-    persons = np.broadcast_to(s.tracks, s.observed.shape) if data.persons is None else data.persons
+    shape = s.visible.shape
+    people = np.broadcast_to(s.tracks.take(order), shape) if data.persons is None else data.persons.take(order, axis=1)
     return replace(
         data,
         sequence=replace(
@@ -64,5 +65,5 @@ def _renumbered(data: SequenceData, order: IntArray) -> SequenceData:
         truth=Truth(
             poses=truth.poses, positions=truth.positions.take(order, axis=1), heights=truth.heights.take(order)
         ),
-        persons=persons.take(order, axis=1),
+        persons=people,
     )
