@@ -60,6 +60,11 @@ def test_a_dataset_agrees_with_itself() -> None:
     assert found.blocks[0] == found.blocks[1] > 2
 
 
+def test_halves_are_the_odd_sequences_and_the_even_ones() -> None:
+    real = np.tile([[1.0, 4.0], [2.0, 3.0], [3.0, 2.0], [4.0, 1.0]], (1, 5))
+    assert agreement(errors(real), errors(real), NOBODY).halves == -1.0
+
+
 def test_the_ratio_is_a_geometric_mean() -> None:
     real = np.full((4, 3), 1.0) * np.array([[1.0], [2.0], [3.0], [4.0]])
     made = real * np.array([[2.0], [2.0], [0.5], [8.0]])

@@ -17,7 +17,7 @@ METRICS = ("dx", "dx_rel", "dr", "dt", "drift_m", "drift_rad")
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory) -> dict[str, Path]:
     root = tmp_path_factory.mktemp("compare")
-    write_dataset(root / "data", Crowd(frames=24, people=9, seed=3, caution="made up"))
+    write_dataset(root / "data", Crowd(scenes=8, frames=24, people=9, seed=3, caution="made up"))
     for name, noise, protocol in (("fine", 0.02, "sequential"), ("poor", 0.1, "sequential"), ("other", 0.1, "rollout")):
         submit(root / name, root / "data", true_answers(root / "data", noise, seed=1), solver=name, protocol=protocol)
     submit(root / "like poor", root / "data", true_answers(root / "data", 0.1, seed=2))

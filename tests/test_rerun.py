@@ -12,14 +12,20 @@ from tests.board_results import result as made_result
 from vbbench.cli import main
 from vbbench.errors import SourceMissingError, UnknownNameError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.protocol import PROTOCOLS
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.protocol import PROTOCOLS, get_protocol
+from vbbench.registry import make_solver
+from vbbench.solving.runner import run_sequence
 from vbbench_leaderboards.checks import rerunning
 from vbbench_leaderboards.checks.agreement import disagreements
+from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.checks.drift import drift
+from vbbench_leaderboards.checks.making import Workshop
 from vbbench_leaderboards.checks.rerunning import Rerun
 from vbbench_leaderboards.results.boards import BoardSource
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
-from vbbench_leaderboards.results.result import Result, read_result, write_result
+from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 KEPT = Path("sim", "one-step-ideal", "cv.json")
 SEED = "0"
@@ -255,3 +261,31 @@ def test_where_sequences_are_too_few_a_tenth_is_allowed() -> None:
     few = np.array([0.5, 0.6, 0.4])
     assert disagreements(made_result("a", few), made_result("a", few * 1.05), 600) == []
     assert "more than 10% apart" in disagreements(made_result("a", few), made_result("a", few * 1.2), 600)[0]
+
+
+@pytest.mark.parametrize("solver", bundled_solvers())
+def test_a_bundled_solver_remembers_nothing_of_other_sequences(solver: str, tmp_path: Path) -> None:
+    """So that its boards may be solved in one process."""
+    dataset = generate("sim", tmp_path / "sim", Options(limit=2, tier="noisy"))
+    rules, first, second = get_protocol("sequential"), dataset.sequence(0), dataset.sequence(1)
+    used = make_solver(solver)
+    run_sequence(used, dataset.problem(first), first, rules, None)
+    after, _ = run_sequence(used, dataset.problem(second), second, rules, None)
+    alone, _ = run_sequence(make_solver(solver), dataset.problem(second), second, rules, None)
+    np.testing.assert_array_equal(after.poses, alone.poses)
+    np.testing.assert_array_equal(after.positions, alone.positions)
+
+
+def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, bool] = {}
+
+    def note(_dataset: object, solver: str, _protocol: str, out: Path, **how: Any) -> None:
+        asked[solver] = how["fresh_processes"]
+        out.mkdir(parents=True)
+
+    monkeypatch.setattr("vbbench_leaderboards.checks.making.solve", note)
+    dataset = generate("sim", tmp_path / "sim", Options(limit=1))
+    board = Board(split="sim", tier="ideal", protocol="sequential")
+    for solver in ("cv", "tests.session_solvers:Anything"):
+        Workshop(room=tmp_path / "room", seed=0).submission(dataset, board, solver)
+    assert asked == {"cv": False, "tests.session_solvers:Anything": True}

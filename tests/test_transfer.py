@@ -14,7 +14,6 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.transfer import (
-    CAP,
     Case,
     Comparison,
     TransferStudy,
@@ -29,6 +28,8 @@ from vbbench.scoring import score
 from vbbench.solver import FrameSolver, Problem
 from vbbench_baselines.variants import FACTORIES, Told, ToldBatch
 
+CAP = 2.0
+"""In m, of both metrics under both protocols."""
 NAMES = ("cv", "sf", "vb-cv", "vb-cv-noise-4")
 
 
@@ -82,10 +83,10 @@ def test_people_between_frames_are_on_a_smooth_curve_and_nobody_is_extrapolated(
 def test_who_goes_astray_counts_as_the_cap(out: Path, found: list[Comparison]) -> None:
     assert found
     folder = out / "kitti-1"
-    dataset, scored = Dataset(folder / "dataset"), score(folder / "sequential-cv", folder / "dataset")
+    scored = score(folder / "sequential-cv", folder / "dataset")
     figures = scored.per_sequence.figures
     far = {**figures, "dx": np.where(np.arange(len(figures["dx"])) == 0, 1e5, np.nan)}
-    errors = errors_of(dataset, [scored, replace(scored, per_sequence=replace(scored.per_sequence, figures=far))], "dx")
+    errors = errors_of([scored, replace(scored, per_sequence=replace(scored.per_sequence, figures=far))], "dx")
     assert (errors.values[1] == CAP).all()
     np.testing.assert_array_equal(errors.values[0], np.minimum(figures["dx"], CAP))
 
@@ -107,6 +108,17 @@ def test_what_is_there_is_taken_over_and_files_hold_every_number(
             value = getattr(one.agreement, name).value
             assert case[name]["value"] == (None if np.isnan(value) else value)
         assert f"| {spoken(one.case)} | {one.agreement.spearman.value:.2f} [" in printed
+
+
+def test_numbers_do_not_depend_on_the_number_of_processes(
+    study: TransferStudy, found: list[Comparison], tmp_path: Path
+) -> None:
+    few = {name: study.variants[name] for name in NAMES[:3]}
+    one = replace(study, variants=few, protocols=("one-step",))
+    (dx, _), (same, _) = (measure_transfer(one, tmp_path / str(jobs), jobs=jobs) for jobs in (1, 2))
+    np.testing.assert_array_equal(dx.made.values, same.made.values)
+    np.testing.assert_array_equal(dx.real.values, found[2].real.values[:3])
+    assert dx.agreement.spearman == same.agreement.spearman
 
 
 def test_the_picture_has_a_numbered_point_for_every_variant(study: TransferStudy, found: list[Comparison]) -> None:

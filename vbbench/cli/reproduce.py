@@ -102,9 +102,10 @@ def transfer(
     poses: Path | None = None,
     out: Path = Path("transfer"),
     every: tuple[int, ...] = (4, 1),
+    split: str = "eth-15fps",
     protocol: tuple[ProtocolName, ...] = ("sequential", "one-step"),
     solver: tuple[str, ...] = (),
-    limit: int = 120,
+    limit: int = 60,
     seed: int = 0,
     jobs: int = 1,
     overwrite: bool = False,
@@ -116,6 +117,7 @@ def transfer(
         poses: Folder of the camera's poses, as for 'vbbench generate kitti --poses'.
         out: Folder for transfer.md, .json and .png, and for datasets and submissions; what it holds is reused.
         every: Every how many frames of KITTI: 4, 1, or both.
+        split: Whose people tier field shows; where KITTI's frames lie between theirs, they follow smooth curves.
         protocol: Which truth a solver is given, and when.
         solver: Further solvers to rank beside the installed ones and their variants: names or module:attribute.
         limit: Most sequences of tier field.
@@ -129,6 +131,13 @@ def transfer(
 
     variants = registered_variants() | {name: Variant(solver=name) for name in solver}
     study = TransferStudy(
-        kitti=kitti, poses=poses, variants=variants, every=every, protocols=protocol, limit=limit, seed=seed
+        kitti=kitti,
+        poses=poses,
+        variants=variants,
+        every=every,
+        split=split,
+        protocols=protocol,
+        limit=limit,
+        seed=seed,
     )
     print(reproduce_transfer(study, out, jobs=jobs, overwrite=overwrite))

@@ -96,6 +96,7 @@ class Agreement:
     Parameters
     ----------
     spearman, spearman_without_feet, alike, alike_without_feet, ratio, regret : the figures.
+    halves : Spearman's ρ of the real data's odd sequences with the even ones: what noise leaves of a perfect agreement.
     separated : number of pairs that the real data separate.
     blocks : of the made data and of the real data.
     """
@@ -106,6 +107,7 @@ class Agreement:
     alike_without_feet: Estimate
     ratio: Estimate
     regret: Estimate
+    halves: float
     separated: int
     blocks: tuple[int, int]
 
@@ -130,6 +132,7 @@ def agreement(made: Errors, real: Errors, feet: BoolArray, resamples: int = RESA
         alike_without_feet=estimate(lambda f, r: alike(f, r, apart & both)),
         ratio=estimate(lambda f, r: np.exp(np.log(f / r).mean(axis=1))),
         regret=estimate(regret),
+        halves=float(spearman(*(real.values[None, :, half::2].mean(axis=2) for half in (0, 1)))[0]),
         separated=int(apart.sum()),
         blocks=(made.blocks, real.blocks),
     )

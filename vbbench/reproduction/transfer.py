@@ -4,8 +4,13 @@ Solvers and variants of them answer both: KITTI's recordings, every 4th frame an
 a vehicle's camera in tier `field` at the same frame times. `vbbench.reproduction.agreement` says how alike they rank.
 """
 
+import io
+import sys
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import redirect_stderr
 from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import starmap
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +23,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Generator, Options
 from vbbench.geometry import BoolArray
+from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.agreement import Agreement, Errors, agreement
@@ -25,14 +31,11 @@ from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
 from vbbench.reproduction.variants import Variant, registered_variants
 from vbbench.scene import Scene
 from vbbench.scoring.scorecard import Score
-from vbbench.scoring.timeline import Timeline
 
 REAL = "kitti"
 TIER = "field"
 PROTOCOLS = ("sequential", "one-step")
 METRICS = ("dx", "dt")
-CAP = 2.0
-"""In m; whoever is farther astray in a sequence is lost, and how far is chance."""
 DT = 0.1
 """Seconds between KITTI's frames."""
 
@@ -57,9 +60,9 @@ class TransferStudy:
     poses: Path | None = None
     variants: Mapping[str, Variant] = field(default_factory=registered_variants)
     every: Sequence[int] = (4, 1)
-    split: str = "hotel"
+    split: str = "eth-15fps"
     protocols: Sequence[str] = PROTOCOLS
-    limit: int | None = 120
+    limit: int | None = 60
     seed: int = 0
 
     def real(self, every: int) -> Options:
@@ -141,16 +144,31 @@ def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: 
     feet = np.array([variant.feet for variant in study.variants.values()])
     solvers = [variant.solver for variant in study.variants.values()]
     for protocol in study.protocols:
-        scores = [
-            dict(ensure_scores(dataset, solvers, protocol, jobs=jobs, overwrite=overwrite)) for dataset in (made, real)
-        ]
+        scores = [_scores(dataset, solvers, protocol, jobs, overwrite) for dataset in (made, real)]
         for metric in METRICS:
-            mine, theirs = (
-                errors_of(dataset, list(found.values()), metric)
-                for dataset, found in zip((made, real), scores, strict=True)
-            )
+            mine, theirs = (errors_of(found, metric) for found in scores)
             found = agreement(mine, theirs, feet)
             yield Comparison(case=Case(every, protocol, metric), made=mine, real=theirs, agreement=found)
+
+
+def _scores(dataset: Dataset, solvers: list[str], protocol: str, jobs: int, overwrite: bool) -> list[Score]:
+    """The solvers' scores in their order; as many solvers as there are ``jobs`` run side by side."""
+    scored, calls = partial(_score, dataset, protocol, overwrite), [(solver,) for solver in solvers]
+    found: list[Score] = []
+    with progress_bar(len(calls), f"{dataset.info.split} {dataset.info.dt:g} s {protocol}", unit="solver") as bar:
+        for one in starmap(scored, calls) if jobs == 1 else in_parallel(scored, calls, jobs):
+            found.append(one)
+            bar.update()
+    return found
+
+
+def _score(dataset: Dataset, protocol: str, overwrite: bool, solver: str) -> Score:
+    """One solver's score, without a progress bar of its own; what is said else is said when it is done."""
+    said = io.StringIO()
+    with redirect_stderr(said):
+        ((_, found),) = ensure_scores(dataset, [solver], protocol, overwrite=overwrite)
+    sys.stderr.write(said.getvalue())
+    return found
 
 
 def _people(study: TransferStudy, every: int, out: Path) -> tuple[str, Options]:
@@ -184,11 +202,9 @@ def runs_of(present: BoolArray) -> list[slice]:
     return [slice(first, last) for first, last in edges.tolist() if last - first > 1]
 
 
-def errors_of(dataset: Dataset, scores: list[Score], metric: str) -> Errors:
+def errors_of(scores: Sequence[Score], metric: str) -> Errors:
     """The errors of ``scores`` on one dataset, sequences without any left out; what is NaN else counts as the cap."""
-    index = scores[0].per_sequence.sequence
     values = np.stack([one.per_sequence.figures[metric] for one in scores])
     known = ~np.isnan(values).all(axis=0)
-    index, values = index[known], values[:, known]
-    first, frames, scene = (dataset.rows[name][index] for name in ("first_frame", "frames", "scene"))
-    return Errors(values=np.fmin(values, CAP), timeline=Timeline.of(scene, first, first + frames - 1))
+    capped = np.fmin(values[:, known], scores[0].protocol.caps[metric])
+    return Errors(values=capped, timeline=scores[0].per_sequence.select(known).timeline)

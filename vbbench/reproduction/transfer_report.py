@@ -60,12 +60,13 @@ def transfer_table(study: TransferStudy, found: Sequence[Comparison]) -> str:
     lines = [
         f"# Does tier field rank as KITTI does? {len(study.variants)} solvers and variants, seed {study.seed}",
         "",
-        f"| | {heads} | pairs that KITTI separates | blocks, field and KITTI |",
-        f"|---|{'---|' * (len(TARGETS) + 2)}",
-        f"| asked | {asked} | | |",
+        f"| | {heads} | KITTI's halves | pairs that KITTI separates | blocks, field and KITTI |",
+        f"|---|{'---|' * (len(TARGETS) + 3)}",
+        f"| asked | {asked} | | | |",
         *(_agreement_row(one) for one in found),
         "",
-        "In brackets: 95 % intervals by blocks of sequences of both datasets.",
+        "In brackets: 95 % intervals by blocks of time of both datasets. KITTI's halves: Spearman of its odd runs with its "
+        "even ones.",
         "",
         *_errors_table(study, found),
     ]
@@ -77,7 +78,7 @@ def _agreement_row(one: Comparison) -> str:
     cells = " | ".join(_cell(getattr(values, name)) for name in TARGETS)
     count = len(one.real.values)
     pairs = f"{values.separated} of {count * (count - 1) // 2}"
-    return f"| {spoken(one.case)} | {cells} | {pairs} | {values.blocks[0]}, {values.blocks[1]} |"
+    return f"| {spoken(one.case)} | {cells} | {values.halves:.2f} | {pairs} | {values.blocks[0]}, {values.blocks[1]} |"
 
 
 def _cell(figure: Estimate) -> str:
@@ -111,6 +112,7 @@ def _case_values(study: TransferStudy, one: Comparison) -> dict[str, Any]:
     return {
         **one.case._asdict(),
         **figures,
+        "halves": finite_or_none(values.halves),
         "pairs_separated": values.separated,
         "blocks": list(values.blocks),
         "sequences": [one.made.values.shape[1], one.real.values.shape[1]],

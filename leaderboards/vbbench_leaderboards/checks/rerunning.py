@@ -43,8 +43,9 @@ class Rerun:
     by : who makes the figures again, and when; for rows that stand or are written.
     update : write what drifted and what is new.
     fresh : use nothing of the work folder again.
+    fresh_processes : as of `Workshop`.
     jobs : processes.
-    scheduler : address of a Dask cluster that generates and solves instead.
+    scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates.
     """
 
     results: Path
@@ -53,8 +54,10 @@ class Rerun:
     by: str = ""
     update: bool = False
     fresh: bool = False
+    fresh_processes: bool = False
     jobs: int = 1
     scheduler: str | None = None
+    tls: Path | None = None
 
     def boards(
         self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
@@ -73,7 +76,15 @@ class Rerun:
             get_tier(name)
         room = self.room
         seed = self._drawn_seed(room / _UNFINISHED)
-        shop = Workshop(room=room, seed=seed, fresh=self.fresh, jobs=self.jobs, scheduler=self.scheduler)
+        shop = Workshop(
+            room=room,
+            seed=seed,
+            fresh=self.fresh,
+            fresh_processes=self.fresh_processes,
+            jobs=self.jobs,
+            scheduler=self.scheduler,
+            tls=self.tls,
+        )
         runs = sum(len(one.boards) for one in sources) * len(chosen)
         judge = Judge(results=self.results, comparisons=runs, update=self.update, by=self.by)
         with progress_bar(runs, "leaderboard", unit="result") as bar:
