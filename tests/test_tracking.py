@@ -35,6 +35,7 @@ FLAWLESS = replace(
     score_hidden=0.0,
     score_std=1e-9,
     top_std=0.0,
+    bottom_std=0.0,
     side_std=0.0,
     edge_std=0.0,
     pull=0.0,
@@ -118,7 +119,7 @@ def test_jitter_is_as_wide_as_the_model_says() -> None:
     )
 
 
-FLAWLESS_BUT_SHAKY = replace(FLAWLESS, top_std=0.02, side_std=0.015, edge_std=0.5)
+FLAWLESS_BUT_SHAKY = replace(FLAWLESS, top_std=0.02, bottom_std=0.02, side_std=0.015, edge_std=0.5)
 
 
 def test_hidden_edges_are_drawn_to_what_shows() -> None:
