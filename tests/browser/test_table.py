@@ -174,9 +174,9 @@ def test_who_sees_the_future_stays_below_however_the_table_is_sorted(open_page: 
     assert solvers(page) == ["vb-sf", "vb-cv", "sf", "map-causal", "cv"]
     late = page.locator("#late-rows tr")
     expect(late).to_have_count(1)
-    expect(page.locator("tbody.apart")).to_contain_text("ranked among themselves")
+    expect(page.locator("#board-table tbody.apart")).to_contain_text("ranked among themselves")
     page.locator("#chips").get_by_label("map-batch").uncheck()
-    expect(page.locator("tbody.apart")).to_be_hidden()
+    expect(page.locator("#board-table tbody.apart")).to_be_hidden()
 
 
 def test_a_caution_stands_at_its_board(open_page: Open, boards: Boards) -> None:
