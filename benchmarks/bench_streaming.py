@@ -65,7 +65,6 @@ def times(solver: Any, people: int, columns: int, frames: int) -> Iterator[tuple
     street, nothing = Street(people, columns), np.full((3, columns, 2), np.nan)
     tracks = np.arange(columns)
     problem = Problem(
-        sequence=0,
         camera=street.camera,
         dt=DT,
         tracks=tracks,

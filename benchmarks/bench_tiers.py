@@ -1,17 +1,24 @@
-"""The tiers' speed: observations a second of the occlusion model, on one core, over the crowd of scenario `street`."""
+"""The tiers' speed on one core: the occlusion model over the crowd of scenario `street`, and `field` beside `noisy`.
+
+Sequences are built from a made crowd as large as Students, in seconds of the processor; nothing is written.
+"""
 
 from dataclasses import replace
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.generator import Card, Observer, Options, Simulation
+from vbbench_generators.crowds.demo import record_plaza
 from vbbench_generators.crowds.scenario import get_scenario
+from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.splits import sim
+from vbbench_generators.tiers.field.recipe import get_field
 from vbbench_generators.tiers.occlusion import see
+from vbbench_generators.views.reprojection import plan_reprojection
 
-REPEATS = 10
+REPEATS, BUILDS = 10, 3
 
 
 def observations_a_second(camera: Camera, repeats: int = REPEATS, frames: int | None = None) -> float:
@@ -32,10 +39,34 @@ def observations_a_second(camera: Camera, repeats: int = REPEATS, frames: int | 
     return boxes / best
 
 
+def built_a_second(options: Options, every: int) -> float:
+    """Observations a second, the quickest of some repeats, of every so many-th sequence."""
+    scenes = [record_plaza(0, index, 60, 300) for index in range(2)]
+    card = Card(name="made", title="Made crowds", licence="", citation="", sources=())
+    plan = plan_reprojection(card, Rules(), scenes, options, {})
+    best = 0.0
+    for _ in range(BUILDS):
+        started = process_time()
+        count = sum(int(plan.build(index).sequence.observed.sum()) for index in range(0, len(plan), every))
+        best = max(best, count / (process_time() - started))
+    return best
+
+
 def main() -> None:
-    """Print a line a camera."""
-    for camera in (PerspectiveCamera(), PanoramaCamera()):
+    """Print a line a camera, observer and kind of boxes."""
+    whole: tuple[Camera, ...] = (PerspectiveCamera(), PanoramaCamera())
+    for camera in whole:
         print(f"occlusion, {camera.kind}: {observations_a_second(camera) / 1e6:.2f} million observations a second")
+    cameras: tuple[Camera, ...] = (get_field().camera, PanoramaCamera())
+    observers: tuple[Observer, ...] = ("walker", "vehicle")
+    for observer in observers:
+        for camera in cameras:
+            noisy = built_a_second(Options(tier="noisy", camera=camera, observer=observer), 4)
+            for detector, every in ((False, 4), (True, 40)):
+                options = Options(tier="field", camera=camera, observer=observer, detector=detector)
+                speed, boxes = built_a_second(options, every), "found" if detector else "drawn"
+                share = f"{speed / noisy:.3f} of noisy"
+                print(f"field, {boxes}, {camera.kind}, {observer}: {speed:,.0f} observations a second, {share}")
 
 
 if __name__ == "__main__":

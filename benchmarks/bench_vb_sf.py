@@ -92,7 +92,7 @@ def crowd(people: int, pixel_std: float) -> tuple[Problem, list[Frame]]:
         for t in range(2, FRAMES)
     ]
     facts: dict[str, Any] = {"height_mean": 1.7, "height_std": 0.07, "pixel_std": pixel_std}
-    return Problem(sequence=0, camera=camera, dt=DT, tracks=np.arange(people), **facts), frames
+    return Problem(camera=camera, dt=DT, tracks=np.arange(people), **facts), frames
 
 
 def seconds_per_frame(solver: FrameSolver, problem: Problem, frames: list[Frame], repeats: int = 20) -> float:

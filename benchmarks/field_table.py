@@ -28,7 +28,7 @@ class Watching(Tier):
     hides = True
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
-        """As the tier with boxes as people draw them."""
+        """What annotators draw of the sight, which is kept."""
         self.sights.append(sight)
         return field_tier.annotated().observe(sight, rng)
 

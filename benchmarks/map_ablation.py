@@ -18,7 +18,7 @@ from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.fit import LEAST_NU
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.joint_map.priors.walks import A0_RANGE, MOST_NU, fit_walks, walks_of
+from vbbench_baselines.joint_map.priors.walks import A0_RANGE, MOST_NU, fit_walks, gather, scenes_of
 
 OTHERS = {"hotel": ("eth",), "eth": ("hotel",)}
 """What each split's prior is fitted on."""
@@ -28,7 +28,7 @@ PROTOCOLS = (("one-step", MapCausal), ("sequential", MapCausal), ("sequential", 
 def variants(case: Case) -> Iterator[tuple[str, Prior, dict[str, Any]]]:
     """Name, prior and other settings of every solver that is compared."""
     whole = case.prior
-    crowds = [walks_of(load("generator", split).plan(Options()), 0) for split in OTHERS[case.split]]
+    crowds = [gather(scenes_of(load("generator", split).plan(Options()), 0)) for split in OTHERS[case.split]]
 
     def without(term: str, **value: Any) -> Prior:
         return fit_walks(crowds, replace(whole, **value), LEAST_NU, held=(term,))
@@ -41,12 +41,12 @@ def variants(case: Case) -> Iterator[tuple[str, Prior, dict[str, Any]]]:
     yield "normal innovations, not Student-t", without("nu", nu=MOST_NU), {}
     yield "constant velocity, no autoregression", without("b", b=(0.0, 0.0)), {}
     yield "everybody alike, no own scale", without("a0", a0=A0_RANGE[1]), {}
-    students = walks_of(load("generator", "students").plan(Options()), 0)
+    students = gather(scenes_of(load("generator", "students").plan(Options()), 0))
     yield "fitted on the interpolated Students", replace(fit_walks([students], whole, LEAST_NU), speed=whole.speed), {}
     yield "an observer who need not be a person", whole, {"ego_prior": False}
-    yield "no head follows the path", replace(whole, following=0.0), {}
-    yield "no prior on yaw", replace(whole, following=0.0, yaw_scale=np.inf), {}
-    yield "heads follow to a milliradian", replace(whole, follow_scale=0.001), {}
+    yield "no head follows the path", replace(whole, following=(0.0, 0.0)), {}
+    yield "no prior on yaw", replace(whole, following=(0.0, 0.0), yaw_scale=np.inf), {}
+    yield "heads follow to a milliradian", replace(whole, follow_scale=(0.001, whole.follow_scale[1])), {}
     yield "no prior on the speed of strangers", replace(whole, speed=100.0), {}
     yield "distance by box height, not by feet", whole, {"feet": False}
     yield "nothing learned from what is revealed", whole, {"learns": False}

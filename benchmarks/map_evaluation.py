@@ -37,7 +37,7 @@ class Case:
     perspective: bool = False
 
     def __str__(self) -> str:
-        words = [self.split, self.tier, "wander" * (self.look == "wander"), "perspective" * self.perspective]
+        words = [self.split, self.tier, self.look * (self.look != "motion"), "perspective" * self.perspective]
         return ", ".join(word for word in words if word)
 
     @property

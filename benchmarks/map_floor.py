@@ -186,13 +186,13 @@ def _add_walks(information: Information, t: int, followed: BoolArray, precision:
 
 
 def _add_head(information: Information, t: int, poses: FloatArray, head: Head) -> None:
-    """The yaw increment up to frame t, of a head that follows the path if any is believed to."""
+    """The yaw increment up to frame t, of a head that follows the path by the first law if any is believed to."""
     if t == 0:
         return
-    follows, frames = np.isfinite(head.odds), (t - 1, t)
-    slopes = turn(poses[t - 1], poses[t], head)[2] if follows else np.array((0.0, 0.0, -1.0, 0.0, 0.0, 1.0))
+    follows, frames = np.isfinite(head.odds[0]), (t - 1, t)
+    slopes = turn(poses[t - 1], poses[t], head, 0)[2] if follows else np.array((0.0, 0.0, -1.0, 0.0, 0.0, 1.0))
     where = [indices for i in frames for indices in (information.place(i, None), [information.begin[i] + 2])]
-    scale = head.following if follows else head.wandering
+    scale = head.following[0] if follows else head.wandering
     information.add(where, slopes[None], np.array(((0.5 / scale**2,),)))
 
 

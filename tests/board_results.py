@@ -89,7 +89,7 @@ def record_of(*rows: Result, camera: dict[str, Any] | None = None) -> BoardDatas
     """The record of the dataset of results on its boards."""
     first, board = rows[0], rows[0].board
     own = first.per_sequence
-    scored = ScoredSequences(sequence=own.sequence, frames=own.frames, positions=own.positions)
+    scored = ScoredSequences(**{field.name: getattr(own, field.name) for field in fields(ScoredSequences)})
     return BoardDataset(
         id=first.dataset,
         split=board.split,

@@ -6,13 +6,15 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import PART_SIZE
 from vbbench.generation.generator import Generator, Options, Plan
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
-from vbbench.solver import Problem
+from vbbench.solver import Frame, FrameEstimate
 from vbbench_baselines.extrapolation import ConstantVelocity
 
 PARTS, BEFORE_THE_GATE = 6, 3
@@ -53,7 +55,16 @@ class SlowPlan:
     def build(self, index: int) -> SequenceData:
         pass_gate(index)
         data = self.plan.build(index % len(self.plan))
-        return replace(data, sequence=replace(data.sequence, index=index))
+        boxes = data.sequence.observations.copy()
+        boxes[0, data.sequence.observed[0], 1] = -1.0 - index  # solvers are not told which sequence it is
+        return replace(data, sequence=replace(data.sequence, index=index, observations=boxes))
+
+
+def sequence_of(frame: Frame) -> int:
+    """The number of the sequence that begins with this frame of the split; −1 for any other frame."""
+    rows = frame.observations[:, 1]
+    told = frame.index == 0 and (rows < 0.0).any()
+    return int(-1.0 - np.nanmin(rows)) if told else -1
 
 
 class SlowDemo:
@@ -67,18 +78,18 @@ class SlowDemo:
 class SlowSolver(ConstantVelocity):
     """Waits at the gate."""
 
-    def start(self, problem: Problem) -> None:
-        pass_gate(problem.sequence)
-        super().start(problem)
+    def step(self, frame: Frame) -> FrameEstimate:
+        pass_gate(sequence_of(frame))
+        return super().step(frame)
 
 
 class DeadlySolver(ConstantVelocity):
-    """Takes its process with it at one sequence."""
+    """Takes its process with it half-way."""
 
-    def start(self, problem: Problem) -> None:
-        if problem.sequence == SEQUENCES // 2:
+    def step(self, frame: Frame) -> FrameEstimate:
+        if sequence_of(frame) >= SEQUENCES // 2:
             os.kill(os.getpid(), signal.SIGKILL)
-        super().start(problem)
+        return super().step(frame)
 
 
 SLOW = SlowDemo()

@@ -51,7 +51,6 @@ def see(truth: Truth, camera: Camera, pixel_std: float = 0.0, seed: int = 0) -> 
 
 def problem_of(sequence: Sequence, camera: Camera, pixel_std: float = 0.0, *, covariances: bool = False) -> Problem:
     return Problem(
-        sequence=0,
         camera=camera,
         dt=DT,
         tracks=sequence.tracks,

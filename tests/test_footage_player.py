@@ -27,7 +27,8 @@ def test_the_player_shows_what_is_known_over_small_copies_of_the_pictures(tmp_pa
     dataset = made(folder, known_as(kind, pictures=pictures))
     board = Board(split="walk", tier="footage", protocol="cold-start")
     solve(dataset, WALKER, "cold-start", submission_folder(tmp_path / "work", board, "walker"))
-    add(submission_folder(tmp_path / "work", board, "walker"), folder, tmp_path / "results", name="walker")
+    words = {"name": "walker", "authors": "somebody", "trained_on": "nothing", "tuned_on": "nothing"}
+    add(submission_folder(tmp_path / "work", board, "walker"), folder, tmp_path / "results", **words)
     results = read_results(tmp_path / "results")
     build(tmp_path / "page", tmp_path / "results", films=Films(work=tmp_path / "work"))
     assert (tmp_path / "page/data/player/walk.js").is_file()

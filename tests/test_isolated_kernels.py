@@ -47,9 +47,7 @@ def hits_and_misses(compiled: Path | None = None) -> list[float]:
     """Kernels that were loaded and that were compiled until the first answer; then what is compiled is kept."""
     nothing = Given(poses=np.full((3, 3), np.nan), positions=np.zeros((3, 0, 2)))
     camera = PanoramaCamera()
-    problem = Problem(
-        sequence=0, camera=camera, dt=0.4, tracks=np.arange(0), height_mean=1.7, height_std=0.1, pixel_std=0.0
-    )
+    problem = Problem(camera=camera, dt=0.4, tracks=np.arange(0), height_mean=1.7, height_std=0.1, pixel_std=0.0)
     with IsolatedSolver("numerical:Compiled", compiled=compiled) as solver:
         solver.start(problem)  # type: ignore[union-attr]
         solver.keep_compiled()

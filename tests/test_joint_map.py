@@ -34,7 +34,7 @@ from vbbench_baselines.joint_map.optimiser.state import JointProblem, believe, d
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 
 NORMAL = Prior(nu=1e9, a0=1e9, yaw_scale=1e3)
-LOOKING_ABOUT = replace(get_prior("default"), following=0.0)
+LOOKING_ABOUT = replace(get_prior("default"), following=(0.0, 0.0))
 """For walks whose observers drift away from the path with their heads."""
 PROTOCOLS = ("one-step", "sequential", "rollout")
 
@@ -147,7 +147,7 @@ def test_the_gradient_is_that_of_the_deviance(feet: bool, cold: bool) -> None:
     data, poses = made_data(feet)
     poses += np.random.default_rng(5).normal(0.0, 0.02, poses.shape)
     frames, people = len(poses), len(data.first)
-    numbers = walk_of(Prior(following=0.5), DT, cold=cold)
+    numbers = walk_of(Prior(following=(0.3, 0.3)), DT, cold=cold)
     motions = measured_motions(poses) if cold else unmeasured(frames)
     problem = JointProblem(data, anchor_of(np.zeros(frames, bool), poses, NOTHING_KEPT), numbers, motions)
     places, variances = np.full((frames, people, 2), np.nan), np.full(people + 1, numbers.sigma**2)

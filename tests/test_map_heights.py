@@ -28,7 +28,7 @@ def variance_of(heights: BoxHeights) -> FloatArray:
 
 def problem_of(camera: Camera, people: int, pixel_std: float) -> Problem:
     facts = {"height_mean": 1.7, "height_std": 0.07, "pixel_std": pixel_std}
-    return Problem(sequence=0, camera=camera, dt=0.4, tracks=np.arange(people), **facts)
+    return Problem(camera=camera, dt=0.4, tracks=np.arange(people), **facts)
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)

@@ -27,7 +27,7 @@ def walks(b: tuple[float, float], sigma: float, frames: int, people: int) -> Flo
 
 def lesson(places: FloatArray, fitted: Walk) -> tuple[Walk, Lessons]:
     """What follows from places [T, K, 2], the last of which is the observer's."""
-    lessons = nothing_learned(places.shape[1] - 1, fitted)
+    lessons = nothing_learned(places.shape[1] - 1, fitted, FITTED)
     for t in range(1, len(places) + 1):
         past = places[max(t - PAST, 0) : t]
         poses = np.column_stack((past[:, -1], np.zeros(len(past))))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from tests.answers import submit, true_answers
+from tests.board_results import ABOUT
 from tests.made_sequence import DT, MadeSequence, made_sequence
 from tests.make_dataset import Crowd, write_dataset
 from tests.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate, numbers
@@ -129,10 +130,18 @@ def result(board: Board, solver: str, errors: list[float]) -> Result:
         placed=count + 1,
         figures={name: np.array(errors) for name in ("dx", "dt")},
     )
-    texts = dict.fromkeys(["version", "reference", "link", "dataset", "package_version", "hardware"], "")
+    texts = dict.fromkeys(["version", "dataset", "package_version", "hardware"], "")
     values = {"metrics": {"dx": {"mean": float(np.nanmean(errors))}}}
     return Result(
-        board=board, camera="panorama", seed=0, solver=solver, submission={}, score=values, per_sequence=own, **texts
+        board=board,
+        about=ABOUT,
+        camera="panorama",
+        seed=0,
+        solver=solver,
+        submission={},
+        score=values,
+        per_sequence=own,
+        **texts,
     )
 
 
@@ -169,7 +178,8 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def results(work: Path) -> dict[Board, tuple[Result, ...]]:
     dataset, answers = work / "datasets" / "made-noisy", work / "submissions" / NOISY.key
-    scored = [Result.of(score(answers / solver, dataset), answers / solver, name=solver) for solver in ("near", "wide")]
+    folders = {solver: answers / solver for solver in ("near", "wide")}
+    scored = [Result.of(score(folder, dataset), folder, ABOUT, name=solver) for solver, folder in folders.items()]
     return {NOISY: tuple(replace(row, board=NOISY) for row in scored)}
 
 

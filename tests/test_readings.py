@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -114,7 +115,7 @@ def test_json_has_every_figure(found: Readings) -> None:
 def test_the_picture_has_a_point_a_reading_and_the_papers_line(found: Readings) -> None:
     (axes,) = plot_readings(found).axes
     paper, frames, sequences = axes.lines[:3]
-    assert list(paper.get_xdata()) == [0.052, 0.052]
+    np.testing.assert_array_equal(paper.get_xdata(), [0.052, 0.052])
     own = [row.summaries["hotel"]["dx"] for row in found.rows]
     np.testing.assert_array_equal(frames.get_xdata(), [s.frame_mean for s in own])
     np.testing.assert_array_equal(sequences.get_xdata(), [s.mean for s in own])
@@ -148,7 +149,7 @@ def test_the_command_takes_over_what_is_there(
         ({"every": 0}, "every must be 1 or more, not 0"),
     ],
 )
-def test_mistakes_are_found_before_anything_is_made(changes: dict[str, object], message: str, tmp_path: Path) -> None:
+def test_mistakes_are_found_before_anything_is_made(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match=message):
         measure_readings(replace(ReadingsStudy(), **changes), tmp_path / "out")
     assert not (tmp_path / "out").exists()

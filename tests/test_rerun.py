@@ -12,14 +12,20 @@ from tests.board_results import result as made_result
 from vbbench.cli import main
 from vbbench.errors import SourceMissingError, UnknownNameError
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.protocol import PROTOCOLS
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.protocol import PROTOCOLS, get_protocol
+from vbbench.registry import make_solver
+from vbbench.solving.runner import run_sequence
 from vbbench_leaderboards.checks import rerunning
 from vbbench_leaderboards.checks.agreement import disagreements
+from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.checks.drift import drift
+from vbbench_leaderboards.checks.making import Workshop
 from vbbench_leaderboards.checks.rerunning import Rerun
 from vbbench_leaderboards.results.boards import BoardSource
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
-from vbbench_leaderboards.results.result import Result, read_result, write_result
+from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 KEPT = Path("sim", "one-step-ideal", "cv.json")
 SEED = "0"
@@ -37,7 +43,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     room = tmp_path_factory.mktemp("rerun")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
-        run = Rerun(results=room / "results", work=room / "work", update=True, seed=0)
+        run = Rerun(results=room / "results", work=room / "work", update=True, seed=0, together=True)
         outcomes = list(run.boards(["sim"], ["cv"], ["ideal"]))
     wanted = ["written anew\n  nothing was kept"] * (1 + len(PROTOCOLS))
     assert [outcome.text.split(": ")[1] for outcome in outcomes] == wanted
@@ -51,7 +57,7 @@ def remade(first: Path, tmp_path: Path) -> Path:
 
 
 def command(room: Path, *more: str) -> int:
-    names = ["--split", "sim", "--solver", "cv", "--tier", "ideal"]
+    names = ["--split", "sim", "--solver", "cv", "--tier", "ideal", "--together"]
     folders = ["--results", str(room / "results"), "--work", str(room / "work")]
     return main(["leaderboard", "rerun", *names, *folders, *more])
 
@@ -120,6 +126,19 @@ def better(result: Result) -> Result:
     """A result whose errors are a tenth, and whose summaries do not know."""
     figures = {name: values / 10 for name, values in result.per_sequence.figures.items()}
     return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
+
+
+def test_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vbbench_leaderboards.checks.making.is_diagnostic", lambda _: False)
+    run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=1)
+    states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
+    assert states == ["as committed"] * (1 + len(PROTOCOLS))
+
+
+def test_several_results_at_a_time_are_the_same(remade: Path) -> None:
+    run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=2)
+    states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
+    assert states == ["as committed"] * (1 + len(PROTOCOLS))
 
 
 def test_rows_that_stand_say_who_made_them_again(remade: Path) -> None:
@@ -209,8 +228,8 @@ def test_missing_sources_are_said_and_left_out_unless_named(
 def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
     kept = read_dataset(remade / "results/sim/ideal.json")
     write_dataset(replace(kept, counts={**kept.counts, "observations": 1}), remade / "results")
-    outcomes = Rerun(results=remade / "results", work=remade / "work", seed=17).boards(["sim"], ["cv"], ["ideal"])
-    assert "$.counts.observations: was 1" in next(iter(outcomes)).text
+    run = Rerun(results=remade / "results", work=remade / "work", seed=17, together=True)
+    assert "$.counts.observations: was 1" in next(run.boards(["sim"], ["cv"], ["ideal"])).text
 
 
 def with_dx(result: Result, change: Any) -> Result:
@@ -255,3 +274,35 @@ def test_where_sequences_are_too_few_a_tenth_is_allowed() -> None:
     few = np.array([0.5, 0.6, 0.4])
     assert disagreements(made_result("a", few), made_result("a", few * 1.05), 600) == []
     assert "more than 10% apart" in disagreements(made_result("a", few), made_result("a", few * 1.2), 600)[0]
+
+
+@pytest.mark.parametrize("solver", bundled_solvers())
+def test_a_bundled_solver_remembers_nothing_of_other_sequences(solver: str, tmp_path: Path) -> None:
+    """So that its boards may be solved in one process."""
+    dataset = generate("sim", tmp_path / "sim", Options(limit=2, tier="noisy"))
+    rules, first, second = get_protocol("sequential"), dataset.sequence(0), dataset.sequence(1)
+    used = make_solver(solver)
+    run_sequence(used, dataset.problem(first), first, rules, None)
+    after, _ = run_sequence(used, dataset.problem(second), second, rules, None)
+    alone, _ = run_sequence(make_solver(solver), dataset.problem(second), second, rules, None)
+    np.testing.assert_array_equal(after.poses, alone.poses)
+    np.testing.assert_array_equal(after.positions, alone.positions)
+
+
+def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, bool] = {}
+
+    def note(_dataset: object, solver: str, _protocol: str, out: Path, **how: Any) -> None:
+        asked[solver] = how["fresh_processes"]
+        out.mkdir(parents=True)
+
+    monkeypatch.setattr("vbbench_leaderboards.checks.making.solve", note)
+    dataset = generate("sim", tmp_path / "sim", Options(limit=1))
+    board = Board(split="sim", tier="ideal", protocol="sequential")
+    for solver in ("cv", "tests.session_solvers:Anything"):
+        Workshop(room=tmp_path / "room", seed=0, together=True).submission(dataset, board, solver)
+    assert asked == {"cv": False, "tests.session_solvers:Anything": True}
+    Workshop(room=tmp_path / "diagnostic", seed=0).submission(dataset, board, "cv")
+    assert not asked["cv"]
+    Workshop(room=tmp_path / "other", seed=0).submission(dataset, replace(board, tier="noisy"), "cv")
+    assert asked["cv"]

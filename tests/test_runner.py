@@ -46,9 +46,7 @@ def world() -> tuple[Problem, Sequence, Truth]:
         visible=np.where(observed, 1.0, np.nan),
         given=given,
     )
-    problem = Problem(
-        sequence=0, camera=PanoramaCamera(), dt=0.4, tracks=tracks, height_mean=1.7, height_std=0.07, pixel_std=0.0
-    )
+    problem = Problem(camera=PanoramaCamera(), dt=0.4, tracks=tracks, height_mean=1.7, height_std=0.07, pixel_std=0.0)
     return problem, sequence, Truth(poses=poses, positions=positions, heights=heights)
 
 

@@ -24,8 +24,10 @@ from vbbench import FrameEstimate
 from helper import shift
 
 class Mine:
+    started = 0
     def start(self, problem):
-        if problem.sequence == {last}:
+        Mine.started += 1
+        if 0 <= {last} <= Mine.started - 2:  # it is warmed up before
             raise KeyboardInterrupt
     def step(self, frame):
         positions = np.zeros((len(frame.observations), 2))

@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from tests.made_results import made_results
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
 from vbbench.exchange.csv_export import TABLES, export_csv
@@ -159,7 +160,11 @@ def test_added_twice(dataset: Dataset, mine: Path, mistake: Said) -> None:
     assert main([*add, "--overwrite"]) == 0
 
 
-def test_the_page_shows_ones_own_result_beside_the_published(dataset: Dataset, mine: Path) -> None:
+def test_the_page_shows_ones_own_result_beside_the_published(
+    dataset: Dataset, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    published = made_results(tmp_path / "published")
+    monkeypatch.setattr("vbbench_leaderboards.results.folder.published_results", lambda: published)
     answer = solve(dataset, "mysolver:MySolver", "sequential", mine / "answer")
     assert main(["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--name", "my-solver"]) == 0
     assert main(["leaderboard", "build", "--out", "site"]) == 0
@@ -167,6 +172,7 @@ def test_the_page_shows_ones_own_result_beside_the_published(dataset: Dataset, m
         path.relative_to("site/data").as_posix(): path.read_text("utf-8") for path in Path("site/data").rglob("*.js")
     }
     assert "my-solver" in data["demo/sequential-noisy.js"]
+    assert "your name" in data["demo/sequential-noisy.js"]
     assert "vb-cv" in data["hotel/sequential-noisy.js"]
 
 

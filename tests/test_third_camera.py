@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.board_results import ABOUT
 from tests.commands import ended, start
 from tests.extensions import fisheye
 from tests.flat_renderer import FlatRenderer
@@ -136,7 +137,7 @@ def test_plots_films_and_the_player_show_it(datasets: dict[str, Dataset], tmp_pa
     backend = Backend(name=f"{FlatRenderer.__module__}:FlatRenderer")
     film = render_to_file(dataset, 0, tmp_path / "film", backend=backend, submission=answers)
     assert len(list(film.glob("*.png"))) == dataset.sequence(0).frames
-    result = replace(Result.of(score(answers, dataset.folder), answers, name="vb-cv"), board=board)
+    result = replace(Result.of(score(answers, dataset.folder), answers, ABOUT, name="vb-cv"), board=board)
     write_player(tmp_path / "site", {board: (result,)}, Films(work=tmp_path, sequences=1))
     clip = next((tmp_path / "site" / FOLDER / "sim" / "ideal").glob("*.js")).read_text(encoding="utf-8")
     assert '"kind":"fisheye"' in clip.replace(" ", "")

@@ -1,6 +1,8 @@
 """vb-sf-literal against the paper's energies, written down once more without any of the solver's code."""
 
+from functools import partial
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,12 +46,12 @@ class Printed:
         near = np.linalg.norm(self.last[:, None] - walkers[None], axis=2) < RADIUS
         self.w = np.array([velocities[row].mean(axis=0) for row in near])
 
-    def places(self, pose: FloatArray, heights: FloatArray) -> FloatArray:
+    def places(self, pose: FloatArray, heights: FloatArray) -> Any:
         right, forward = (self.ray * heights[:, None]).T
         sin, cos = np.sin(pose[2]), np.cos(pose[2])
         return np.column_stack((pose[0] + right * sin + forward * cos, pose[1] - right * cos + forward * sin))
 
-    def own(self, pose: FloatArray, heights: FloatArray) -> FloatArray:
+    def own(self, pose: FloatArray, heights: FloatArray) -> Any:
         """D_k − ln p(h_k) of each person."""
         x = self.places(pose, heights)
         force = (self.w - (x - self.last) / DT) / ETA
@@ -97,7 +99,7 @@ def test_the_pose_has_the_least_printed_energy(seed: int) -> None:
     for size in (1e-3, 1e-2, 1e-1):
         for _ in range(3):
             assert printed.first(pose + rng.normal(0.0, size, 3)) > found - 1e-4
-    best = minimize(printed.first, truth.poses[LAST], method="Nelder-Mead", options={"maxfev": 150})
+    best: Any = minimize(printed.first, truth.poses[LAST], method="Nelder-Mead", options={"maxfev": 150})
     assert found < best.fun + 1e-3
 
 
@@ -112,5 +114,5 @@ def test_people_have_the_least_printed_energy_given_the_pose(seed: int) -> None:
     found = printed.second(pose, heights)
     rng = np.random.default_rng(seed)
     for start in (np.full(5, MEAN), truth.heights, *rng.normal(MEAN, STD, (2, 5))):
-        best = minimize(lambda h: printed.second(pose, h), start, method="Nelder-Mead", options={"maxiter": 600})
+        best: Any = minimize(partial(printed.second, pose), start, method="Nelder-Mead", options={"maxiter": 600})
         assert found < best.fun + 2e-3

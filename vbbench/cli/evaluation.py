@@ -30,6 +30,7 @@ def solve(
     scheduler: str | None = None,
     tls: Path | None = None,
     isolate: bool = False,
+    fresh_processes: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
 ) -> None:
@@ -45,6 +46,8 @@ def solve(
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
         isolate: Run the solver in a separate process that never holds truth.
+        fresh_processes: Isolate it in a new process for each group of sequences that share no frame of a scene, so that
+            nothing learned in one answers another.
         covariance: Also write the covariances of poses and positions that the solver reports.
         overwrite: Replace an existing submission.
     """
@@ -61,6 +64,7 @@ def solve(
             scheduler=scheduler,
             tls=tls,
             isolate=isolate,
+            fresh_processes=fresh_processes,
             covariance=covariance,
             overwrite=overwrite,
         )

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
@@ -19,12 +20,15 @@ from vbbench.files.tables import to_arrow
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
+from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, variant_for
+from vbbench.sequence import Sequence
 from vbbench.solver import FrameSolver
 from vbbench.solving.declared import declared_facts
+from vbbench.solving.groups import ranges_of_groups, separate_groups
 from vbbench.solving.isolation.grants import beside
 from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
@@ -45,6 +49,7 @@ def solve(
     scheduler: str | None = None,
     tls: Path | None = None,
     isolate: bool = False,
+    fresh_processes: bool = False,
     covariance: bool = False,
     overwrite: bool = False,
 ) -> Path:
@@ -60,6 +65,8 @@ def solve(
     tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
     isolate : run the solver in a separate process that never gets truth; if the kernel has Landlock, it cannot read the
         dataset's files either.
+    fresh_processes : isolate it, in a new process for each group of sequences that share no frame of a scene, solved in
+        random order: what it learns in one sequence is then of no use in another (`groups.separate_groups`).
     covariance : also write the covariances of poses and positions.
 
     Raises
@@ -82,15 +89,18 @@ def solve(
             f"'{protocol}' needs truth while solving; use sequential or rollout, "
             "or name the folder that holds it (truth)"
         )
+    isolate = isolate or fresh_processes
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
     sources = dataset.info.sources
     run_as = _held_out_apart(opened, solver, sources) if isolate else held_out(solver, sources)
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
-    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {rules.id} {covariance} {__version__}"
-    solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance)
+    how = f"{rules.id} {covariance} {fresh_processes}"
+    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {how} {__version__}"
+    solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance, fresh_processes)
     words = {} if isolate else declared_facts(run_as)
     declared = partial(_declared, dataset, solver, run_as, protocol, words)
-    ranges, label = part_ranges(len(dataset), dataset.cells), f"{solver} {protocol}"
+    ranges = ranges_of_groups(len(dataset)) if fresh_processes else part_ranges(len(dataset), dataset.cells)
+    label = f"{solver} {protocol}"
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key, partitioned=scheduler is not None):
             if scheduler is None:
@@ -161,25 +171,41 @@ def _solve_part(
     opened: Callable[[str], Opened],
     protocol: Protocol,
     covariance: bool,
+    fresh_processes: bool,
     first: int,
     last: int,
 ) -> Part:
-    groups: dict[str, list[pa.Table]] = {table: [] for table in TABLES}
+    groups = separate_groups(dataset.rows, first, last) if fresh_processes else [np.arange(first, last)]
+    answers: dict[int, Rows] = {}
     seconds, frames = 0.0, 0
-    with _warm_solver(dataset, name, opened, protocol, covariance, first) as solver:
-        causal = isinstance(solver, FrameSolver) or protocol.needs_truth  # otherwise it gets whole sequences
-        for sequence in dataset.sequences(first, last):
-            truth = dataset.truth(sequence) if protocol.needs_truth else None
-            problem = dataset.problem(sequence, covariances=covariance)
-            if isinstance(solver, Remote):
-                solver.is_now(f"solving sequence {sequence.index}")
-            estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
-            for table, rows in answer_rows(sequence, protocol, estimate, covariance).items():
-                groups[table].append(to_arrow(table, rows))
-            seconds, frames = seconds + spent, frames + sequence.frames
-    facts = {"seconds": seconds, "frames": frames, "heights": bool(groups["heights"]), "hardware": hardware()}
+    for group in groups:
+        with _warm_solver(dataset, name, opened, protocol, covariance, int(group[0])) as solver:
+            causal = isinstance(solver, FrameSolver) or protocol.needs_truth  # otherwise it gets whole sequences
+            for sequence in _read(dataset, group):
+                truth = dataset.truth(sequence) if protocol.needs_truth else None
+                problem = dataset.problem(sequence, covariances=covariance)
+                if isinstance(solver, Remote):
+                    solver.is_now(f"solving sequence {sequence.index}")
+                estimate, spent = run_sequence(solver, problem, sequence, protocol, truth)
+                rows = answer_rows(sequence, protocol, estimate, covariance)
+                answers[sequence.index] = {table: to_arrow(table, columns) for table, columns in rows.items()}
+                seconds, frames = seconds + spent, frames + sequence.frames
+    in_order = [answers[index] for index in range(first, last)]
+    written = {table: [rows[table] for rows in in_order if table in rows] for table in TABLES}
+    facts = {"seconds": seconds, "frames": frames, "heights": bool(written["heights"]), "hardware": hardware()}
     facts["causal"] = causal
-    return Part(groups=groups, facts=facts)
+    return Part(groups=written, facts=facts)
+
+
+Rows = dict[str, pa.Table]
+"""The rows of a sequence's answer, by table."""
+
+
+def _read(dataset: Dataset, group: IntArray) -> Iterator[Sequence]:
+    """The sequences of a group, in its order; neighbours are read together."""
+    if np.array_equal(group, np.arange(group[0], group[0] + len(group))):
+        return dataset.sequences(int(group[0]), int(group[0]) + len(group))
+    return map(dataset.sequence, group.tolist())
 
 
 @contextmanager

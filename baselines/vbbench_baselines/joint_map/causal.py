@@ -79,7 +79,7 @@ class MapCausal:
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)
         self._boxes: deque[FloatArray] = deque(maxlen=self._size)
-        self._lessons = nothing_learned(people, self._walk)
+        self._lessons = nothing_learned(people, self._walk, self.prior)
         self._kept = NOTHING_KEPT
         self._covariances = problem.covariances
         self._cold = self._picks = False

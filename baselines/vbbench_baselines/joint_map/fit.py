@@ -13,11 +13,12 @@ from typing import Any
 
 from vbbench.errors import VbbenchError
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation.generator import Options, Plan
+from vbbench.generation.generator import Look, Options, Plan
 from vbbench.registry import load
 from vbbench_baselines.joint_map.prior import Prior
-from vbbench_baselines.joint_map.priors.turns import Turns, fit_head, turns_of
-from vbbench_baselines.joint_map.priors.walks import Walks, fit_walks, log_likelihood, walks_of
+from vbbench_baselines.joint_map.priors.lessons import Fold, fit_lessons, halves
+from vbbench_baselines.joint_map.priors.turns import HELD_OUT, Turns, fit_head, turns_of
+from vbbench_baselines.joint_map.priors.walks import Walks, fit_walks, gather, log_likelihood, scenes_of
 
 RECORDINGS = ("hotel", "eth")
 """Splits fitted on unless others are named: recordings annotated frame by frame."""
@@ -26,7 +27,9 @@ SIMULATED, OBSERVERS = 60, 60
 """Sequences of a simulated split that are walked through, and observers whose yaw is followed."""
 
 
-def fit(splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU) -> tuple[Prior, list[dict[str, Any]]]:
+def fit(
+    splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU, held_out: Look = HELD_OUT
+) -> tuple[Prior, list[dict[str, Any]]]:
     """The motion prior of greatest likelihood on some splits, and what it was fitted on.
 
     Parameters
@@ -34,6 +37,7 @@ def fit(splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU) -> 
     splits : names of splits; each counts the same, however many people it has.
     seed : of simulated splits, so that they can be others than those tested.
     least_nu : ν is kept at or above it.
+    held_out : the way of looking that the heads are not fitted on.
 
     Raises
     ------
@@ -46,12 +50,23 @@ def fit(splits: Iterable[str], *, seed: int = 0, least_nu: float = LEAST_NU) -> 
         raise VbbenchError("no split is left to fit a prior on; name one that is not left out")
     if len(rates) > 1:
         raise VbbenchError(f"a prior is fitted on splits of one frame rate, not {sorted(rates)} seconds per frame")
-    crowds = {split: walks_of(plan, SIMULATED) for split, plan in plans.items()}
-    turns = {split: turns_of(split, seed, OBSERVERS) for split in plans}
+    crowds = {split: gather(scenes_of(plan, SIMULATED)) for split, plan in plans.items()}
+    turns = {split: turns_of(split, seed, OBSERVERS, held_out) for split in plans}
     prior = fit_walks(list(crowds.values()), Prior(dt=rates.pop()), least_nu)
+    prior = fit_lessons(_folds(plans, crowds, prior, least_nu), prior)
     prior = fit_head(list(turns.values()), prior)
     facts = [_facts(plans[split], crowds[split], turns[split], prior) for split in plans]
     return prior, facts
+
+
+def _folds(plans: dict[str, Plan], crowds: dict[str, Walks], start: Prior, least_nu: float) -> list[Fold]:
+    """Every split, or either half of the only one, with the prior of the others."""
+    if len(plans) > 1:
+        others = {split: [crowds[other] for other in plans if other != split] for split in plans}
+        return [Fold(fit_walks(others[split], start, least_nu), scenes_of(plans[split], SIMULATED)) for split in plans]
+    first, second = halves(scenes_of(next(iter(plans.values())), SIMULATED))
+    pairs = ((first, second), (second, first))
+    return [Fold(fit_walks([gather(known)], start, least_nu), unknown) for known, unknown in pairs]
 
 
 def _facts(plan: Plan, walks: Walks, turns: Turns, prior: Prior) -> dict[str, Any]:
@@ -61,7 +76,8 @@ def _facts(plan: Plan, walks: Walks, turns: Turns, prior: Prior) -> dict[str, An
         "seed": plan.info.seed,
         "people": len(walks.first),
         "second_differences": len(walks.order),
-        "yaw_increments": sum(map(len, turns)),
+        "heads": sorted(turns),
+        "yaw_increments": sum(map(len, turns.values())),
         "nats_per_second_difference": round(log_likelihood(walks, prior), 4),
     }
 

@@ -52,10 +52,12 @@ class Prior:
     nu : ν, degrees of freedom of the innovations; inf = normal.
     a0 : a_0, how alike persons are: σ counts as much as so many squared innovation components; inf = all alike.
     yaw_scale : γ, scale in rad of the Cauchy distribution of the turns of a head that wanders; inf = no such prior.
-    lag : in s; how soon a head that follows the path looks where its bearer walks.
-    follow_scale : γ_f, scale in rad of the Cauchy distribution of what such a head is off.
-    following : p_0, the share of heads that follow, below 1; 0 = no such heads.
+    lag : in s; how soon a head that follows the path looks where its bearer walks, by each of two laws.
+    follow_scale : γ_1 and γ_2, scales in rad of the Cauchy distributions of what such a head is off.
+    following : p_1 and p_2, the shares of heads that follow so, together below 1; 0 = no such heads.
     speed : in m/s, standard deviation of a velocity component of somebody of whom nothing is known.
+    b_std : s_b, how far another recording's b is from this one, each component.
+    sigma_people : s_σ, number of people as which this σ counts in another recording.
     """
 
     dt: float = 0.4
@@ -68,6 +70,8 @@ class Prior:
     follow_scale: tuple[float, float] = (0.02, 0.1)
     following: tuple[float, float] = (0.0, 0.0)
     speed: float = 0.9
+    b_std: float = 0.3
+    sigma_people: float = 0.3
 
     @property
     def start(self) -> Start:
@@ -84,13 +88,14 @@ class Prior:
 
 @dataclass(frozen=True, kw_only=True)
 class FittedOn:
-    """A split that a prior was fitted on: its files with their SHA-256, and how much they say."""
+    """A split that a prior was fitted on: its files with their SHA-256, laws of heads, and how much they say."""
 
     split: str
     files: tuple[tuple[str, ...], ...]
     seed: int
     people: int
     second_differences: int
+    heads: tuple[str, ...]
     yaw_increments: int
     nats_per_second_difference: float
 

@@ -15,7 +15,8 @@ from vbbench.generation import generate, generate_partitioned
 from vbbench.parallel.partitions import merge
 from vbbench.registry import Kind, registered
 from vbbench.solving import solve
-from vbbench_leaderboards.results.boards import BoardSource
+from vbbench_leaderboards.checks.bundled import bundled_solvers
+from vbbench_leaderboards.results.boards import BoardSource, is_diagnostic
 from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board
 
@@ -29,15 +30,20 @@ class Workshop:
     room : folder for ``datasets/SPLIT-TIER`` and ``submissions/SPLIT/PROTOCOL-TIER/SOLVER``.
     seed : of every dataset.
     fresh : use nothing of the room again.
-    jobs : processes here.
-    scheduler : address of a Dask cluster that generates and solves instead; this process merges and scores.
+    together : solve with bundled solvers in one process a board, as diagnostics always are, for tests show that they
+        remember nothing; others are solved in a fresh process for each group of sequences that share no moment.
+    jobs : processes that generate.
+    scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates;
+        this process merges and scores.
     """
 
     room: Path
     seed: int
     fresh: bool = False
+    together: bool = False
     jobs: int = 1
     scheduler: str | None = None
+    tls: Path | None = None
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards."""
@@ -47,7 +53,9 @@ class Workshop:
             if self.scheduler is None:
                 generate(source.split, folder, options, jobs=self.jobs, overwrite=True)
             else:
-                generate_partitioned(source.split, folder, options, scheduler=self.scheduler, overwrite=True)
+                generate_partitioned(
+                    source.split, folder, options, scheduler=self.scheduler, tls=self.tls, overwrite=True
+                )
                 merge(folder)
 
         self._make(folder, f"{code_of('generator', source.split)} {options}", make)
@@ -55,15 +63,28 @@ class Workshop:
 
     def submission(self, dataset: Dataset, board: Board, solver: str) -> Path:
         """A solver's submission to a board."""
-        folder = submission_folder(self.room, board, solver)
+        folder, apart = submission_folder(self.room, board, solver), self._is_apart(board, solver)
 
         def make() -> None:
-            solve(dataset, solver, board.protocol, folder, jobs=self.jobs, scheduler=self.scheduler, overwrite=True)
+            solve(
+                dataset,
+                solver,
+                board.protocol,
+                folder,
+                scheduler=self.scheduler,
+                tls=self.tls,
+                fresh_processes=apart,
+                overwrite=True,
+            )
             if self.scheduler is not None:
                 merge(folder)
 
-        self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}", make)
+        self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}{' in fresh processes' * apart}", make)
         return folder
+
+    def _is_apart(self, board: Board, solver: str) -> bool:
+        """Whether a solver is kept from learning in one sequence what another asks; diagnostics rank nobody."""
+        return solver not in bundled_solvers() or not (self.together or is_diagnostic(board))
 
     def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
         """Make a folder, unless the note beside it names that code, and every file is as it was then."""

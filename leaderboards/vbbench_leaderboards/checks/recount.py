@@ -72,9 +72,10 @@ def _row_faults(result: Result, record: BoardDataset) -> Iterator[str]:
         yield "$.per_sequence: sequences are not in order, each once"
     if not np.array_equal(own.sequence, wanted.sequence):
         return
-    for name, mine, theirs in (("frames", own.frames, wanted.frames), ("positions", own.positions, wanted.positions)):
+    for name, theirs in vars(wanted).items():
+        mine = getattr(own, name)
         if not np.array_equal(mine, theirs):
-            yield f"$.per_sequence: {name} are not the board's in {_some(own.sequence[mine != theirs])}"
+            yield f"$.per_sequence: {name} differs from the board's in {_some(own.sequence[mine != theirs])}"
     for name, part, whole in (("posed", own.posed, own.frames), ("placed", own.placed, own.positions)):
         short = part != whole if result.score["failure_policy"] == "refuse" else part > whole
         if short.any():

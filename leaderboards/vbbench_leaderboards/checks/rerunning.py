@@ -7,7 +7,9 @@ crowds are others, and a result stands when the fresh figures agree with it with
 import secrets
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import redirect_stderr
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 from vbbench.errors import SourceMissingError
@@ -15,7 +17,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.tier import get_tier
-from vbbench.parallel.parts import progress_bar
+from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.solving.declared import declared_facts
@@ -43,8 +45,9 @@ class Rerun:
     by : who makes the figures again, and when; for rows that stand or are written.
     update : write what drifted and what is new.
     fresh : use nothing of the work folder again.
+    together : as of `Workshop`.
     jobs : processes.
-    scheduler : address of a Dask cluster that generates and solves instead.
+    scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates.
     """
 
     results: Path
@@ -53,8 +56,10 @@ class Rerun:
     by: str = ""
     update: bool = False
     fresh: bool = False
+    together: bool = False
     jobs: int = 1
     scheduler: str | None = None
+    tls: Path | None = None
 
     def boards(
         self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
@@ -73,19 +78,29 @@ class Rerun:
             get_tier(name)
         room = self.room
         seed = self._drawn_seed(room / _UNFINISHED)
-        shop = Workshop(room=room, seed=seed, fresh=self.fresh, jobs=self.jobs, scheduler=self.scheduler)
+        shop = Workshop(
+            room=room,
+            seed=seed,
+            fresh=self.fresh,
+            together=self.together,
+            jobs=self.jobs,
+            scheduler=self.scheduler,
+            tls=self.tls,
+        )
         runs = sum(len(one.boards) for one in sources) * len(chosen)
         judge = Judge(results=self.results, comparisons=runs, update=self.update, by=self.by)
         with progress_bar(runs, "leaderboard", unit="result") as bar:
             for one in sources:
                 dataset = self._dataset(shop, one, must=bool(splits))
-                fresh: list[Result] = []
-                for board in one.boards:
-                    for solver in chosen:
-                        fresh += [] if dataset is None else [self._result(shop, dataset, board, solver)]
-                        bar.update()
-                if dataset is not None:
-                    yield from judge.outcomes(dataset, fresh)
+                pairs = [(board, solver) for board in one.boards for solver in chosen]
+                if dataset is None:
+                    bar.update(len(pairs))
+                    continue
+                fresh = []
+                for (_, solver), folder in zip(pairs, self._submissions(shop, dataset, pairs), strict=True):
+                    fresh.append(self._result(folder, dataset, solver))
+                    bar.update()
+                yield from judge.outcomes(dataset, fresh)
         (room / _UNFINISHED).unlink()
 
     @property
@@ -116,8 +131,20 @@ class Rerun:
             sys.stderr.write(f"vbbench: {one.split} {one.tier} is left out: {error}\n")
             return None
 
-    def _result(self, shop: Workshop, dataset: Dataset, board: Board, solver: str) -> Result:
-        submission = shop.submission(dataset, board, solver)
+    def _submissions(self, shop: Workshop, dataset: Dataset, pairs: list[tuple[Board, str]]) -> Iterator[Path]:
+        """Submissions to boards of a dataset by solvers, in order; here several at a time, on a cluster one by one."""
+        if self.jobs == 1 or self.scheduler is not None:
+            yield from (shop.submission(dataset, board, solver) for board, solver in pairs)
+        else:
+            yield from in_parallel(_submission_in_silence, [(shop, dataset, *pair) for pair in pairs], self.jobs)
+
+    def _result(self, submission: Path, dataset: Dataset, solver: str) -> Result:
         words = {**declared_facts(solver), "reference": REFERENCES.get(solver, ""), "rerun_by": self.by}
         about = About.of(SubmissionInfo.read(submission), **words)
         return Result.of(score(submission, dataset.folder), submission, about, name=solver)
+
+
+def _submission_in_silence(shop: Workshop, dataset: Dataset, board: Board, solver: str) -> Path:
+    """A submission made in a worker, whose progress would be drawn over that of others."""
+    with redirect_stderr(StringIO()):
+        return shop.submission(dataset, board, solver)

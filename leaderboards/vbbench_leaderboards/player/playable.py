@@ -13,10 +13,11 @@ from vbbench.files.dataset_info import INFO_FILE, Known
 from vbbench.files.submission import SUBMISSION_FILE
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
+from vbbench_leaderboards.results.boards import HEADLINE_TIER
 from vbbench_leaderboards.results.folder import Boards, dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board, Result
 
-_REFERENCES = (("sequential", "noisy"), ("sequential", "ideal"))
+_REFERENCES = (("sequential", HEADLINE_TIER), ("sequential", "noisy"), ("sequential", "ideal"))
 """Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
 
 _CHOSEN_BY = ("dx", "dx_rel", "dt")

@@ -33,9 +33,19 @@ SCHEMA = "dataset"
 
 @dataclass(frozen=True, kw_only=True)
 class ScoredSequences:
-    """What a protocol scores: the sequences with a scored frame, their scored frames and positions, each [N]."""
+    """What a protocol scores: the sequences with a scored frame.
+
+    Parameters
+    ----------
+    sequence : [N] its number.
+    scene, first_frame, last_frame : [N] its scene, and its first and last frame there: what intervals rest upon.
+    frames, positions : [N] its scored frames and positions.
+    """
 
     sequence: IntArray
+    scene: IntArray
+    first_frame: IntArray
+    last_frame: IntArray
     frames: IntArray
     positions: IntArray
 
@@ -147,4 +157,12 @@ def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:
         frames += np.bincount(rows.pose_sequence, minlength=size)
         positions += np.bincount(rows.sequence[known], minlength=size)
     there = np.flatnonzero(frames)
-    return ScoredSequences(sequence=there, frames=frames[there], positions=positions[there])
+    first = dataset.rows["first_frame"][there]
+    return ScoredSequences(
+        sequence=there,
+        scene=dataset.rows["scene"][there],
+        first_frame=first,
+        last_frame=first + dataset.rows["frames"][there] - 1,
+        frames=frames[there],
+        positions=positions[there],
+    )

@@ -27,6 +27,9 @@ SLOW = 0.3
 FOLLOWERS = 2
 """Number of laws by which a head follows."""
 
+NEGLIGIBLE = 1e-4
+"""A law that is less probable than this does not move the poses."""
+
 
 class Head(NamedTuple):
     """The prior's numbers of the head, M of them for the laws by which it may follow.
@@ -116,7 +119,8 @@ def evidence(poses: FloatArray, head: Head) -> FloatArray:
     for t in range(1, len(poses)):
         strays(poses[t - 1], poses[t], head, residuals)
         surprise(residuals, head, surprises)
-    return surprises[-1] - surprises[:-1]
+    told: FloatArray = surprises[-1] - surprises[:-1]
+    return told
 
 
 @kernel
@@ -126,7 +130,9 @@ def weigh(residuals: FloatArray, odds: FloatArray, head: Head, weights: FloatArr
     total = np.exp(-top) + np.sum(np.exp(odds - top))
     for law in range(len(odds)):
         share = np.exp(odds[law] - top) / total
-        weights[law] = 2.0 * share / (head.following[law] ** 2 + residuals[law] ** 2)
+        weights[law] = 0.0
+        if share > NEGLIGIBLE:
+            weights[law] = 2.0 * share / (head.following[law] ** 2 + residuals[law] ** 2)
     weights[-1] = 2.0 * np.exp(-top) / total / (head.wandering**2 + residuals[-1] ** 2)
 
 

@@ -8,7 +8,8 @@ m²), as in `vbbench_baselines.joint_map.motion.walks`:
     σ_k²  = (a_0σ² + Σ w σ_k² m²)/(a_0 + 2n),
     1/σ²  = (s_σ/σ_fitted² + Σ 1/σ_k²)/(s_σ + people known),
 
-each the most probable value given the rest (steps of expectation and maximisation).
+each the most probable value given the rest (steps of expectation and maximisation). s_b and s_σ say how firmly the
+fitted values are believed; they belong to the prior, and are fitted too (`vbbench_baselines.joint_map.priors.lessons`).
 """
 
 from typing import NamedTuple
@@ -19,12 +20,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, Head, evidence
 from vbbench_baselines.joint_map.motion.walks import REACH, UNKNOWN, Walk, filters_of, innovation
-
-B_STD = 0.3
-"""s_b: how far one recording's b is from another's; the fits to Hotel and ETH are .29 and .25 apart."""
-
-SIGMA_PEOPLE = 0.3
-"""s_σ: number of people as which the fitted σ counts; ln σ² differs by 1.0 between the fits, by .6 between people."""
+from vbbench_baselines.joint_map.prior import Prior
 
 STATIONARY = 0.95
 """Partial autocorrelations are kept below it."""
@@ -39,6 +35,7 @@ class Lessons(NamedTuple):
     scales : [K + 1, 2] Σ w σ_k² m² and the number of innovations of each person, the observer last.
     variances : [K + 1] σ_k² in m².
     sigma : [1] σ in m.
+    sigma_people : s_σ, the number of people as which the fitted σ counts.
     odds : [M] what is added to the logarithms of the odds that the head follows by each law.
     """
 
@@ -47,16 +44,19 @@ class Lessons(NamedTuple):
     scales: FloatArray
     variances: FloatArray
     sigma: FloatArray
+    sigma_people: float
     odds: FloatArray
 
 
-def nothing_learned(people: int, walk: Walk) -> Lessons:
-    """Before anything is revealed of ``people`` and the observer."""
-    normal = np.eye(2) / B_STD**2
+def nothing_learned(people: int, walk: Walk, prior: Prior) -> Lessons:
+    """Before anything is revealed of ``people`` and the observer; ``walk`` is that of the ``prior``."""
+    normal = np.eye(2) / prior.b_std**2
     b = np.array((-2.0 - walk.filters[REACH, 1], -walk.filters[REACH, 4]))
     scales, variances = np.zeros((people + 1, 2)), np.full(people + 1, walk.sigma**2)
     variances[-1] = walk.own**2
-    return Lessons(normal, normal @ b, scales, variances, np.full(1, walk.sigma), np.zeros(FOLLOWERS))
+    return Lessons(
+        normal, normal @ b, scales, variances, np.full(1, walk.sigma), prior.sigma_people, np.zeros(FOLLOWERS)
+    )
 
 
 def only(columns: IntArray, lessons: Lessons) -> Lessons:
@@ -128,7 +128,7 @@ def _count(track: FloatArray, k: int, walk: Walk, lessons: Lessons) -> None:
 @kernel
 def _conclude(fitted: Walk, lessons: Lessons) -> None:
     """Renew σ and each person's σ_k²."""
-    sigma_precision, people = SIGMA_PEOPLE / fitted.sigma**2, SIGMA_PEOPLE
+    sigma_precision, people = lessons.sigma_people / fitted.sigma**2, lessons.sigma_people
     walkers = len(lessons.scales) - 1 if fitted.own == UNKNOWN else len(lessons.scales)
     for k in range(walkers):
         if lessons.scales[k, 1] > 0.0:

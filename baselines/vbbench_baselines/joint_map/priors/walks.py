@@ -42,10 +42,10 @@ class Walks(NamedTuple):
     speed: float
 
 
-def walks_of(plan: Plan, most: int) -> Walks:
-    """The walks of a split's shared scenes, or of the scenes of its first ``most`` sequences."""
+def scenes_of(plan: Plan, most: int) -> Sequence[Scene]:
+    """A split's shared scenes, or the scenes of its first ``most`` sequences."""
     built = (plan.build(index).scene for index in range(min(most, len(plan))))
-    return gather(plan.scenes or (scene for scene in built if scene is not None))
+    return plan.scenes or [scene for scene in built if scene is not None]
 
 
 def gather(scenes: Iterable[Scene]) -> Walks:

@@ -200,6 +200,8 @@ class Tracker:
         """New tracks; those of the very first frame are confirmed at once."""
         new = np.flatnonzero(free & (detections.scores >= self._settings.birth))
         ids = self._next + np.arange(len(new))
+        if not len(new):
+            return Found(ids, detections.boxes[new], detections.scores[new])
         self._next += len(new)
         self._beliefs = self._beliefs.join(begin(detections.boxes[new], self._settings))
         self._ids = np.concatenate([self._ids, ids])
