@@ -71,6 +71,13 @@ def test_the_ratio_is_a_geometric_mean() -> None:
     assert agreement(errors(made), errors(real), NOBODY).ratio.value == pytest.approx(2.0)
 
 
+def test_nobody_is_without_error() -> None:
+    real = np.array([[0.0], [0.1], [0.2], [0.4]]) * np.ones(8)
+    found = agreement(errors(real), errors(real[::-1]), NOBODY)
+    assert found.ratio.value == pytest.approx(1.0)
+    assert found.regret.value == pytest.approx(0.4 / 1e-6)
+
+
 def test_feet_are_left_out() -> None:
     real = np.array([[1.0], [2.0], [3.0], [4.0]]) + 0.01 * np.random.default_rng(0).normal(size=(4, 40))
     made = real.copy()

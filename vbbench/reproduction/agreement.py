@@ -25,6 +25,8 @@ from vbbench.scoring.timeline import Timeline
 RESAMPLES = 2000
 SEED = 20231119
 LEVEL = (0.025, 0.975)
+LEAST = 1e-6
+"""Least figure, in m: whoever keeps standing where it was has no error while the camera stands."""
 FEWEST_BLOCKS = 7.0
 """Ranks cannot be drawn from fewer; intervals are then rough."""
 
@@ -45,7 +47,7 @@ class Errors:
     @property
     def means(self) -> FloatArray:
         """[V] figure of each variant."""
-        mean: FloatArray = self.values.mean(axis=1)
+        mean: FloatArray = np.maximum(self.values.mean(axis=1), LEAST)
         return mean
 
     @property
@@ -56,7 +58,7 @@ class Errors:
     def resampled(self, resamples: int, seed: int) -> FloatArray:
         """[R, V] figures on blocks drawn with replacement."""
         counts = self.counts(resamples, seed)
-        means: FloatArray = counts @ self.values.T / counts.sum(axis=1, keepdims=True)
+        means: FloatArray = np.maximum(counts @ self.values.T / counts.sum(axis=1, keepdims=True), LEAST)
         return means
 
     def counts(self, resamples: int, seed: int) -> FloatArray:

@@ -205,6 +205,6 @@ def runs_of(present: BoolArray) -> list[slice]:
 def errors_of(scores: Sequence[Score], metric: str) -> Errors:
     """The errors of ``scores`` on one dataset, sequences without any left out; what is NaN else counts as the cap."""
     values = np.stack([one.per_sequence.figures[metric] for one in scores])
-    known = ~np.isnan(values).all(axis=0)
+    known: BoolArray = np.asarray(~np.isnan(values).all(axis=0))
     capped = np.fmin(values[:, known], scores[0].protocol.caps[metric])
     return Errors(values=capped, timeline=scores[0].per_sequence.select(known).timeline)

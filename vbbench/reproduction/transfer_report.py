@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting import style
@@ -65,8 +66,8 @@ def transfer_table(study: TransferStudy, found: Sequence[Comparison]) -> str:
         f"| asked | {asked} | | | |",
         *(_agreement_row(one) for one in found),
         "",
-        "In brackets: 95 % intervals by blocks of time of both datasets. KITTI's halves: Spearman of its odd runs with its "
-        "even ones.",
+        "In brackets: 95 % intervals by blocks of time of both datasets. "
+        "KITTI's halves: Spearman of its odd runs with its even ones.",
         "",
         *_errors_table(study, found),
     ]
@@ -120,16 +121,18 @@ def _case_values(study: TransferStudy, one: Comparison) -> dict[str, Any]:
     }
 
 
-_PANEL, _LEFT, _FOOT, _HEAD, _STEP, _KEY = 3.1, 0.65, 0.6, 0.95, 3.75, 4.6
+_PANEL, _LEFT, _FOOT, _HEAD, _KEY = 3.1, 0.65, 0.55, 0.65, 2.4
+_STEP = (3.7, 4.05)
+"""Inches from a panel to the next one across and downwards."""
 _COLOURS = ("#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7", "#444444", "#e69f00")
 
 
 def plot_transfer(study: TransferStudy, found: Sequence[Comparison]) -> Figure:
     """A panel for each case: a numbered point a variant, its error on field across and on KITTI upwards."""
     columns = max(1, -(-len(found) // 2))
-    size = (_LEFT + columns * _STEP + _KEY, _HEAD + 2 * _STEP + 0.05)
+    size = (_LEFT + columns * _STEP[0] + _KEY, _HEAD + 2 * _STEP[1])
     places = {
-        spoken(one.case): (_LEFT + n // 2 * _STEP, _FOOT + (1 - n % 2) * _STEP, _PANEL, _PANEL)
+        spoken(one.case): (_LEFT + n // 2 * _STEP[0], _FOOT + (1 - n % 2) * _STEP[1], _PANEL, _PANEL)
         for n, one in enumerate(found)
     }
     figure = lay_out(size, places)
@@ -149,6 +152,10 @@ def _draw_panel(axes: Axes, one: Comparison, study: TransferStudy) -> None:
     spreads = [np.quantile(errors.resampled(500, 0), (0.025, 0.975), axis=0) for errors in (one.made, one.real)]
     axes.set_xscale("log")
     axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
     low, high = 0.8 * min(made.min(), real.min()), 1.25 * max(made.max(), real.max())
     axes.plot([low, high], [low, high], color=style.TRUTH_FAINT, linewidth=1.0, zorder=0)
     for n, (name, variant) in enumerate(study.variants.items()):
@@ -170,9 +177,9 @@ def _draw_panel(axes: Axes, one: Comparison, study: TransferStudy) -> None:
 
 
 def _draw_key(figure: Figure, size: tuple[float, float], study: TransferStudy) -> None:
-    gap = min(0.22, (size[1] - _HEAD) / len(study.variants))
+    gap, top = min(0.22, (size[1] - _HEAD) / len(study.variants)), _HEAD + 0.45
     for n, name in enumerate(study.variants):
-        place = 1 - (_KEY - 0.1) / size[0], 1 - (_HEAD + n * gap) / size[1]
+        place = 1 - (_KEY - 0.1) / size[0], 1 - (top + n * gap) / size[1]
         figure.text(*place, f"{n + 1}  {name}", fontsize=style.TEXT_SIZE, color=_colour(name, study), va="center")
 
 
