@@ -23,7 +23,6 @@ from vbbench.files.submission import Faults, SubmissionInfo, read_info
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
 from vbbench.scoring.answers import check_submission
-from vbbench.scoring.statistics import bootstrap_means
 from vbbench.solver import Problem
 from vbbench.solving.runner import run_sequence
 
@@ -95,11 +94,6 @@ def test_the_runner_refuses_them_and_names_the_place(dataset: Path, value: float
     with pytest.raises(VbbenchError, match=f"sequence 0, frame [34]: the solver's {what}.* ") as caught:
         run_sequence(Absurd(), opened.problem(sequence), sequence, get_protocol("sequential"), None)
     assert words in str(caught.value)
-
-
-def test_infinity_spoils_an_interval_instead_of_leaving_it() -> None:
-    with np.errstate(invalid="ignore"):
-        assert not np.isfinite(bootstrap_means(np.array([[1.0], [np.inf]]), 10)).any()
 
 
 def test_truth_that_is_no_number_is_refused(dataset: Path, tmp_path: Path, answers) -> None:

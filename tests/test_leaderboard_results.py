@@ -67,7 +67,7 @@ def test_a_result_is_read_as_it_was_written(results: Path, tmp_path: Path) -> No
     assert (tmp_path / "again" / FILE).read_bytes() == (results / FILE).read_bytes()
     assert_equal(first, read_result(tmp_path / "again" / FILE))
     assert first.board == Board(split="tiny", tier="ideal", protocol="sequential")
-    assert first.score["protocol_version"] == 1
+    assert first.score["protocol_version"] == 2
 
 
 def test_a_record_is_read_as_it_was_written(results: Path, tmp_path: Path) -> None:
@@ -141,7 +141,7 @@ def test_schemas_are_sound_and_strict(schema: str) -> None:
             r"\$\.format_version: is 1, this vbbench reads 2; make it anew: 'vbbench leaderboard add'",
         ),
         ({"colour": "red"}, "colour"),
-        ({"protocol": "sequential/2"}, "is sequential/2, this vbbench scores sequential/1"),
+        ({"protocol": "sequential/1"}, "is sequential/1, this vbbench scores sequential/2"),
         ({"protocol": "two-step/1"}, r"\$\.protocol"),
         ({"submission": {"poses.parquet": "x"}}, r"\$\.submission"),
         ({"solver": {**SOLVER, "name": "../cv"}}, r"\$\.solver\.name"),

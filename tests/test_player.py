@@ -122,8 +122,8 @@ def result(board: Board, solver: str, errors: list[float]) -> Result:
     own = PerSequence(
         sequence=count * 2,
         scene=count,
-        first_frame=0 * count,
-        last_frame=count,
+        first_frame=count,
+        last_frame=count + 9,
         frames=count + 1,
         positions=count + 1,
         posed=count + 1,

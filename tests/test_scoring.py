@@ -83,7 +83,7 @@ def test_json_is_the_contract(dataset, noisy):
     assert keys <= set(values)
     assert set(values["metrics"]) == {"dr", "dt", "dx", "dx_rel"}
     for summary in values["metrics"].values():
-        assert set(summary) == {"mean", "std", "ci95", "frame_mean", "frame_std", "median", "p95"}
+        assert list(summary) == SUMMARY
         assert summary["ci95"][0] <= summary["mean"] <= summary["ci95"][1]
     assert values["dataset"] == Dataset(dataset).info.id
     assert (values["protocol"], values["solver"], values["seconds_per_frame"]) == ("sequential", "test", 0.01)
@@ -99,7 +99,9 @@ def test_golden_figures(dataset, noisy):
 
 def test_the_table_says_what_was_scored_and_repeats_the_caution(dataset, noisy):
     text = score(noisy, dataset).table()
-    assert "sequential/1" in text
+    assert "sequential/2" in text
+    assert "Boards rank by 'capped'" in text
+    assert "blocks of" in text
     assert "Caution: made up" in text
     assert "sequences scored" in text
     assert text.count("100.00%") == 6
@@ -109,9 +111,10 @@ def test_csv_of_sequences(dataset, noisy, tmp_path):
     result = score(noisy, dataset)
     result.write_per_sequence(tmp_path / "figures.csv")
     lines = (tmp_path / "figures.csv").read_text().splitlines()
-    assert lines[0] == "sequence,frames,positions,coverage,dx_rel,dx,dr,dt,drift_m,drift_rad"
+    heads = "sequence,scene,first_frame,last_frame,frames,positions,coverage,dx_rel,dx,dr,dt,drift_m,drift_rad"
+    assert lines[0] == heads
     assert len(lines) == 1 + result.sequences
-    assert float(lines[1].split(",")[7]) == pytest.approx(result.per_sequence.figures["dt"][0])
+    assert float(lines[1].split(",")[10]) == pytest.approx(result.per_sequence.figures["dt"][0])
 
 
 def test_false_alarms_are_not_scored_and_need_no_answer(tmp_path):
@@ -173,5 +176,7 @@ def _concat(a, b):
     return pd.concat([a, b]).sort_values(["sequence", "frame", "track"])
 
 
+SUMMARY = ["capped", "capped_ci95", "failure_rate", "median", "mean", "ci95", "std", "p95"]
+SUMMARY += ["frame_mean", "frame_std", "blocks"]
 GOLDEN_COUNTS = (18, 88, 202)
 GOLDEN_MEANS = {"dr": 0.085, "dt": 0.1311, "drift_m": 0.2431, "drift_rad": 0.1579, "dx": 0.1195, "dx_rel": 0.1677}

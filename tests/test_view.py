@@ -133,7 +133,7 @@ def test_error_lines_join_truth_and_estimate(folder: Path, submission: Path, rec
 
 def test_words_name_dataset_caution_protocol_and_figures(folder: Path, submission: Path, recording: Entities) -> None:
     (facts,) = recording["facts*"]["TextDocument:text"][0]
-    for wanted in (Dataset(folder).info.id, "made up", "sequential/1", "**test**", "Δx̃ 0."):
+    for wanted in (Dataset(folder).info.id, "made up", "sequential/2", "**test**", "Δx̃ 0."):
         assert wanted in facts
     (text,) = recording["now"]["TextDocument:text"][0]
     assert "Frame 0" in text

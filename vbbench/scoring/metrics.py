@@ -101,7 +101,6 @@ class Metric:
         ``people`` positions, the observer's poses, and the true ones of both; for ``seconds`` the poses at both ends of
         about a second, the true ones of both, and the time between.
     function : the errors, one per frame, person in a frame, or second.
-    cap : errors above this count as this much; ``None`` = no error is capped.
     without_poses : of people, whether it holds where true positions are known relative to the camera only.
     """
 
@@ -111,7 +110,6 @@ class Metric:
     meaning: str
     over: Literal["frames", "people", "seconds"]
     function: Callable[..., FloatArray]
-    cap: float | None = None
     without_poses: bool = False
 
     @property
@@ -122,9 +120,8 @@ class Metric:
         return ("whole", "relative") if self.without_poses else ("whole",)
 
     def errors(self, *rows: FloatArray | float) -> FloatArray:
-        """The errors of rows (see ``over``), none above the cap."""
-        values = self.function(*rows)
-        return values if self.cap is None else np.minimum(values, self.cap)
+        """The errors of rows (see ``over``)."""
+        return self.function(*rows)
 
     @property
     def label(self) -> str:

@@ -105,7 +105,7 @@ def autocorrelation(series: FloatArray, scene: IntArray) -> FloatArray:
         covariance[k] = (series[: size - k] * series[k:])[together].sum(axis=0)
     varying = covariance[0] > 0
     if not varying.any():
-        return np.eye(1, lags)[0]
+        return np.asarray(np.eye(1, lags)[0])
     mean: FloatArray = np.mean(covariance[:, varying] / covariance[0, varying], axis=1)
     return mean
 
@@ -114,7 +114,8 @@ def residuals(values: FloatArray) -> FloatArray:
     """The figures [N, M] less their column's mean, 0 where there is none (NaN)."""
     there = ~np.isnan(values)
     total, count = np.where(there, values, 0.0).sum(axis=0), there.sum(axis=0)
-    return np.where(there, values - total / np.maximum(count, 1), 0.0)
+    less: FloatArray = np.where(there, values - total / np.maximum(count, 1), 0.0)
+    return less
 
 
 def _in_a_row(size: int) -> int:

@@ -197,6 +197,9 @@ def _values(result: Result) -> Values:
 def _per_sequence(block: Block, path: Path) -> PerSequence:
     columns = decode(block)
     figures = {name: columns[name] for name in METRICS}
-    if not all(((values >= 0) & (values <= LARGEST_FIGURE) | np.isnan(values)).all() for values in figures.values()):
-        raise FileError(path, f"$.per_sequence: a figure is below 0 or above {LARGEST_FIGURE:.0f}, where none can be")
+    for name, values in figures.items():
+        absurd = ~((values >= 0) & (values <= LARGEST_FIGURE) | np.isnan(values))
+        if absurd.any():
+            row = f"$.per_sequence: {name} of sequence {columns['sequence'][absurd][0]:.0f}"
+            raise FileError(path, f"{row} is below 0 or above {LARGEST_FIGURE:.0f}, where none can be; score it anew")
     return PerSequence(**whole_columns(columns, COUNTS, path, "$.per_sequence"), figures=figures)
