@@ -162,7 +162,7 @@ def test_a_column_that_only_late_parts_have_is_false_before(
     monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", patience)
     monkeypatch.setattr("vbbench.solving.submissions._warm", set())
     monkeypatch.setattr(Moody, "made", 0)
-    assert PART_SIZE < len(dataset)
+    assert len(dataset) > PART_SIZE
     out = solve(dataset, f"{__name__}:Moody", "rollout", tmp_path / "out")
     poses = pd.read_parquet(out / "poses.parquet")
     assert (poses.fallback == (poses.sequence >= PART_SIZE)).all()
