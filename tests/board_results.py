@@ -16,8 +16,6 @@ from vbbench_leaderboards.results.result import Board, Result
 
 ABOUT = About(authors="somebody", date="2026-11-22", delay=0, trained_on="nothing", tuned_on="nothing")
 BOARD = Board(split="hotel", tier="noisy", protocol="one-step")
-FRAMES = 12
-"""Frames of a sequence; each begins half of that after the last."""
 
 
 def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -> Result:
@@ -25,12 +23,11 @@ def result(solver: str, dx: FloatArray, *, board: Board = BOARD, **facts: Any) -
     count = len(dx)
     figures = {name: np.asarray(dx, float) for name in METRICS}
     sequence, ones = np.arange(count), np.ones(count, np.int64)
-    first = sequence * (FRAMES // 2)
     own = PerSequence(
         sequence=sequence,
-        scene=0 * ones,
-        first_frame=first,
-        last_frame=first + FRAMES - 1,
+        scene=sequence,
+        first_frame=0 * ones,
+        last_frame=19 * ones,
         frames=ones,
         positions=ones,
         posed=ones,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FOOTAGE, FootageOptions
-from vbbench.generation.generator import Options
+from vbbench.generation.generator import Observer, Options
 from vbbench.generation.sources import data_folders
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load
@@ -44,17 +44,19 @@ class BoardSource:
     ----------
     split, tier : its names.
     limit, stride : which of its sequences are made; ``None`` for all.
+    observer : who carries the camera.
     """
 
     split: str
     tier: str
     limit: int | None = None
     stride: int | None = None
+    observer: Observer = "walker"
 
     def options(self, seed: int) -> Options:
         """What is asked of the generator."""
         if self.tier != FOOTAGE:
-            return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride)
+            return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride, observer=self.observer)
         return Options(seed=seed, footage=FootageOptions(sequences=KITTI_RECORDINGS, poses=_poses_at_hand()))
 
     @property
@@ -65,10 +67,20 @@ class BoardSource:
 
 _LIMITS = {"sim": 150, "street": 6}
 _STRIDES = {"hotel": 3, "eth": 3, "eth-15fps": 3, "students": 16, "students-resampled": 16}
+_FIELD_LIMITS = {"sim": 150}
+_FIELD_STRIDES = {"students-resampled": 2}
+"""Of windows of time, which a vehicle watches, there are fewer than observers."""
 
 
 def source(split: str, tier: str) -> BoardSource:
-    """The dataset behind the boards of a split and tier, by the rule of subsets; whole where no rule is known."""
+    """The dataset behind the boards of a split and tier, by the rule of subsets; whole where no rule is known.
+
+    In tier `field` a vehicle carries the camera, as on the footage that the tier was measured on and held against: in
+    the midst of a crowd a walker's camera with borders hardly sees anybody whole.
+    """
+    if tier == HEADLINE_TIER:
+        limit, stride = _FIELD_LIMITS.get(split), _FIELD_STRIDES.get(split)
+        return BoardSource(split=split, tier=tier, limit=limit, stride=stride, observer="vehicle")
     return BoardSource(split=split, tier=tier, limit=_LIMITS.get(split), stride=_STRIDES.get(split))
 
 
