@@ -206,6 +206,17 @@ class Quitter(Honest):
         os._exit(3)
 
 
+class Disappointed(Honest):
+    """Fails at a sequence with fewer people than the one before."""
+
+    most = 0
+
+    def start(self, problem: Problem) -> None:
+        if len(problem.tracks) < self.most:
+            raise ValueError("fewer people than before")
+        self.most = len(problem.tracks)
+
+
 class Colourful(Honest):
     def step(self, frame: Frame) -> FrameEstimate:
         raise ValueError("\x1b]0;mine\x07" + "x" * 100_000)

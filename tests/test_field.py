@@ -151,7 +151,10 @@ def test_the_ground_is_uneven_as_the_recipe_says() -> None:
 def test_boxes_are_drawn_as_the_recipe_says() -> None:
     model, dt, length = RECIPE.annotator, 0.4, 100.0
     exact = np.broadcast_to([600.0, 200.0, length], (60, 1500, 3))
-    errors = (drawn(exact, dt, model, np.random.default_rng(0)) - exact) / length
+    everybody = drawn(exact, np.arange(60 * 1500), dt, model, np.random.default_rng(0))
+    some = np.arange(7, 60 * 1500, 11)
+    np.testing.assert_array_equal(drawn(exact, some, dt, model, np.random.default_rng(0)), everybody[some])
+    errors = (everybody.reshape(exact.shape) - exact) / length
     column, top = errors[..., 0], errors[..., 1] - 0.5 * errors[..., 2]
     bottom = errors[..., 1] + 0.5 * errors[..., 2]
     assert top.std() == pytest.approx(model.top_std, rel=0.02)

@@ -61,6 +61,7 @@ def answer(dataset: Dataset, name: str) -> Estimate:
     """What the isolated solver answers to the first sequence, with truth at hand."""
     sequence = dataset.sequence(0)
     with IsolatedSolver(name, [dataset.folder]) as solver:
+        solver.is_now("solving sequence 0")
         return run_sequence(
             solver, dataset.problem(sequence), sequence, get_protocol("one-step"), dataset.truth(sequence)
         )[0]
@@ -202,6 +203,16 @@ def test_what_is_no_answer_is_one_line(dataset: Dataset, name: str, says: str) -
     with pytest.raises(VbbenchError, match=f"^solver 'hostile:{name}' {says}") as caught:
         answer(dataset, f"hostile:{name}")
     assert str(caught.value).isprintable()
+
+
+def test_the_sequence_that_a_solver_fails_at_is_named(place: Path, dataset: Dataset) -> None:
+    assert len(dataset.sequence(1).tracks) < len(dataset.sequence(0).tracks)
+    for name, says in {
+        "Quitter": "left with exit status 3 while solving sequence 0;",
+        "Disappointed": r"failed while solving sequence 1:(?s:.*)fewer people than before",
+    }.items():
+        with pytest.raises(VbbenchError, match=f"solver 'hostile:{name}' {says}"):
+            solve(dataset, f"hostile:{name}", "one-step", place / name, isolate=True)
 
 
 def test_a_failure_is_shown_within_limits_and_without_control_characters(dataset: Dataset) -> None:

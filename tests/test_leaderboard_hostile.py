@@ -46,7 +46,9 @@ def test_a_bad_result_is_left_out_of_the_site_and_named(
     with np.errstate(over="ignore"):
         spoil_figures(results, value)
     site = tmp_path / "site"
-    with pytest.warns(VbbenchWarning, match=r"LEFT OUT of the site: .*cv\.json: \$\.per_sequence: a figure is"):
+    with pytest.warns(
+        VbbenchWarning, match=r"LEFT OUT of the site: .*cv\.json: \$\.per_sequence: dx of sequence \d+ is"
+    ):
         built = build(site, results)
     ((_, rows),) = built.results.items()
     assert [row.solver for row in rows] == ["vb-cv"]

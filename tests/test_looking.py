@@ -127,7 +127,7 @@ def test_a_tier_says_how_heads_turn_unless_the_user_does(monkeypatch: pytest.Mon
     class Field(type(noisy)):  # type: ignore[misc]
         look = "natural"
 
-    monkeypatch.setattr(reprojection, "get_tier", lambda _: Field(**vars(noisy)))
+    monkeypatch.setattr(reprojection, "chosen_tier", lambda _: Field(**vars(noisy)))
     demo = load("generator", "demo")
     assert demo.plan(Options(tier="noisy")).info.definition["look"] == "natural"
     assert demo.plan(Options(tier="noisy", look="wander")).info.definition["look"] == "wander"

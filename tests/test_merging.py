@@ -27,8 +27,7 @@ def last_part_first(
     work: Work, ranges: Sequence[tuple[int, int]], scheduler: str, tls: Path | None
 ) -> Iterator[PackedPart]:
     """Stands for a cluster: parts come back in any order."""
-    for first, last in reversed(ranges):
-        yield pack(work(first, last), part_name(first))
+    yield from reversed([pack(work(first, last), part_name(first)) for first, last in ranges])
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -206,8 +205,12 @@ def test_a_truth_that_is_kept_is_never_replaced_unasked(tmp_path: Path, place: s
 
 
 @pytest.mark.parametrize("solver", ["vb-cv", "cv", "tests.test_extras:Moody", "tests.test_extras:Reporting"])
-def test_submissions_merge_with_the_columns_that_any_part_has(whole: Dataset, tmp_path: Path, solver: str) -> None:
+def test_submissions_merge_with_the_columns_that_any_part_has(
+    whole: Dataset, tmp_path: Path, solver: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name, scheduler in (("here", None), ("there", "tcp://nowhere")):
+        monkeypatch.setattr("tests.test_extras.Moody.made", 0)
+        monkeypatch.setattr("vbbench.solving.submissions._warm", set())
         solve(whole, solver, "rollout", tmp_path / name, scheduler=scheduler)
     here, there = (tables(folder) for folder in (tmp_path / "here", merge(tmp_path / "there")))
     assert here == there

@@ -40,13 +40,14 @@ def test_poses_places_heights_and_camera_are_the_games(tmp_path):
     positions, angles = camera_track(80)
     world = walkers(80, 6)
     for sequence in dataset.sequences():
-        truth = dataset.truth(sequence)
+        truth, own = dataset.truth(sequence), dataset.world(sequence)
         frames = 10 + sequence.first_frame + np.arange(sequence.frames)
-        np.testing.assert_allclose(truth.poses[:, :2], positions[frames, :2], atol=1e-6)
-        np.testing.assert_allclose(np.cos(truth.poses[:, 2] - np.radians(angles[frames, 2] + 90.0)), 1.0, atol=1e-9)
-        people = sequence.tracks // 10
+        true_poses = own.poses(np.column_stack([positions[frames, :2], np.radians(angles[frames, 2] + 90.0)]))
+        np.testing.assert_allclose(truth.poses[:, :2], true_poses[:, :2], atol=1e-6)
+        np.testing.assert_allclose(np.cos(truth.poses[:, 2] - true_poses[:, 2]), 1.0, atol=1e-9)
+        people = dataset.track_persons(sequence)[-1] // 10
         seen = sequence.observed
-        np.testing.assert_allclose(truth.positions[seen], world[frames][:, people][seen], atol=1e-6)
+        np.testing.assert_allclose(truth.positions[seen], own.positions(world[frames][:, people])[seen], atol=1e-6)
         np.testing.assert_allclose(truth.heights, heights(6)[people], atol=1e-6)
         again = dataset.camera(sequence).project(
             world_to_relative(truth.positions, truth.poses), np.broadcast_to(truth.heights, seen.shape)

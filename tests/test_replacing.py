@@ -56,7 +56,7 @@ def test_ones_own_output_is_written_in_order(room: Path, tmp_path: Path, name: s
         with (tmp_path / "out.txt").open("w") as file:
             subprocess.run(command, cwd=tmp_path, check=True, stdout=file)
         text = (tmp_path / "out.txt").read_text("utf-8")
-    assert text.startswith("sequence,frames,")
+    assert text.startswith("sequence,scene,first_frame,last_frame,frames,")
     assert text.count("cv 0.2.0 on demo") == 1
     assert names(tmp_path) == ([] if where == "pipe" else ["out.txt"])
 
@@ -68,7 +68,7 @@ def test_a_pipe_with_a_name_is_written_through(room: Path, tmp_path: Path) -> No
     reader.start()
     assert main(score(room, pipe)) == 0
     reader.join()
-    assert read[0].startswith("sequence,frames,")
+    assert read[0].startswith("sequence,scene,first_frame,last_frame,frames,")
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 

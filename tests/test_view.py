@@ -219,6 +219,27 @@ def test_pictures_hang_on_a_pinhole_camera(tmp_path: Path) -> None:
     assert f"{root}/boxes" in entities
 
 
+def test_people_in_pictures_have_the_ids_and_colours_of_their_boxes(tmp_path: Path) -> None:
+    dataset = Dataset(write(tmp_path / "tracked", Crowd(tier="tracked")))
+    sequence, backend = dataset.sequence(SEQUENCE), Backend(name="tests.flat_renderer:FlatRenderer")
+    entities = read(record_to_file(dataset, SEQUENCE, tmp_path / "x.rrd", backend=backend))
+    infos = [one["class_description"]["info"] for one in entities["ego*"]["AnnotationContext:context"][0][0]]
+    looks = {info["id"]: (info["label"], info["color"]) for info in infos}
+    width, height = dataset.info.camera.picture_size
+    shown = set()
+    for frame in range(sequence.frames):
+        boxes = {name: entities["ego/boxes"][f"Boxes2D:{name}"][frame] for name in ("labels", "colors", "centers")}
+        place = dict(zip(zip(boxes["labels"], boxes["colors"], strict=True), boxes["centers"], strict=True))
+        buffer = bytes(entities["ego/ids"]["SegmentationImage:buffer"][frame][0])
+        ids = np.frombuffer(buffer, np.uint16).reshape(height, width)
+        for number in set(np.unique(ids).tolist()) - {0}:
+            columns = np.flatnonzero((ids == number).any(axis=0))
+            aside = (columns + 0.5 - place[looks[number]][0]) % width
+            assert np.minimum(aside, width - aside).max() < width / 8
+            shown.add(looks[number][0])
+    assert shown == {str(track) for track in sequence.tracks} - {"900"}
+
+
 def test_the_file_is_whole(folder: Path, submission: Path, tmp_path: Path) -> None:
     out = record_to_file(Dataset(folder), SEQUENCE, tmp_path / "deep" / "x.rrd", submissions=[submission])
     done = subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(out)], capture_output=True, text=True)

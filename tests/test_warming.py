@@ -32,7 +32,7 @@ CAMERAS = [PanoramaCamera(), PerspectiveCamera()]
 
 
 def problem(**changes: Any) -> Problem:
-    facts = {"sequence": 3, "camera": PanoramaCamera(), "dt": 0.4, "tracks": np.arange(2), "height_mean": 1.7}
+    facts = {"camera": PanoramaCamera(), "dt": 0.4, "tracks": np.arange(2), "height_mean": 1.7}
     return Problem(**{**facts, "height_std": 0.07, "pixel_std": 1.0, **changes})
 
 
@@ -174,7 +174,7 @@ def passes(solver, problem, sequence, protocol, truth):
 
 spent, solving.run_sequence = [0.0] * 4, passes
 data = Dataset(Path(sys.argv[1]))
-solving._solve_part(data, "vb-sf", solving._opened_here, get_protocol("sequential"), False, 0, len(data))
+solving._solve_part(data, "vb-sf", solving._opened_here, get_protocol("sequential"), False, False, 0, len(data))
 print(*spent)
 """
 

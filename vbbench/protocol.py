@@ -78,11 +78,11 @@ def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
 
     Only frames in which the track has a person count.
     """
-    first_two = observed & (np.cumsum(observed, axis=0) <= START_FRAMES)
-    first_poses = np.arange(len(truth.poses))[:, None] < START_FRAMES
-    positions = np.full(truth.positions.shape, np.nan)
-    positions[first_two] = truth.positions[first_two]
-    return Given(poses=np.where(first_poses, truth.poses, np.nan), positions=positions)
+    first_two = np.flatnonzero(observed & (np.cumsum(observed, axis=0) <= START_FRAMES))
+    poses, positions = np.full(truth.poses.shape, np.nan), np.full((observed.size, 2), np.nan)
+    poses[:START_FRAMES] = truth.poses[:START_FRAMES]
+    positions[first_two] = truth.positions.reshape(-1, 2).take(first_two, axis=0)
+    return Given(poses=poses, positions=positions.reshape(truth.positions.shape))
 
 
 def scored_frames(observed: BoolArray) -> BoolArray:

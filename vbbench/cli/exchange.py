@@ -120,7 +120,7 @@ def import_mot(
         dataset: The dataset whose pictures were tracked.
         out: Dataset folder to make.
         pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, for solvers;
-            default: 9, panorama 2.4.
+            default: 10, panorama 3.7.
         least_matched: Share of the boxes that must match people; fewer are refused.
         truth: Folder with the truth tables, if they are not in the dataset.
         overwrite: Replace an existing dataset.

@@ -39,17 +39,17 @@ def sequence_row(data: SequenceData, split: str) -> dict[str, Any]:
 def observation_rows(data: SequenceData) -> Columns:
     """One row per box, by frame and track."""
     s = data.sequence
-    observed = s.observed
-    frame, column = np.nonzero(observed)
-    u, v, length = s.observations[observed].T
+    boxes = np.flatnonzero(s.observed)
+    frame, column = np.divmod(boxes.astype(np.int32), np.int32(max(len(s.tracks), 1)))
+    u, v, length = s.observations.reshape(-1, 3).take(boxes, axis=0).T
     return {
         "sequence": np.full(len(frame), s.index, np.int32),
-        "frame": frame.astype(np.int32),
+        "frame": frame,
         "track": s.tracks.astype(np.int32)[column],
         "u": u,
         "v": v,
         "l": length,
-        "visible": s.visible[observed].astype(np.float32),
+        "visible": s.visible.reshape(-1).take(boxes).astype(np.float32),
     }
 
 
@@ -61,7 +61,7 @@ def given_rows(data: SequenceData) -> Columns:
     order = np.argsort(np.concatenate([own, frame]), kind="stable")
     poses, positions = s.given.poses[own], s.given.positions[frame, column]
     return {
-        "sequence": np.full(len(order), s.index),
+        "sequence": np.full(len(order), s.index, np.int32),
         "frame": np.concatenate([own, frame])[order],
         "track": np.concatenate([np.full(len(own), OBSERVER), s.tracks[column]])[order],
         "x": np.concatenate([poses[:, 0], positions[:, 0]])[order],
@@ -82,7 +82,7 @@ def odometry_rows(sequence: int, odometry: Odometry) -> Columns:
 def pose_rows(data: SequenceData) -> Columns:
     """One row per frame: the true pose."""
     x, y, yaw = data.truth.poses.T
-    where = {"sequence": np.full(len(x), data.sequence.index), "frame": np.arange(len(x))}
+    where = {"sequence": np.full(len(x), data.sequence.index, np.int32), "frame": np.arange(len(x), dtype=np.int32)}
     return {**where, "x": x, "y": y, "yaw": yaw}
 
 
@@ -93,10 +93,12 @@ def track_rows(data: SequenceData, persons: IntArray) -> Columns:
     ----------
     persons : [T, K] the person behind each track, `NOBODY` before its first box.
     """
-    before = np.concatenate([np.full((1, persons.shape[1]), NOBODY), persons[:-1]])
-    frame, column = np.nonzero(persons != before)
+    begins = np.empty(persons.shape, bool)
+    begins[:1] = persons[:1] != NOBODY
+    np.not_equal(persons[1:], persons[:-1], out=begins[1:])
+    frame, column = np.nonzero(begins)
     return {
-        "sequence": np.full(len(frame), data.sequence.index),
+        "sequence": np.full(len(frame), data.sequence.index, np.int32),
         "frame": frame,
         "track": data.sequence.tracks[column],
         "person": persons[frame, column],

@@ -47,8 +47,9 @@ class Noise(Tier):
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Noise on everybody who is to be seen."""
-        boxes = sight.boxes.copy()
+        boxes = sight.boxes
         if self.std > 0:
+            boxes = boxes.copy()
             boxes[sight.seen] = add_pixel_noise(boxes[sight.seen], sight.camera, self.std, rng)
         return Observations(boxes=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
 

@@ -113,14 +113,39 @@ def _sweep(
     """Visible fractions [T, K] and boxes [T, K, 4] (u, v, l, width) of what shows; ``figures`` from `_figures`."""
     frames, people = distances.shape
     visible, boxes = np.full((frames, people), np.nan), np.full((frames, people, 4), np.nan)
-    skyline = np.empty(width * SAMPLES)
+    skyline = np.full(width * SAMPLES, bottom)
+    inside, away = np.empty(people, np.int64), np.empty(people)
     for t in range(frames):
-        skyline[:] = bottom
-        for k in np.argsort(distances[t], kind="mergesort"):
-            if np.isnan(distances[t, k]):
-                break
+        count, left, right = 0, len(skyline), -1
+        for k in range(people):
+            if not np.isnan(distances[t, k]):
+                _, _, begin, end = _columns(figures[t, k], halves[-1], len(skyline), wraps)
+                if begin <= end:  # whoever is beside the picture neither shows nor hides anybody
+                    inside[count], away[count], count = k, distances[t, k], count + 1
+                    left, right = min(left, begin), max(right, end)
+        for n in np.argsort(away[:count], kind="mergesort"):
+            k = inside[n]
             visible[t, k] = _show(figures[t, k], halves, tops, skyline, bottom, wraps, boxes[t, k])
+        for c in range(0 if wraps else left, len(skyline) if wraps else right + 1):
+            skyline[c] = bottom
     return visible, boxes
+
+
+@kernel
+def _columns(figure: FloatArray, half: float, count: int, wraps: bool) -> tuple[int, int, int, int]:
+    """The first and last sampled column of a figure, and of the part that is among the ``count`` of the picture.
+
+    Sample c stands at column (c + ½) / SAMPLES. The narrowest figure still has the sample next to its axis.
+    """
+    u, reach = figure[0], half * figure[2]
+    first = int(np.ceil(max((u - reach) * SAMPLES - 0.5, -1e9)))
+    last = int(np.floor(min((u + reach) * SAMPLES - 0.5, 1e9)))
+    if last < first:
+        first = last = int(np.floor(u * SAMPLES))
+    if wraps:
+        last = min(last, first + count - 1)
+        return first, last, first, last
+    return first, last, max(first, 0), min(last, count - 1)
 
 
 @kernel
@@ -136,25 +161,24 @@ def _show(
     """Visible fraction of the next farther person, whose ``box`` [4] is filled in and who is added to the skyline."""
     u, feet, size = figure
     reach, count = halves[-1] * size, len(skyline)
-    # Sample c stands at column (c + ½) / SAMPLES. The narrowest figure still has the sample next to its axis.
-    first = int(np.ceil(max((u - reach) * SAMPLES - 0.5, -1e9)))
-    last = int(np.floor(min((u + reach) * SAMPLES - 0.5, 1e9)))
-    if last < first:
-        first = last = int(np.floor(u * SAMPLES))
-    if wraps:
-        last = min(last, first + count - 1)
-    from_column, to_column = (first, last) if wraps else (max(first, 0), min(last, count - 1))
+    first, last, from_column, to_column = _columns(figure, halves[-1], count, wraps)
     floor = min(feet, bottom)
-    whole = shown = 0.0
+    whole = shown = head = start = height = 0.0
+    near, far = np.inf, -np.inf  # of the axis are the columns of the step
     top, low, left, right = np.inf, -np.inf, last + 1, first - 1
     for c in range(from_column, to_column + 1):
         place = c % count if wraps else c
-        away, step = abs((c + 0.5) / SAMPLES - u), 0
-        while step < len(halves) - 1 and away > halves[step] * size:
-            step += 1
-        head = feet - tops[step] * size
-        start = head if wraps else max(head, 0.0)
-        whole += max(floor - start, 0.0)
+        away = abs((c + 0.5) / SAMPLES - u)
+        if away <= near or away > far:
+            step, near = 0, -1.0
+            while step < len(halves) - 1 and away > halves[step] * size:
+                near = halves[step] * size
+                step += 1
+            far = halves[step] * size if step < len(halves) - 1 else np.inf
+            head = feet - tops[step] * size
+            start = head if wraps else max(head, 0.0)
+            height = max(floor - start, 0.0)
+        whole += height
         end = min(floor, skyline[place])
         if end > start:
             shown += end - start

@@ -83,9 +83,11 @@ def view(
     made = tier.observe(sight, rng)
     boxes, visible, persons = made.boxes, made.visible, made.persons
     if persons is None:
-        kept = ~np.isnan(boxes[..., 2]).all(axis=0)  # whoever never comes into the picture is left out
-        boxes, visible, tracks = boxes[:, kept], visible[:, kept], people[kept]
-        truth = Truth(poses=poses, positions=positions[:, kept], heights=truth.heights[kept])
+        tracks = people
+        kept = np.flatnonzero(~np.isnan(boxes[..., 2]).all(axis=0))
+        if len(kept) < len(people):  # whoever never comes into the picture is left out
+            boxes, visible, tracks = boxes.take(kept, axis=1), visible.take(kept, axis=1), people[kept]
+            truth = Truth(poses=poses, positions=positions.take(kept, axis=1), heights=truth.heights[kept])
     else:
         tracks, persons = np.arange(boxes.shape[1]), held_persons(persons, ~np.isnan(boxes[..., 2]))
         truth = truth_of_tracks(truth, people, persons)

@@ -28,7 +28,7 @@ from vbbench_leaderboards.results.ranking import LEVEL
 _COMMANDS = [
     "pip install vbbench",
     "vbbench leaderboard template mine && cd mine",
-    "vbbench generate sim --tier field --limit 150 --out sim-field",
+    "vbbench generate sim --tier field --observer vehicle --limit 150 --out sim-field",
     "vbbench solve sim-field --solver mysolver:MySolver --protocol sequential --out answer",
     "vbbench leaderboard add answer --dataset sim-field --name my-solver",
     "vbbench leaderboard build --out site",

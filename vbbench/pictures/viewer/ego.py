@@ -46,17 +46,27 @@ def record_boxes(tape: Tape, replay: Replay) -> None:
 
 
 def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iterable[Picture]) -> None:
-    """Record rendered pictures, one per frame; a person's class is their number among the ``people`` [N], from 1."""
-    rr, root = tape.rr, ego_root(replay)
-    colours = marks.id_colours(people).tolist()
-    classes = [(n, str(person), colour) for n, (person, colour) in enumerate(zip(people, colours, strict=True), 1)]
-    tape.always(root, rr.AnnotationContext([(0, "nobody", (0, 0, 0, 0)), *classes]))
+    """Record rendered pictures, one per frame; the pixels of the ``people`` [N] have the colours of their boxes."""
+    rr, root, tracks = tape.rr, ego_root(replay), replay.sequence.tracks
+    looks = zip(tracks.astype(str), marks.id_colours(tracks).tolist(), strict=True)
+    classes = [("nobody", (0, 0, 0, 0)), *looks, ("no box", marks.UNSEEN)]
+    tape.always(root, rr.AnnotationContext([(number, *look) for number, look in enumerate(classes)]))
+    class_of = _classes(replay, people)
     for frame, picture in enumerate(pictures):
         centimetres = np.where(np.isfinite(picture.depth), picture.depth * CENTIMETRES, 0.0).clip(0, 65535)
-        ids = np.where(picture.ids == NOBODY, 0, np.searchsorted(people, picture.ids) + 1)
+        ids = np.where(picture.ids == NOBODY, 0, class_of[frame, np.searchsorted(people, picture.ids)])
         tape.now(frame, f"{root}/picture", rr.Image(picture.rgb).compress(jpeg_quality=QUALITY))
         tape.now(frame, f"{root}/depth", rr.DepthImage(centimetres.astype(np.uint16), meter=CENTIMETRES))
         tape.now(frame, f"{root}/ids", rr.SegmentationImage(ids.astype(np.uint16)))
+
+
+def _classes(replay: Replay, people: IntArray) -> IntArray:
+    """[T, N] the class of a person's pixels: the number, from 1, of the track whose box shows them, else a last one."""
+    sequence, persons = replay.sequence, replay.dataset.track_persons(replay.sequence)
+    classes = np.full((sequence.frames, len(people)), len(sequence.tracks) + 1)
+    frame, track = np.nonzero(sequence.observed & (persons != NOBODY))
+    classes[frame, np.searchsorted(people, persons[frame, track])] = track + 1
+    return classes
 
 
 def record_footage(tape: Tape, replay: Replay, backdrop: Backdrop, done: Callable[[], object]) -> None:

@@ -48,6 +48,7 @@ class Child:
         variants = facts.get("held_out")
         if facts["said"] != "ready" or not isinstance(variants, dict):
             raise self._nonsense("a greeting without its variants")
+        self.working_on = "solving"
         held_out = {str(source): plain(str(name), 200) for source, name in variants.items()}
         match facts.get("solver"):
             case "frame":

@@ -94,11 +94,13 @@ class Field(Tier):
     def _drawn(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
         boxes, showing = look(sight, recipe, self.outline, rng)
         model = recipe.annotator
-        framed = frame(drawn(boxes, sight.dt, model, rng), sight.camera, recipe.body.aspect)
-        kept = sight.seen & (showing.visible >= model.least_visible) & (framed.inside >= model.least_inside)
-        return Observations(
-            boxes=framed.where(kept).boxes, visible=np.where(kept, showing.visible * framed.inside, np.nan)
-        )
+        who = np.flatnonzero(sight.seen & (showing.visible >= model.least_visible))
+        framed = frame(drawn(boxes, who, sight.dt, model, rng), sight.camera, recipe.body.aspect)
+        kept = framed.inside >= model.least_inside
+        made, visible = np.full((sight.seen.size, 3), np.nan), np.full(sight.seen.size, np.nan)
+        made[who[kept]] = framed.boxes[kept]
+        visible[who[kept]] = (showing.visible.reshape(-1)[who] * framed.inside)[kept]
+        return Observations(boxes=made.reshape(boxes.shape), visible=visible.reshape(boxes.shape[:2]))
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
         camera, settings = sight.camera, recipe.tracking(sight.camera)

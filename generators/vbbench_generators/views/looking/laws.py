@@ -15,6 +15,7 @@ none is steady: an Ornstein–Uhlenbeck process and an offset of the person's ow
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -50,6 +51,12 @@ class Way:
 
     def at(self, times: FloatArray) -> FloatArray:
         """[n, 2] places at some ``times`` [n]: straight between frames, and on at the speed of either end."""
+        known, x, y = self._continued
+        return np.column_stack((np.interp(times, known, x), np.interp(times, known, y)))
+
+    @cached_property
+    def _continued(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Times [M] in s and places x and y [M] in m of the path with a place before and one after it."""
         known, path = self.times, self.path
         if len(path) > 1:
             known = np.concatenate([known[:1] - LONGEST_LEAD, known, known[-1:] + LONGEST_LEAD])
@@ -57,7 +64,7 @@ class Way:
             before = path[0] - first * (LONGEST_LEAD / (self.times[1] - self.times[0]))
             after = path[-1] + last * (LONGEST_LEAD / (self.times[-1] - self.times[-2]))
             path = np.concatenate([before[None], path, after[None]])
-        return np.column_stack((np.interp(times, known, path[:, 0]), np.interp(times, known, path[:, 1])))
+        return known, path[:, 0].copy(), path[:, 1].copy()
 
 
 def natural_yaws(way: Way, look: NaturalLook, rng: np.random.Generator, law: Law | None = None) -> FloatArray:
@@ -92,7 +99,8 @@ def _course(
     elif law == "ahead":
         tau = rng.uniform(look.ahead.nearest, look.ahead.farthest)
         behind, ahead = np.zeros(len(times)), np.full(len(times), tau)
-    chord = way.at(times + ahead) - way.at(times - behind)
+    places = way.at(np.concatenate([times - behind, times + ahead]))
+    chord = places[len(times) :] - places[: len(times)]
     walked = np.hypot(chord[:, 0], chord[:, 1]) >= look.walking.standing_speed * (behind + ahead)
     course = np.arctan2(chord[:, 1], chord[:, 0])
     somewhere = rng.uniform(-np.pi, np.pi)
