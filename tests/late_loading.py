@@ -31,7 +31,9 @@ def late(dataset: Dataset, solver: str, protocol: str, covariances: bool) -> lis
         return answer
 
     solving_run, solving.run_sequence = solving.run_sequence, watched  # type: ignore[assignment]
-    solving._solve_part(dataset, solver, solving._opened_here, get_protocol(protocol), covariances, 0, len(dataset))
+    solving._solve_part(
+        dataset, solver, solving._opened_here, get_protocol(protocol), covariances, False, 0, len(dataset)
+    )
     return found
 
 
