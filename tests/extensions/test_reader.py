@@ -29,7 +29,7 @@ def test_it_goes_from_generate_to_score(park: None, tmp_path: Path, capsys: pyte
     data, answer = tmp_path / "park", tmp_path / "answer"
     assert main(["generate", "park", "--source", str(HERE), "--tier", "noisy", "--out", str(data)]) == 0
     assert main(["verify", str(data)]) == 0
-    assert "6 tables and 5 sequences are as written" in capsys.readouterr().out
+    assert "8 tables and 5 sequences are as written" in capsys.readouterr().out
     assert main(["solve", str(data), "--solver", "vb-cv", "--protocol", "one-step", "--out", str(answer)]) == 0
     assert main(["score", str(answer), "--dataset", str(data)]) == 0
     assert "park" in capsys.readouterr().out

@@ -37,7 +37,7 @@ def test_it_goes_from_generate_to_score(
     data, answer = tmp_path / "data", tmp_path / "answer"
     assert main(["generate", "demo", "--tier", "fragmented", "--limit", "3", "--out", str(data)]) == 0
     assert main(["verify", str(data)]) == 0
-    assert "7 tables and 3 sequences are as written" in capsys.readouterr().out
+    assert "8 tables and 3 sequences are as written" in capsys.readouterr().out
     assert main(["info", str(data)]) == 0
     assert "tier fragmented (0.25 px)" in capsys.readouterr().out
     for protocol in ("one-step", "sequential"):
@@ -75,7 +75,7 @@ def test_its_datasets_are_read_where_it_is_not_installed(install: Install, tmp_p
     made = generate("sim", tmp_path / "sim", SMALL)
     persons = made.track_persons(made.sequence(1))
     package.remove()
-    assert "7 tables and 2 sequences are as written" in verify(made.folder)
+    assert "8 tables and 2 sequences are as written" in verify(made.folder)
     again = Dataset(made.folder)
     np.testing.assert_array_equal(again.track_persons(again.sequence(1)), persons)
     for make in (lambda: generate("sim", tmp_path / "two", SMALL), lambda: next(stream("sim", SMALL))):
