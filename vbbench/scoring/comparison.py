@@ -93,7 +93,7 @@ class Comparison:
         own, a, b = self.differences[name], self.a.summaries[name], self.b.summaries[name]
         if self.a.dataset.truth not in metric.known:
             return f"{row_title(metric)}{'not known':>9}"
-        p = "–" if np.isnan(own.p_value) else f"{own.p_value:.4f}"
+        p = "–" if np.isnan(own.p_value) else "< 0.0001" if own.p_value < 1e-4 else f"{own.p_value:.4f}"
         low, high = own.ci95
         interval = "–" if np.isnan(low) else f"{low:+.4f} to {high:+.4f}"
         failed = "" if np.isnan(a.failure_rate) else f"{a.failure_rate:.1%}, {b.failure_rate:.1%}"
