@@ -4,12 +4,11 @@ python -m benchmarks.field_table hotel students --every 8
 """
 
 import argparse
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vbbench.boxes import overlaps, rectangles
+from vbbench.boxes import pair_overlaps, rectangles
 from vbbench.generation.generator import Observer, Options
 from vbbench.generation.tier import Observations, Sight, Tier
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
@@ -80,7 +79,8 @@ def tracked_row(seen: list[Sight]) -> str:
         assert made.persons is not None
         switches += sum(changes(persons[persons >= 0]) for persons in made.persons.T)
         boxes, real = made.boxes[t, k], true[t, people]
-        overlap += [float(overlaps(*pair, None)[0, 0]) for pair in pairs(boxes, real)]
+        aspect = get_field().body.aspect
+        overlap += pair_overlaps(rectangles(boxes, aspect), rectangles(real, aspect)).tolist()
         errors.append((edges(boxes) - edges(real)) / real[:, 2:])
     column, top, bottom = (1.4826 * np.median(np.abs(np.concatenate(errors)), axis=0)).tolist()
     return (
@@ -102,12 +102,6 @@ def paired(sight: Sight, made: Observations) -> tuple[IntArray, IntArray, IntArr
 def changes(persons: IntArray) -> int:
     """How often a track goes on with somebody else."""
     return int(np.count_nonzero(np.diff(persons)))
-
-
-def pairs(boxes: FloatArray, real: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Rectangles [1, 4] of boxes [N, 3] and of the people in them."""
-    aspect = get_field().body.aspect
-    return zip(rectangles(boxes, aspect)[:, None], rectangles(real, aspect)[:, None], strict=True)
 
 
 def edges(boxes: FloatArray) -> FloatArray:

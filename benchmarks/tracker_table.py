@@ -12,11 +12,11 @@ from time import process_time
 
 import numpy as np
 
-from vbbench.boxes import cut_to_picture, rectangles
+from vbbench.boxes import cut_to_picture, pair_overlaps, rectangles
 from vbbench.camera import Camera
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.tier import Observations, Sight, Tier, get_tier
-from vbbench.geometry import FloatArray, IntArray, shorter_way
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.registry import load
 from vbbench_generators.tiers.occlusion import enough, see
 from vbbench_generators.tiers.tracking.fine_time import finer
@@ -45,7 +45,6 @@ class Watching(Tier):
     """The tier `tracked`, which keeps what it sees and makes of it."""
 
     kept: list[tuple[Sight, Observations]] = field(default_factory=list)
-    tracks = True
     hides = True
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
@@ -105,13 +104,8 @@ def switches(persons: IntArray) -> int:
 
 def shares(found: FloatArray, true: FloatArray, camera: Camera) -> FloatArray:
     """Intersection over union [N] of boxes [N, 3] with true ones, both cut to the picture."""
-    apart = shorter_way(found[:, 0] - true[:, 0], camera.period)
-    found = np.concatenate([true[:, :1] + apart[:, None], found[:, 1:]], axis=1)
     a, b = (cut_to_picture(rectangles(boxes), camera) for boxes in (found, true))
-    low, high = np.maximum(a[:, :2], b[:, :2]), np.minimum(a[:, :2] + a[:, 2:], b[:, :2] + b[:, 2:])
-    shared = np.prod(np.clip(high - low, 0.0, None), axis=1)
-    both: FloatArray = shared / (np.prod(a[:, 2:], axis=1) + np.prod(b[:, 2:], axis=1) - shared)
-    return both
+    return pair_overlaps(a, b, camera.period)
 
 
 def measure(split: str, every: int, camera: Camera | None = None) -> tuple[Tally, Tally, float]:

@@ -14,18 +14,16 @@ from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.checks.checking import check
 from vbbench_leaderboards.results.boards import published_sources, source
 from vbbench_leaderboards.results.dataset_record import read_dataset
-from vbbench_leaderboards.results.folder import published_results, result_paths
+from vbbench_leaderboards.results.folder import published_results
 from vbbench_leaderboards.results.result import Board, read_result
 
 SEQUENCES = 40
 """Sequences of Hotel that are solved again; what comes after them does not change them."""
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(scope="module")
 def committed() -> Path:
-    """The committed results, where there are any: those of an older format leave before others are made."""
-    if not any(result_paths(published_results())):
-        pytest.skip("no results are committed; make leaderboard writes them")
+    """The folder of the committed results."""
     return published_results()
 
 

@@ -11,6 +11,7 @@ import pytest
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Options, Plan
+from vbbench.generation.thinning import thinned
 from vbbench.registry import load, make_solver
 from vbbench.reproduction import readings
 from vbbench.reproduction.readings import (
@@ -22,7 +23,6 @@ from vbbench.reproduction.readings import (
     paper_figures,
 )
 from vbbench.reproduction.readings_report import plot_readings, readings_table, readings_values
-from vbbench.reproduction.subset import thinned
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_generators.recordings.eligibility import Rules

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from benchmarks.tracker_table import Tally, switches
+from vbbench.boxes import overlaps, suppress
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.exchange.matching import match_boxes, match_tracks
 from vbbench.generation.tier import Observations, Sight, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Truth
 from vbbench_generators.tiers.tracking.camera_motion import carried, estimated_turns
+from vbbench_generators.tiers.tracking.kernels import remaining, worths
 from vbbench_generators.tiers.tracking.settings import get_tracking
-from vbbench_generators.tiers.tracking.tracker import CentredDetections, Tracker
+from vbbench_generators.tiers.tracking.tracker import CentredDetections, Tracker, from_centres
 
 CAMERAS = [PanoramaCamera(), PerspectiveCamera(), PanoramaCamera(pitch=0.1), PerspectiveCamera(pitch=-0.05, roll=0.03)]
 DT = 0.4
@@ -39,6 +41,21 @@ def tally(sight: Sight) -> Tally:
     return counted
 
 
+@pytest.mark.parametrize("period", [None, 400.0], ids=["borders", "panorama"])
+def test_kernels_overlap_and_suppress_boxes_as_the_rest_of_the_package_does(period: float | None) -> None:
+    rng = np.random.default_rng(4)
+    boxes = rng.uniform((0.0, 0.0, 20.0, 40.0), (400.0, 100.0, 60.0, 120.0), (2, 60, 4))
+    scores, width = rng.random(60), period or 0.0
+    one, other = from_centres(boxes)
+    np.testing.assert_allclose(
+        worths(boxes[0], boxes[1], np.ones(60), 0.0, width), overlaps(one, other, period), atol=1e-12
+    )
+    order = np.argsort(-scores, kind="stable")
+    kept = order[remaining(boxes[0], order, 0.4, width)[order]]
+    np.testing.assert_array_equal(kept, suppress(one, scores, 0.4, period))
+    assert 5 < len(kept) < 55
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.5], ids=["straight", "turning"])
 def test_few_are_missed_or_confused_at_the_rate_of_recordings(turn: float) -> None:
     counted = tally(crowd(PanoramaCamera(), turn=turn))
@@ -52,7 +69,7 @@ def test_few_are_missed_or_confused_at_the_rate_of_recordings(turn: float) -> No
 def test_the_turn_taken_off_keeps_people_that_a_turning_camera_loses(monkeypatch: pytest.MonkeyPatch) -> None:
     sight = crowd(PanoramaCamera(), turn=0.5)
     steady = tally(sight)
-    monkeypatch.setattr("vbbench_generators.tiers.corruption.estimated_turns", lambda *_: None)
+    monkeypatch.setattr("vbbench_generators.tiers.tracking.observing.estimated_turns", lambda *_: None)
     dizzy = tally(sight)
     assert steady.found > 1.4 * dizzy.found
 

@@ -56,7 +56,12 @@ def overlaps(first: FloatArray, second: FloatArray, period: float | None = None)
 
     ``period`` is that of the camera, `vbbench.camera.Camera.period`.
     """
-    a, b = first[:, None], second[None]
+    return pair_overlaps(first[:, None], second[None], period)
+
+
+def pair_overlaps(first: FloatArray, second: FloatArray, period: float | None = None) -> FloatArray:
+    """As `overlaps`, [...] of each box of [..., 4] with the one in its place."""
+    a, b = first, second
     apart = shorter_way(b[..., 0] + 0.5 * b[..., 2] - a[..., 0] - 0.5 * a[..., 2], period)
     along = np.minimum(0.5 * (a[..., 2] + b[..., 2]) - np.abs(apart), np.minimum(a[..., 2], b[..., 2]))
     down = np.minimum(a[..., 1] + a[..., 3], b[..., 1] + b[..., 3]) - np.maximum(a[..., 1], b[..., 1])

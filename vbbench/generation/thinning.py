@@ -54,14 +54,14 @@ class ThinnedSized(Thinned):
 
 
 def thinned(plan: Plan, stride: int | None) -> Plan:
-    """A plan of every ``stride``-th sequence; the plan itself without a stride.
+    """A plan of every ``stride``-th sequence; the plan itself without a stride, or with one of 1.
 
     Raises
     ------
     VbbenchError
         If it is footage, whose runs are few and long.
     """
-    if stride is None:
+    if stride is None or stride == 1:
         return plan
     if isinstance(plan, FootagePlan):
         raise VbbenchError(f"--stride is not for footage such as {plan.info.split}; use --every or --limit")

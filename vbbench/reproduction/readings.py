@@ -16,10 +16,10 @@ from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Generator, Options
+from vbbench.generation.thinning import thinned
 from vbbench.paper import the_paper
 from vbbench.registry import load
 from vbbench.reproduction.reuse import ensure_planned, ensure_scores
-from vbbench.reproduction.subset import thinned
 from vbbench.scoring.metrics import section
 from vbbench.scoring.statistics import Summary
 

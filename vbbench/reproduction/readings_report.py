@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_png
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
 from vbbench.reproduction.readings import (
     HALF_WIDTH,
     HEADLINE,
@@ -24,6 +23,7 @@ from vbbench.reproduction.readings import (
     measure_readings,
     paper_figures,
 )
+from vbbench.reproduction.report_files import write_report
 from vbbench.scoring.metrics import METRICS, section
 
 NAME = "readings"
@@ -41,12 +41,8 @@ def reproduce_readings(
         As `vbbench.reproduction.readings.measure_readings` does.
     """
     found = measure_readings(study, out, jobs=jobs, overwrite=overwrite)
-    files = [Path(out) / f"{NAME}{suffix}" for suffix in (".md", ".json", ".png")]
-    table, values = readings_table(found), json.dumps(readings_values(found), indent=2, ensure_ascii=False)
-    write_text_atomically(files[0], table)
-    write_text_atomically(files[1], f"{values}\n")
-    save_png(plot_readings(found), files[2])
-    return "\n".join([table, *map(str, files)]), values
+    values = json.dumps(readings_values(found), indent=2, ensure_ascii=False)
+    return write_report(out, NAME, readings_table(found), (".json", f"{values}\n"), plot_readings(found)), values
 
 
 def readings_table(found: Readings) -> str:

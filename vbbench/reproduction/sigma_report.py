@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_png
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
+from vbbench.reproduction.report_files import write_report
 from vbbench.reproduction.sigma import PANELS, Curve, SigmaFigure, SigmaStudy, Statistic, measure_sigma, title_of
 from vbbench.scoring.metrics import METRICS
 
@@ -29,12 +29,7 @@ def reproduce_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwr
         As `vbbench.reproduction.sigma.measure_sigma` does.
     """
     figure = measure_sigma(study, out, jobs=jobs, overwrite=overwrite)
-    files = [Path(out) / f"{NAME}{suffix}" for suffix in (".md", ".csv", ".png")]
-    table = sigma_table(figure)
-    write_text_atomically(files[0], table)
-    write_text_atomically(files[1], sigma_csv(figure))
-    save_png(plot_sigma(figure), files[2])
-    return "\n".join([table, *map(str, files)])
+    return write_report(out, NAME, sigma_table(figure), (".csv", sigma_csv(figure)), plot_sigma(figure))
 
 
 def sigma_table(figure: SigmaFigure) -> str:

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.style import lay_out, save_png
+from vbbench.pictures.plotting.style import lay_out
 from vbbench.reproduction.agreement import Agreement, Estimate
+from vbbench.reproduction.report_files import write_report
 from vbbench.reproduction.transfer import Case, Comparison, TransferStudy, measure_transfer
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.statistics import finite_or_none
@@ -40,12 +40,8 @@ def reproduce_transfer(study: TransferStudy, out: Path | str, *, jobs: int = 1, 
         As `vbbench.reproduction.transfer.measure_transfer` does.
     """
     found = measure_transfer(study, out, jobs=jobs, overwrite=overwrite)
-    files = [Path(out) / f"{NAME}{suffix}" for suffix in (".md", ".json", ".png")]
-    text = transfer_table(study, found)
-    write_text_atomically(files[0], text)
-    write_text_atomically(files[1], json.dumps(transfer_values(study, found), indent=1, ensure_ascii=False) + "\n")
-    save_png(plot_transfer(study, found), files[2])
-    return "\n".join([text, *map(str, files)])
+    values = json.dumps(transfer_values(study, found), indent=1, ensure_ascii=False) + "\n"
+    return write_report(out, NAME, transfer_table(study, found), (".json", values), plot_transfer(study, found))
 
 
 def spoken(case: Case) -> str:

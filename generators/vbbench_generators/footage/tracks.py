@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.boxes import observations_of, overlaps
+from vbbench.boxes import observations_of, pair_overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.detection import Detections
@@ -188,7 +188,7 @@ def _agreement(boxes: FloatArray, persons: IntArray, labels: FloatArray, people:
     shared = []
     for box, person, label in zip(boxes, persons, labels, strict=True):
         paired = person != NOBODY
-        shared.append(overlaps(box[paired], label[np.searchsorted(people, person[paired])], camera.period).diagonal())
+        shared.append(pair_overlaps(box[paired], label[np.searchsorted(people, person[paired])], camera.period))
     pairs = np.concatenate(shared)
     return Agreement(
         labelled=int((~np.isnan(labels[..., 0])).sum()),

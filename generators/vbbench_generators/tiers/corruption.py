@@ -9,9 +9,8 @@ from vbbench.camera import Camera
 from vbbench.generation.tier import Observations, Sight, Tier, Told
 from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
-from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
 from vbbench_generators.tiers.tracking.fine_time import VIDEO_RATE, finer
-from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.observing import track_video
 from vbbench_generators.tiers.tracking.settings import get_tracking
 
 
@@ -128,12 +127,8 @@ class Tracking(Tier):
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """The boxes of tracks, and who is behind them."""
         fine, every = finer(sight)
-        settings, camera = get_tracking(), sight.camera
-        turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
-        where = (sight.people, camera, fine.dt, fine.watched)
-        tracked = track_people(
-            fine.boxes, _showing(fine, self.outline), *where, settings, self.outline, rng, turns=turns, every=every
-        )
+        showing = _showing(fine, self.outline)
+        tracked = track_video(fine, every, fine.boxes, showing, get_tracking(), self.outline, rng)
         return Observations(boxes=tracked.boxes, visible=tracked.scores, persons=tracked.persons)
 
 

@@ -14,9 +14,8 @@ from vbbench_generators.tiers.field.carriage import carry
 from vbbench_generators.tiers.field.projection import cut_rows, frame, whole_boxes
 from vbbench_generators.tiers.field.recipe import FieldRecipe, get_field
 from vbbench_generators.tiers.occlusion import Outline, Showing, see_figures
-from vbbench_generators.tiers.tracking.camera_motion import estimated_turns
 from vbbench_generators.tiers.tracking.fine_time import finer
-from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.observing import track_video
 from vbbench_generators.tiers.tracking.settings import get_tracking
 
 
@@ -103,17 +102,9 @@ class Field(Tier):
         return Observations(boxes=made.reshape(boxes.shape), visible=visible.reshape(boxes.shape[:2]))
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
-        camera, settings = sight.camera, recipe.tracking(sight.camera)
-        film = self.film(sight, recipe, rng)
-        fine = film.sight
-        turns = estimated_turns(fine.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
-        tracked = track_people(
-            film.boxes,
-            film.showing,
-            *(sight.people, camera, fine.dt, fine.watched, settings, self.outline, rng),
-            turns=turns,
-            every=film.every,
-        )
+        camera, film = sight.camera, self.film(sight, recipe, rng)
+        settings = recipe.tracking(camera)
+        tracked = track_video(film.sight, film.every, film.boxes, film.showing, settings, self.outline, rng)
         boxes = cut_rows(tracked.boxes, camera)
         found = ~np.isnan(boxes[..., 2])
         persons = np.where(found, tracked.persons, NOBODY)

@@ -8,9 +8,10 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.exchange.matching import match_tracks
+from vbbench.generation.tier import Sight
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators.tiers.occlusion import Outline, Showing
-from vbbench_generators.tiers.tracking.camera_motion import carried
+from vbbench_generators.tiers.tracking.camera_motion import carried, estimated_turns
 from vbbench_generators.tiers.tracking.detector import SMALLEST, Visible, detect
 from vbbench_generators.tiers.tracking.settings import TrackingSettings
 from vbbench_generators.tiers.tracking.tracker import Found, Tracker, from_centres
@@ -82,6 +83,22 @@ def track_people(
     tracks[..., 0] = camera.wrap_column(tracks[..., 0])
     persons = match_tracks(from_centres(tracks), whole[::every], people, camera, staying=True)
     return Tracked(tracks[..., [0, 1, 3]], scores, persons)
+
+
+def track_video(
+    sight: Sight,
+    every: int,
+    boxes: FloatArray,
+    showing: Showing,
+    settings: TrackingSettings,
+    outline: Outline,
+    rng: np.random.Generator,
+) -> Tracked:
+    """`track_people` in a sight at the rate of a video, the camera's turn taken off; ``every`` is as there."""
+    camera = sight.camera
+    turns = estimated_turns(sight.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
+    where = (sight.people, camera, sight.dt, sight.watched)
+    return track_people(boxes, showing, *where, settings, outline, rng, turns=turns, every=every)
 
 
 def _hidden_edges(boxes: FloatArray, showing: Showing, outline: Outline, period: float | None) -> FloatArray:
