@@ -85,7 +85,7 @@ def generate(
             people's heads do: one of the laws follow, ahead, glance and sway in each sequence), or one of these laws
             alone; default: the tier's own.
         observer: Who carries the camera: a walker, one of the people, or a vehicle that stands or drives among them.
-        detector: Boxes are those of a detector and tracker (tier field); without it as people draw them.
+        detector: In tier field, whether boxes are those of a detector and tracker, or as people draw them.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
         limit: Make only this many sequences, from the first.
         stride: Of these, make only every so many-th.

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vbbench.protocol import get_protocol
 from vbbench_leaderboards.markup import NONE, decimals, percent, text
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import HEADLINE_METRIC, term_of, tiers
-from vbbench_leaderboards.results.boards import HEADLINE_TIER, is_real
+from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, HEADLINE_TIER, is_real
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.results.standings import failure_rate, headline
-
-_ABSENT = 2.0
-"""Counts in the order of rows for a board on which a solver does not stand: the cap of Δx in m."""
 
 
 def headline_table(site: Site) -> str:
@@ -54,9 +52,13 @@ def _group(site: Site, boards: Sequence[Board], late: bool) -> str:
 
 
 def _standing(own: dict[Board, Result], boards: Sequence[Board]) -> float:
-    """Geometric mean of the capped errors over the boards: no board decides the order of rows alone."""
-    figures = [headline(own[board], HEADLINE_METRIC).value if board in own else _ABSENT for board in boards]
-    return float(np.mean(np.log([max(_ABSENT if value is None else value, 1e-6) for value in figures])))
+    """Geometric mean of the capped errors over the boards: no board decides the order of rows alone.
+
+    A board on which the solver does not stand counts with the cap.
+    """
+    cap = get_protocol(HEADLINE_PROTOCOL).caps[HEADLINE_METRIC]
+    figures = [headline(own[board], HEADLINE_METRIC).value if board in own else None for board in boards]
+    return float(np.mean(np.log([max(cap if value is None else value, 1e-6) for value in figures])))
 
 
 def _row(site: Site, solver: str, own: dict[Board, Result], boards: Sequence[Board]) -> str:
