@@ -309,6 +309,14 @@ def test_a_users_mistake_comes_back_as_itself(dask: Cluster) -> None:
         list(cluster.on_cluster(one_pose, [(0, 32)], dask.of(1)))
 
 
+def test_a_worker_that_leaves_while_it_is_asked_stops_nothing() -> None:
+    class Client:
+        def run(self, *_: object, **__: object) -> dict[str, object]:
+            return {"tcp://gone": ConnectionResetError("reset by peer"), "tcp://here": ""}
+
+    cluster._check_workers(Client())
+
+
 def test_workers_of_other_versions_are_refused(dask: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     here = cluster.versions()
     monkeypatch.setattr(cluster, "versions", lambda: here | {"vbbench": "9.9", "Python": "3.99"})

@@ -226,8 +226,13 @@ def _published(client: Any, work: Work) -> Iterator[str]:
 
 
 def _check_workers(client: Any) -> None:
-    """Raise VbbenchError if a worker lacks vbbench, or has other versions, before any work is done."""
+    """Raise VbbenchError if a worker lacks vbbench, or has other versions, before any work is done.
+
+    A worker that left while it was asked gets no work, and is no reason to stop.
+    """
     for worker, answer in client.run(_differences, versions(), on_error="return").items():
+        if isinstance(answer, OSError):
+            continue
         if isinstance(answer, BaseException):
             raise VbbenchError(f"worker {worker} cannot run vbbench: {answer}; install the same version there")
         if answer:
