@@ -1,0 +1,73 @@
+"""Boxes of any camera as directions and slopes, which is what they tell of people on the ground.
+
+Of a person at the distance r in the direction a, who is h tall and seen from the height c, a box tells
+
+    the direction a, the slope c/r down to the feet, and the slope h/r from head to feet,
+
+as a camera without tilt would see them. What a box height of noise is in each follows from the camera, too. A box at
+the border of the picture shows less of a person than there is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray, IntArray
+
+BORDER = 5.0
+"""In px: boxes that end nearer to the picture's first or last row may go on beyond it."""
+
+HALF_WIDTH = 0.22
+"""Half the width of a walking person, as a share of the height."""
+
+FEET_CUT, HEAD_CUT, SIDE_CUT = 1, 2, 4
+"""What the border of the picture may have cut off."""
+
+
+class Bearings(NamedTuple):
+    """Boxes [...] as directions and slopes; NaN = none.
+
+    Attributes
+    ----------
+    azimuth : a in rad, clockwise from forward.
+    foot, length : slopes c/r to the feet and h/r from head to feet, in m per m.
+    size : height of the box in px.
+    width : a in rad of a box height's length along the row.
+    cut : which of `FEET_CUT`, `HEAD_CUT` and `SIDE_CUT` hold, as a sum.
+    """
+
+    azimuth: FloatArray
+    foot: FloatArray
+    length: FloatArray
+    size: FloatArray
+    width: FloatArray
+    cut: IntArray
+
+
+def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
+    """What boxes [..., 3] (u, v, l) in px tell; those that show nobody on the ground tell nothing."""
+    boxes = np.where(boxes[..., 2:] > 1.0, boxes, np.nan)
+    beside = boxes + np.array((1.0, 0.0, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ray, shifted = (camera.unproject(seen, np.ones(())) for seen in (boxes, beside))
+        length = 1.0 / np.hypot(ray[..., 0], ray[..., 1])
+        _, stature = camera.statures(boxes)
+        foot = camera.mount_height * length / stature
+    azimuth = np.arctan2(ray[..., 0], ray[..., 1])
+    aside = np.arctan2(shifted[..., 0], shifted[..., 1]) - azimuth
+    width = np.abs(aside + 2.0 * np.pi * (aside < -np.pi) - 2.0 * np.pi * (aside > np.pi)) * boxes[..., 2]
+    nobody = ~np.isfinite(azimuth + foot + length + width) | ~(length > 0.0)
+    values = (np.where(nobody, np.nan, row) for row in (azimuth, foot, length, boxes[..., 2], width))
+    return Bearings(*values, cut=_cut(camera, boxes))
+
+
+def _cut(camera: Camera, boxes: FloatArray) -> IntArray:
+    """What the border may have cut off the boxes [..., 3]."""
+    columns, rows = camera.picture_size
+    u, v, size = np.moveaxis(boxes, -1, 0)
+    cut = FEET_CUT * (v + 0.5 * size > rows - BORDER) + HEAD_CUT * (v - 0.5 * size < BORDER)
+    if camera.period is None:
+        reach = HALF_WIDTH * size
+        cut = cut + SIDE_CUT * ((u - reach < 0.0) | (u + reach > columns))
+    return np.asarray(cut, np.int64)

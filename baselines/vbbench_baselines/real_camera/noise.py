@@ -1,0 +1,71 @@
+"""How noisy boxes are, and for how long their errors are alike: learned from what boxes add.
+
+Each pair of σ and τ of a grid is weighed by the density of all residuals so far under it, and by what is believed at
+first. The estimate is the mean of ln σ, and the τ that is most probable.
+"""
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.motion.walks import REACH
+from vbbench_baselines.real_camera.cues import CUES, PIXEL, Noise, Residuals
+
+SIGMAS = np.geomspace(0.004, 0.16, 13)
+"""σ that are weighed, as shares of a box."""
+
+TAUS = np.array((0.1, 0.4, 1.5, 6.0, 20.0))
+"""τ in s that are weighed."""
+
+
+class NoiseLearner:
+    """What residuals have told so far.
+
+    Parameters
+    ----------
+    first : what is believed at first.
+    spread : standard deviation of ln σ about it.
+    staying : ln of how much more probable its τ is than each other.
+    """
+
+    def __init__(self, first: Noise, spread: float, staying: float) -> None:
+        self.noise = first
+        off = (np.log(SIGMAS) - np.log(first.sigma)[:, None]) / spread
+        away = np.abs(np.log(TAUS) - np.log(first.tau)[:, None])
+        chosen = away == away.min(axis=1, keepdims=True)
+        self._told: FloatArray = -0.5 * off[:, :, None] ** 2 + staying * chosen[:, None, :]
+
+    def learn(self, told: FloatArray) -> None:
+        """Take in the log densities [3, σ, τ] of some residuals."""
+        self._told += told
+        chances = np.exp(self._told - self._told.max(axis=(1, 2), keepdims=True))
+        chances /= chances.sum(axis=(1, 2), keepdims=True)
+        sigma = np.exp((chances.sum(axis=2) * np.log(SIGMAS)).sum(axis=1))
+        tau = TAUS[chances.sum(axis=1).argmax(axis=1)]
+        self.noise = Noise(sigma, tau, self.noise.nu)
+
+
+@kernel
+def densities(found: Residuals, sizes: FloatArray, i: int, nu: FloatArray, dt: float, told: FloatArray) -> None:
+    """Add the log densities [3, σ, τ] of box ``i``, given the one before it; ``sizes`` [m] in px."""
+    for j in range(CUES):
+        if found.counts[i, j] != 1.0:
+            continue
+        paired = i > 0 and found.counts[i - 1, j] == 1.0 and found.frame[i] - found.frame[i - 1] <= REACH
+        here, before = found.value[i, j] * found.scale[i, j], 0.0
+        if paired:
+            before = found.value[i - 1, j] * found.scale[i - 1, j]
+        for a in range(len(SIGMAS)):
+            now = np.sqrt(SIGMAS[a] ** 2 + (PIXEL / sizes[i]) ** 2)
+            then = np.sqrt(SIGMAS[a] ** 2 + (PIXEL / sizes[i - 1]) ** 2) if paired else 1.0
+            for b in range(len(TAUS)):
+                rho = np.exp(-(found.frame[i] - found.frame[i - 1]) * dt / TAUS[b]) if paired else 0.0
+                spread = np.sqrt(1.0 - rho * rho)
+                added = (here / now - rho * before / then) / spread
+                told[j, a, b] -= np.log(now * spread) + 0.5 * (nu[j] + 1.0) * np.log(1.0 + added * added / nu[j])
+
+
+def sizes_of(size: FloatArray, first: int, frame: IntArray) -> FloatArray:
+    """[m] box heights in px of one person's rows ``size`` [T]."""
+    sizes: FloatArray = size[first + frame]
+    return sizes

@@ -1,0 +1,232 @@
+"""How the camera moves: on a vehicle, or on a pedestrian whose head follows the path by one of two laws, or wanders.
+
+In the axes of the middle of two headings a step has the parts F forward and S to the right, and a turn ω. A vehicle
+changes all three slowly (Student-t), seldom slips sideways, seldom turns and often stands (Cauchy: S, ω and ‖step‖).
+A pedestrian is one more walker (`joint_map.motion.walks`) with a head (`joint_map.motion.heads`).
+
+One law m holds all the time, so that all steps together tell which: with E_m the sum of −ln of the densities of the
+steps under it, and o_m what earlier frames added, π_m ∝ p_m exp(o_m − E_m), and each law counts by its share π_m: a step of
+expectation and maximisation.
+"""
+
+from math import lgamma, log, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, Head, strays, turn
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation, observer_of
+from vbbench_baselines.real_camera.cues import FRAME
+
+LAWS = FOLLOWERS + 2
+"""Vehicle, heads that follow, and the head that wanders."""
+
+VEHICLE = 0
+
+NEGLIGIBLE = 1e-4
+"""A law that is less probable does not count."""
+
+
+class Observer(NamedTuple):
+    """The laws' numbers.
+
+    Attributes
+    ----------
+    change, nu : [3] scales in m, m and rad of changes of F, S and ω from frame to frame, and degrees of freedom.
+    level, rest_share : [3] scales of S, ω and ‖step‖, in m, rad and m; and the weight of the last.
+    pace : standard deviation in m of a component of the first step.
+    walk, head : of a pedestrian.
+    odds : [4] ln of how probable each law is at first.
+    """
+
+    change: FloatArray
+    nu: FloatArray
+    level: FloatArray
+    rest_share: float
+    pace: float
+    walk: Walk
+    head: Head
+    odds: FloatArray
+
+
+class Step(NamedTuple):
+    """F, S and ω, and the slopes [6] of F and S by both poses, the earlier first."""
+
+    forward: float
+    right: float
+    turned: float
+    forward_by: FloatArray
+    right_by: FloatArray
+
+
+@kernel
+def step_of(before: FloatArray, now: FloatArray) -> Step:
+    """Between two frames' poses [≥ 3], whose yaws do not jump."""
+    turned, heading = now[2] - before[2], 0.5 * (now[2] + before[2])
+    sin, cos = np.sin(heading), np.cos(heading)
+    x, y = now[0] - before[0], now[1] - before[1]
+    forward, right = cos * x + sin * y, sin * x - cos * y
+    forward_by, right_by = np.empty(6), np.empty(6)
+    forward_by[0], forward_by[1], forward_by[3], forward_by[4] = -cos, -sin, cos, sin
+    right_by[0], right_by[1], right_by[3], right_by[4] = -sin, cos, sin, -cos
+    forward_by[2] = forward_by[5] = -0.5 * right
+    right_by[2] = right_by[5] = 0.5 * forward
+    return Step(forward, right, turned, forward_by, right_by)
+
+
+def normaliser(nu: float) -> float:
+    """−ln of the density of a Student-t variable of scale 1 at 0."""
+    return lgamma(0.5 * nu) - lgamma(0.5 * (nu + 1.0)) + 0.5 * log(nu * pi)
+
+
+@kernel
+def surprises(frames: FloatArray, t: int, observer: Observer, normalisers: FloatArray) -> FloatArray:
+    """[4] −ln of the density of the step into frame ``t`` ≥ 2 under each law; ``normalisers`` [3] of the changes."""
+    told = np.zeros(LAWS)
+    now, before = step_of(frames[t - 1], frames[t]), step_of(frames[t - 2], frames[t - 1])
+    changes = (now.forward - before.forward, now.right - before.right, now.turned - before.turned)
+    for a in range(3):
+        nu, scale = observer.nu[a], observer.change[a]
+        told[VEHICLE] += 0.5 * (nu + 1.0) * np.log(1.0 + (changes[a] / scale) ** 2 / nu) + np.log(scale)
+        told[VEHICLE] += normalisers[a]
+    walk, head = observer.walk, observer.head
+    order = min(t, REACH)
+    scale = walk.sigma * walk.spreads[order]
+    walked = innovation(frames[:, :2], t, walk) / walk.sigma**2
+    path = np.log(2.0 * np.pi * scale * scale) + 0.5 * (walk.nu + 2.0) * np.log(1.0 + walked / walk.nu)
+    residuals = np.empty(FOLLOWERS + 1)
+    strays(frames[t - 1], frames[t], head, residuals)
+    for law in range(FOLLOWERS + 1):
+        gamma = head.following[law] if law < FOLLOWERS else head.wandering
+        told[1 + law] = path + np.log(np.pi * gamma * (1.0 + (residuals[law] / gamma) ** 2))
+    return told
+
+
+@kernel
+def shares_of(
+    frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray, normalisers: FloatArray
+) -> tuple[FloatArray, float]:
+    """π [4], and −ln of the density of all steps into ``free`` frames, of whichever law."""
+    told = -(observer.odds + odds)
+    for t in range(2, len(frames)):
+        if free[t]:
+            told += surprises(frames, t, observer, normalisers)
+    least = np.min(told)
+    shares = np.exp(least - told)
+    total = np.sum(shares)
+    return shares / total, least - np.log(total)
+
+
+@kernel
+def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, share: float) -> float:
+    """−ln of what a vehicle's steps are expected to be, by its ``share``, and of the first step."""
+    total = 0.0
+    for t in range(1, len(frames)):
+        if free[t]:
+            step = step_of(frames[t - 1], frames[t])
+            length = step.forward**2 + step.right**2
+            told = np.log(1.0 + (step.right / observer.level[0]) ** 2)
+            told += np.log(1.0 + (step.turned / observer.level[1]) ** 2)
+            told += observer.rest_share * np.log(1.0 + length / observer.level[2] ** 2)
+            total += share * told
+            if t == 1:
+                total += 0.5 * length / observer.pace**2
+            total += 0.5 * observer.walk.own_rest * length
+    return total
+
+
+@kernel
+def add_observer(
+    frames: FloatArray,
+    free: BoolArray,
+    observer: Observer,
+    shares: FloatArray,
+    gradient: FloatArray,
+    hessian: FloatArray,
+) -> None:
+    """Add the slope of both to the gradient [7T] and their curvature to the Hessian [7T, 7T], lower half."""
+    steps = [step_of(frames[t - 1], frames[t]) for t in range(1, len(frames))]
+    row, share = np.zeros(9), shares[VEHICLE]
+    for t in range(1, len(frames)):
+        if not free[t]:
+            continue
+        step = steps[t - 1]
+        turned = np.zeros(6)
+        turned[2], turned[5] = -1.0, 1.0
+        slip, swing, rest = observer.level
+        length = step.forward**2 + step.right**2
+        still = share * observer.rest_share * 2.0 / (rest * rest + length) + observer.walk.own_rest
+        if t == 1:
+            still += 1.0 / observer.pace**2
+        sideways = still + share * 2.0 / (slip * slip + step.right**2)
+        _add(step.forward_by, t - 1, still, step.forward, gradient, hessian)
+        _add(step.right_by, t - 1, sideways, step.right, gradient, hessian)
+        _add(turned, t - 1, share * 2.0 / (swing * swing + step.turned**2), step.turned, gradient, hessian)
+        if t < 2:
+            continue
+        if share > NEGLIGIBLE:
+            before = steps[t - 2]
+            row[:] = 0.0
+            row[3:] += step.forward_by
+            row[:6] -= before.forward_by
+            _add(row, t - 2, share * _weight(step.forward - before.forward, 0, observer), step.forward - before.forward, gradient, hessian)
+            row[:] = 0.0
+            row[3:] += step.right_by
+            row[:6] -= before.right_by
+            _add(row, t - 2, share * _weight(step.right - before.right, 1, observer), step.right - before.right, gradient, hessian)
+            row[:] = 0.0
+            row[2], row[5], row[8] = 1.0, -2.0, 1.0
+            changed = step.turned - before.turned
+            _add(row, t - 2, share * _weight(changed, 2, observer), changed, gradient, hessian)
+        if share < 1.0 - NEGLIGIBLE:
+            _add_pedestrian(frames, t, observer, shares, gradient, hessian)
+
+
+@kernel
+def _weight(changed: float, a: int, observer: Observer) -> float:
+    nu = observer.nu[a]
+    return (nu + 1.0) / (nu * observer.change[a] ** 2 + changed * changed)
+
+
+@kernel
+def _add_pedestrian(
+    frames: FloatArray, t: int, observer: Observer, shares: FloatArray, gradient: FloatArray, hessian: FloatArray
+) -> None:
+    """What a pedestrian's step and turn into frame ``t`` add, by the shares."""
+    walk, head, order = observer.walk, observer.head, min(t, REACH)
+    square = innovation(frames[:, :2], t, walk)
+    weight = (1.0 - shares[VEHICLE]) * (walk.nu + 2.0) / (walk.nu * walk.sigma**2 + square) / walk.spreads[order] ** 2
+    for a in range(2):
+        off = 0.0
+        for d in range(order + 1):
+            off += walk.filters[order, d] * frames[t - d, a]
+        for d in range(order + 1):
+            p = FRAME * (t - d) + a
+            gradient[p] += weight * walk.filters[order, d] * off
+            for e in range(d, order + 1):
+                hessian[p, FRAME * (t - e) + a] += weight * walk.filters[order, d] * walk.filters[order, e]
+    for law in range(FOLLOWERS):
+        if shares[1 + law] > NEGLIGIBLE:
+            off, _, slopes = turn(frames[t - 1], frames[t], head, law)
+            scale = head.following[law]
+            _add(slopes, t - 1, 2.0 * shares[1 + law] / (scale * scale + off * off), off, gradient, hessian)
+    turned = np.zeros(6)
+    turned[2], turned[5] = -1.0, 1.0
+    moved = frames[t, 2] - frames[t - 1, 2]
+    _add(turned, t - 1, 2.0 * shares[-1] / (head.wandering**2 + moved * moved), moved, gradient, hessian)
+
+
+@kernel
+def _add(
+    row: FloatArray, first: int, weight: float, value: float, gradient: FloatArray, hessian: FloatArray
+) -> None:
+    """Add a residual with the slopes ``row`` [3n] by the poses of the frames from ``first`` on."""
+    for i in range(len(row)):
+        if row[i] == 0.0:
+            continue
+        p = FRAME * (first + i // 3) + i % 3
+        gradient[p] += weight * row[i] * value
+        for j in range(i + 1):
+            hessian[p, FRAME * (first + j // 3) + j % 3] += weight * row[i] * row[j]

@@ -1,0 +1,136 @@
+"""The constants of the joint problem of a real camera, and what they become at a frame rate.
+
+They were chosen on the KITTI recordings 0015, 0017 and 0019 together and on tier field of Hotel and ETH, not by
+recording; docs/map-solver.md says what each is worth.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vbbench.solver import Problem
+from vbbench_baselines.joint_map.motion.heads import head_of
+from vbbench_baselines.joint_map.motion.walks import Walk, walk_of
+from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.real_camera.cues import Noise
+from vbbench_baselines.real_camera.drift import Drift
+from vbbench_baselines.real_camera.elimination import PeoplePrior
+from vbbench_baselines.real_camera.observer import Observer
+
+REFERENCE = 0.4
+"""In s: the constants are those of frames so far apart."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Standard deviations at frames of `REFERENCE` seconds, unless it says otherwise.
+
+    Parameters
+    ----------
+    noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
+    noise_spread, noise_staying : how firmly these are believed, see `real_camera.noise.NoiseLearner`.
+    edge, edge_std : δ in m.
+    height_std : of ln height beside what `Problem` tells of people, since a box is not exactly as high as its person.
+    tilt_std : in rad, of pitch and roll at the start, where `Problem` does not tell.
+    mount_std : in m, of the camera's height over the ground that people stand on.
+    offset_std : in rad, of the columns' offset.
+    pitch_step, roll_step, mount_step, offset_step : by how much these change in a frame, with ν = ``drift_nu``.
+    walk_std, walk_nu, walk_people : σ in m, ν and a_0 of people's second differences (`joint_map.prior`).
+    walk_growth : σ grows with dt to this power.
+    first_speed : in m/s, of a velocity component of somebody new.
+    surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
+    vehicle_nu : degrees of freedom of these.
+    slip, turn, rest : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of standing.
+    rest_share : the weight of the last, as it is told in every frame anew.
+    vehicle_speed : in m/s, of a first velocity.
+    laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
+    """
+
+    noise: tuple[float, float, float] = (0.04, 0.012, 0.05)
+    memory: tuple[float, float, float] = (0.4, 20.0, 20.0)
+    noise_nu: float = 6.0
+    noise_spread: float = 1.0
+    noise_staying: float = 2.0
+    edge: float = 0.45
+    edge_std: float = 0.12
+    height_std: float = 0.055
+    tilt_std: float = 0.03
+    mount_std: float = 0.2
+    offset_std: float = 0.005
+    pitch_step: float = 0.004
+    roll_step: float = 0.004
+    mount_step: float = 0.05
+    offset_step: float = 0.0005
+    drift_nu: float = 4.0
+    walk_std: float = 0.06
+    walk_nu: float = 4.0
+    walk_people: float = 20.0
+    walk_growth: float = 1.3
+    first_speed: float = 1.4
+    surge: float = 0.06
+    sway: float = 0.012
+    swerve: float = 0.003
+    vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
+    slip: float = 0.05
+    turn: float = 0.007
+    rest: float = 0.02
+    rest_share: float = 0.3
+    vehicle_speed: float = 4.0
+    laws: tuple[float, float, float] = (0.5, 0.1, 0.2)
+
+    def noise_at_first(self, problem: Problem) -> Noise:
+        """The boxes' noise before any was seen."""
+        return Noise(np.array(self.noise), np.array(self.memory), np.full(3, self.noise_nu))
+
+    def people(self, problem: Problem) -> PeoplePrior:
+        """What is known of people before they are seen."""
+        mean = np.array((np.log(problem.height_mean), self.edge))
+        spread = np.hypot(problem.height_std / problem.height_mean * 0.0, self.height_std)
+        return PeoplePrior(mean, np.array((spread, self.edge_std)))
+
+    def drift(self, problem: Problem) -> Drift:
+        """What is known of the camera."""
+        tilt = self.tilt_std
+        ratio = np.sqrt(problem.dt / REFERENCE)
+        mean = np.array((0.0, 0.0, problem.camera.mount_height, 0.0))
+        std = np.array((tilt, tilt, self.mount_std, self.offset_std))
+        step = ratio * np.array((self.pitch_step, self.roll_step, self.mount_step, self.offset_step))
+        return Drift(mean, std, step, self.drift_nu)
+
+    def walk(self, dt: float, cold: bool) -> Walk:
+        """How people walk."""
+        prior = self._prior(dt)
+        return walk_of(prior, dt, cold=cold)
+
+    def _prior(self, dt: float) -> Prior:
+        base = get_prior("default")
+        ratio = dt / REFERENCE
+        return Prior(
+            dt=dt,
+            b=(0.0, 0.0),
+            sigma=self.walk_std * ratio**self.walk_growth,
+            nu=self.walk_nu,
+            a0=self.walk_people,
+            yaw_scale=base.yaw_scale * ratio,
+            lag=base.lag,
+            follow_scale=(base.follow_scale[0] * ratio, base.follow_scale[1]),
+            following=base.following,
+            speed=self.first_speed,
+        )
+
+    def observer(self, dt: float, cold: bool) -> Observer:
+        """How the camera moves."""
+        ratio = dt / REFERENCE
+        walk = self.walk(dt, cold)
+        head = head_of(self._prior(dt))
+        share = np.array((*self.laws, 1.0 - sum(self.laws)))
+        return Observer(
+            change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
+            nu=np.array(self.vehicle_nu),
+            level=np.array((self.slip, self.turn, self.rest)) * ratio,
+            rest_share=self.rest_share * float(np.sqrt(ratio)),
+            pace=self.vehicle_speed * dt,
+            walk=walk,
+            head=head,
+            odds=np.log(share),
+        )

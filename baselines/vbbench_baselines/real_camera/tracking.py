@@ -1,0 +1,276 @@
+"""The joint problem of a real camera, solved anew with every frame over those of a window; only the newest is reported."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.kernels import kernel
+from vbbench.sequence import Given
+from vbbench.solver import FrameEstimate, Problem
+from vbbench_baselines.common.cold_start import add_drift as add_common_drift
+from vbbench_baselines.common.cold_start import begins_cold
+from vbbench_baselines.real_camera.bearings import bearings_of
+from vbbench_baselines.real_camera.cues import CUES, FRAME, residuals_of, whiten
+from vbbench_baselines.real_camera.elimination import place_covariance
+from vbbench_baselines.real_camera.joint import Model, Point, Seen, Settled, linearise, settle
+from vbbench_baselines.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities
+from vbbench_baselines.real_camera.observer import LAWS, VEHICLE, normaliser, step_of, surprises
+from vbbench_baselines.real_camera.settings import Settings
+from vbbench_baselines.real_camera.window import NOBODY, Window
+
+LATE = 2
+"""Frames after which a residual teaches the noise: by then later frames have told where the box should be."""
+
+COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
+"""In m/s forward: starts of the first frames after a cold start."""
+
+COLD_FRAMES = 5
+
+JUMP = 60.0
+"""Σe² of the newest box's cues beyond which a track begins anew."""
+
+
+class Tracking:
+    """A solver of frames over a window.
+
+    Parameters
+    ----------
+    settings : the constants.
+    problem : tells camera, frame rate, and the prior of heights.
+    window : frames that are solved together.
+    rounds, tolerance : of the descent.
+    """
+
+    def __init__(self, settings: Settings, problem: Problem, window: int, rounds: int, tolerance: float) -> None:
+        self._settings, self._problem = settings, problem
+        self._rounds, self._tolerance = rounds, tolerance
+        self._cold, self.age, self._astray = False, 0, 0.0
+        self._odds = np.zeros(LAWS)
+        first = settings.noise_at_first(problem)
+        self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
+        self._people, self._drift = settings.people(problem), settings.drift(problem)
+        self._dress(cold=False)
+        self.rows = Window(window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
+        self._shares = np.exp(self._observer.odds)
+
+    def _dress(self, cold: bool) -> None:
+        dt = self._problem.dt
+        self._walk, self._observer = self._settings.walk(dt, cold), self._settings.observer(dt, cold)
+        self._normalisers = np.array([normaliser(nu) for nu in self._settings.vehicle_nu])
+
+    @property
+    def model(self) -> Model:
+        """What is believed now."""
+        return Model(
+            self.learner.noise,
+            self._people,
+            self._walk,
+            self._observer,
+            self._normalisers,
+            self._drift,
+            self._odds,
+            self._problem.dt,
+        )
+
+    def step(self, boxes: FloatArray, given: Given) -> FrameEstimate:
+        """The answer for the next frame, from its boxes [K, 3] in px and what is given of it and the two before."""
+        rows = self.rows
+        if begins_cold(given, self.age):
+            self._cold = True
+            self._dress(cold=True)
+        if len(rows.frames) == rows.size and self._nothing_given(2):
+            self._odds += surprises(rows.frames, 2, self._observer, self._normalisers) * -1.0
+            self._odds -= self._odds.max()
+        rows.leave()
+        rows.push(bearings_of(self._problem.camera, boxes), given, self._expected())
+        self.age += 1
+        if self.age > 1 and (given.odometry is None or np.isnan(given.odometry.motions[-1, 0])):
+            self._astray += self._problem.dt
+        settled, seen, columns = self._settle()
+        jumped = self._jumps(settled, seen, columns)
+        if len(jumped):
+            rows.begin_anew(jumped)
+            settled, seen, columns = self._settle()
+        self._learn(settled, seen)
+        return self._answer(settled, seen, columns)
+
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on the ``columns`` [M] stand for new people."""
+        self.rows.forget(columns)
+
+    def _nothing_given(self, row: int) -> bool:
+        return bool(np.isnan(self.rows.given_poses[row, 0]))
+
+    def _expected(self) -> FloatArray:
+        """The next frame [7], before anything of it is seen."""
+        frames = self.rows.frames
+        if len(frames) == 0:
+            return np.concatenate((np.zeros(3), self._drift.mean))
+        start = frames[-1].copy()
+        if len(frames) > 1:
+            last = step_of(frames[-2], frames[-1])
+            if self._shares[VEHICLE] > 0.5:
+                start[2] += last.turned
+                heading = frames[-1, 2] + 0.5 * last.turned
+                sin, cos = math.sin(heading), math.cos(heading)
+                start[:2] += (cos * last.forward + sin * last.right, sin * last.forward - cos * last.right)
+            else:
+                start[:2] += frames[-1, :2] - frames[-2, :2]
+        return start
+
+    def _settle(self) -> tuple[Settled, Seen, IntArray]:
+        """Solve the window; what is found is kept in its rows."""
+        rows, columns = self.rows, self.rows.present()
+        full = len(rows.frames) == rows.size and self.age > rows.size
+        seen = rows.seen(columns, np.arange(2 if full else 0))
+        starts = [rows.frames]
+        if self._cold and 1 < self.age <= COLD_FRAMES:
+            starts = [self._at_speed(speed) for speed in COLD_SPEEDS] + starts
+        best = None
+        for frames in starts:
+            places = rows.places.take(columns, axis=1)
+            fill(places, frames, seen, rows.numbers[columns])
+            point = Point(frames.copy(), places, rows.numbers[columns], rows.variances[columns])
+            settled = settle(point, seen, self.model, self._rounds, self._tolerance)
+            if best is None or settled.deviance < best.deviance:
+                best = settled
+        assert best is not None
+        rows.frames = best.point.frames
+        rows.places[:, columns] = best.point.places
+        rows.numbers[columns], rows.variances[columns] = best.point.people, best.point.variances
+        self._shares = best.shares
+        return best, seen, columns
+
+    def _at_speed(self, speed: float) -> FloatArray:
+        """The frames as of an observer who goes straight ahead at ``speed`` m/s from the first on."""
+        frames = self.rows.frames.copy()
+        yaw = frames[0, 2]
+        along = np.arange(len(frames)) * speed * self._problem.dt
+        frames[:, 0], frames[:, 1] = frames[0, 0] + along * math.cos(yaw), frames[0, 1] + along * math.sin(yaw)
+        frames[:, 2] = yaw
+        return frames
+
+    def _jumps(self, settled: Settled, seen: Seen, columns: IntArray) -> list[int]:
+        """Tracks whose newest box shows somebody else."""
+        off = newest_surprise(settled.point, seen, self.model)
+        jumped = []
+        for column in columns[off > JUMP]:
+            jumped += np.flatnonzero(self.rows.column == column).tolist()
+        return jumped
+
+    def _learn(self, settled: Settled, seen: Seen) -> None:
+        told = residual_densities(settled.point, seen, self.model, len(self.rows.frames) - 1 - LATE)
+        self.learner.learn(told)
+
+    def _answer(self, settled: Settled, seen: Seen, columns: IntArray) -> FrameEstimate:
+        rows = self.rows
+        pose = rows.frames[-1, :3].copy()
+        pose[2] = wrap_angle(pose[2])
+        here = (rows.column != NOBODY) & ~np.isnan(self._newest(rows.boxes.azimuth))
+        places = np.full((len(rows.column), 2), np.nan)
+        places[here] = rows.places[-1, rows.column[here]]
+        report: dict[str, Any] = {}
+        if self._problem.covariances:
+            report = self._covariances(settled, seen, columns, here)
+        known = rows.column != NOBODY
+        heights = np.full(len(known), self._problem.height_mean)
+        heights[known] = np.exp(rows.numbers[rows.column[known], 0])
+        return FrameEstimate(pose=pose, positions=places, converged=settled.converged, heights=heights, **report)
+
+    def _newest(self, rows: FloatArray) -> FloatArray:
+        """[K] the newest row by track, NaN for those who are nowhere."""
+        column = self.rows.column
+        return np.where(column == NOBODY, np.nan, rows[-1, column]) if rows.shape[1] else np.full(len(column), np.nan)
+
+    def _covariances(self, settled: Settled, seen: Seen, columns: IntArray, here: FloatArray) -> dict[str, Any]:
+        pose, some = newest_covariances(settled.point, seen, self.model)
+        everyone = np.full((len(self.rows.column), 2, 2), np.nan)
+        order = {int(column): i for i, column in enumerate(columns)}
+        for track in np.flatnonzero(here):
+            everyone[track] = some[order[int(self.rows.column[track])]]
+        if self._cold:
+            add_common_drift(pose, everyone, np.array(self._astray))
+        return {"pose_covariance": pose, "position_covariances": everyone}
+
+
+@kernel
+def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray) -> None:
+    """Where people may be whose places [T, K, 2] are not known yet: as they walked, or as high as their box says."""
+    boxes = seen.boxes
+    for k in range(places.shape[1]):
+        known = -1
+        for t in range(seen.first[k], seen.last[k] + 1):
+            if np.isnan(places[t, k, 0]):
+                if not np.isnan(seen.given[t, k, 0]):
+                    places[t, k] = seen.given[t, k]
+                elif t - 2 >= seen.first[k] and not np.isnan(places[t - 1, k, 0] + places[t - 2, k, 0]):
+                    places[t, k] = 2.0 * places[t - 1, k] - places[t - 2, k]
+                elif not np.isnan(boxes.azimuth[t, k]):
+                    reach = np.exp(numbers[k, 0]) / boxes.length[t, k] + numbers[k, 1]
+                    side, ahead = reach * np.sin(boxes.azimuth[t, k]), reach * np.cos(boxes.azimuth[t, k])
+                    sin, cos = np.sin(frames[t, 2]), np.cos(frames[t, 2])
+                    places[t, k, 0] = frames[t, 0] + side * sin + ahead * cos
+                    places[t, k, 1] = frames[t, 1] - side * cos + ahead * sin
+            if not np.isnan(places[t, k, 0]):
+                for missing in range(known + 1, t if known >= 0 else known + 1):
+                    share = (missing - known) / (t - known)
+                    places[missing, k] = (1.0 - share) * places[known, k] + share * places[t, k]
+                known = t
+
+
+@kernel
+def newest_surprise(point: Point, seen: Seen, model: Model) -> FloatArray:
+    """[K] Σe² of the newest box's cues, where there is one after others."""
+    off, last = np.zeros(len(seen.first)), len(point.frames) - 1
+    for k in range(len(off)):
+        first = int(seen.first[k])
+        if int(seen.last[k]) != last or first == last or np.isnan(seen.boxes.azimuth[last, k]):
+            continue
+        if not np.isnan(seen.given[last, k, 0]):
+            continue
+        track = point.places[first:, k].copy()
+        found = residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
+        for j in range(CUES):
+            off[k] += found.counts[-1, j] * found.value[-1, j] ** 2
+    return off
+
+
+@kernel
+def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatArray:
+    """The log densities of what the boxes of frame ``t`` add, see `noise.densities`."""
+    told = np.zeros((CUES, len(SIGMAS), len(TAUS)))
+    for k in range(len(seen.first)):
+        first, last = int(seen.first[k]), int(seen.last[k])
+        if t < 0 or not first <= t <= last or np.isnan(seen.boxes.azimuth[t, k]):
+            continue
+        track = point.places[first : last + 1, k].copy()
+        found = residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
+        sizes = seen.boxes.size[first:, k][found.frame]
+        for i in range(len(found.frame)):
+            if first + found.frame[i] == t:
+                densities(found, sizes, i, model.noise.nu, model.dt, told)
+    return told
+
+
+@kernel
+def newest_covariances(point: Point, seen: Seen, model: Model) -> tuple[FloatArray, FloatArray]:
+    """[3, 3] of the newest pose and [K, 2, 2] of the newest places."""
+    system = linearise(point, seen, model, 0.0)
+    size, last = len(system.gradient), len(point.frames) - 1
+    matrix = system.hessian
+    for p in range(size):
+        matrix[p, p] += 1e-9
+        matrix[p, p + 1 :] = matrix[p + 1 :, p]
+    covariance = np.ascontiguousarray(np.linalg.inv(matrix))
+    for t in range(last + 1):
+        if seen.fixed[t]:
+            covariance[FRAME * t : FRAME * t + 3] = 0.0
+            covariance[:, FRAME * t : FRAME * t + 3] = 0.0
+    places = np.full((len(seen.first), 2, 2), np.nan)
+    for person in system.people:
+        if int(seen.last[person.number]) == last:
+            places[person.number] = place_covariance(person, last - person.first, covariance)
+    newest = FRAME * last
+    return covariance[newest : newest + 3, newest : newest + 3].copy(), places
