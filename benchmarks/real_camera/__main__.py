@@ -3,7 +3,7 @@
     python -m benchmarks.real_camera map-causal vb-sf cv --kitti ~/kitti [--only kitti-4-sequential,boards-field]
 
 A solver is a registered name or ``module:attribute``. ``--kitti`` is KITTI's folder with ``training``, ``poses`` and
-``detections`` in it. ``--only`` takes the names of cells, or how they begin; ``--list`` tells them. Datasets are kept in
+``detections`` in it. ``--only`` takes names of cells, or how they begin; ``--list`` tells them. Datasets are kept in
 ``--cache``. Figures are means over runs without any cap, unless a cell says so; those that miss what is wanted have a
 ``!``. The other splits are searched for where ``vbbench generate`` does.
 """

@@ -58,6 +58,7 @@ class Run:
     Parameters
     ----------
     dx, dt, dx_rel : means of the errors that are scored, in m.
+    dx_arrivals : as ``dx``, with everybody's first two visible frames, which are not scored.
     drift : error of the observer's last place over the time until then, in m/s.
     farthest_pose, farthest_person : greatest errors in m, of poses in every frame and of people in every box.
     far_poses, far_people : how many of these are above `FAR`.
@@ -70,6 +71,7 @@ class Run:
     dx: float = np.inf
     dt: float = np.inf
     dx_rel: float = np.inf
+    dx_arrivals: float = np.inf
     drift: float = np.inf
     farthest_pose: float = np.inf
     farthest_person: float = np.inf
@@ -143,6 +145,7 @@ def _errors(estimate: Estimate, sequence: Sequence, truth: Truth, dt: float) -> 
         "dx": _mean(off[rows]),
         "dt": _mean(away[frames]),
         "dx_rel": _mean(beside[rows]),
+        "dx_arrivals": _mean(off[sequence.observed & frames[:, None]]),
         "drift": float(away[last] / (last * dt)),
         "farthest_pose": float(np.nanmax(away)),
         "farthest_person": float(np.nanmax(off[sequence.observed], initial=0.0)),
