@@ -46,27 +46,27 @@ def table(cell: Cell, solvers: list[str], scenes: Scenes, every: int) -> Iterato
     yield f"\n{cell.name}: {cell.unit}\n"
     yield "| | " + " | ".join([*solvers, "prototype", "wanted"]) + " |"
     yield "|---" * (len(solvers) + 3) + "|"
-    for trial, make in cell.trials.items():
-        runs: dict[str, Runs] = {}
+    for name, make in cell.trials.items():
+        runs, trial = dict[str, Runs](), make(scenes)
         for solver in dict.fromkeys([*(["cv"] if cell.beside_cv else []), *solvers]):
             if not (whole.get(solver) and "one-step" in cell.name):
-                runs[solver] = _measured(cell, trial, make(scenes), solver, scenes.jobs, every)
-        found = {name: cell.figures(runs[name], runs.get("cv")) for name in solvers if name in runs}
+                runs[solver] = _measured(f"{cell.name}, {name}", trial, solver, scenes.jobs, every)
+        found = {solver: cell.figures(runs[solver], runs.get("cv")) for solver in solvers if solver in runs}
         count = max(map(len, runs.values()))
         for figure in next(iter(found.values())):
-            target = target_of(targets, trial, figure)
+            target = target_of(targets, name, figure)
             texts = []
-            for name in solvers:
-                values = found[name][figure] if name in found else ()
-                texts.append(joined(values) + " !" * (bool(values) and target.missed(values, whole[name])))
-            yield f"| {trial} ({count}), {figure} | " + " | ".join([*texts, *target.texts]) + " |"
+            for solver in solvers:
+                values = found[solver][figure] if solver in found else ()
+                texts.append(joined(values) + " !" * (bool(values) and target.missed(values, whole[solver])))
+            yield f"| {name} ({count}), {figure} | " + " | ".join([*texts, *target.texts]) + " |"
 
 
-def _measured(cell: Cell, name: str, trial: Trial, solver: str, jobs: int, every: int) -> Runs:
+def _measured(what: str, trial: Trial, solver: str, jobs: int, every: int) -> Runs:
     started = perf_counter()
     found = measure(trial, solver, jobs=jobs, every=every)
     seconds = perf_counter() - started
-    print(f"{cell.name}, {name}, {solver}: {len(found)} runs, {seconds:.1f} s", file=sys.stderr, flush=True)
+    print(f"{what}, {solver}: {len(found)} runs, {seconds:.1f} s", file=sys.stderr, flush=True)
     return found
 
 

@@ -9,9 +9,11 @@ import numpy as np
 from vbbench.files.dataset import Dataset
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Observer, Options
+from vbbench.generation.thinning import thinned
 from vbbench.geometry import FloatArray
 from vbbench.protocol import arrivals_given
-from vbbench.reproduction.reuse import ensure_dataset, ensure_planned
+from vbbench.registry import load
+from vbbench.reproduction.reuse import ensure_planned
 from vbbench.sequence import Sequence, Truth
 from vbbench_generators.footage.kitti.labels import WALKERS
 from vbbench_generators.footage.kitti.split import KittiSplit
@@ -68,8 +70,8 @@ class Scenes:
         """Some sequences of a board; in tier `field` a vehicle watches, as on the boards."""
         observer: Observer = "vehicle" if tier == "field" else "walker"
         stride = (FIELD_STRIDES if tier == "field" else STRIDES)[split]
-        options = Options(tier=tier, observer=observer, stride=stride)
-        return ensure_dataset(split, self.cache / f"{split}-{tier}", options, jobs=self.jobs)
+        plan = load("generator", split).plan(Options(tier=tier, observer=observer))
+        return ensure_planned(thinned(plan, stride), self.cache / f"{split}-{tier}", jobs=self.jobs)
 
 
 def stands(truth: Truth) -> bool:
