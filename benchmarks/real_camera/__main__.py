@@ -49,11 +49,11 @@ def table(cell: Cell, solvers: list[str], scenes: Scenes, every: int) -> Iterato
     for name, make in cell.trials.items():
         runs, trial = dict[str, Runs](), make(scenes)
         for solver in dict.fromkeys([*(["cv"] if cell.beside_cv else []), *solvers]):
-            if not (whole.get(solver) and "one-step" in cell.name):
+            if not (whole.get(solver) and trial.protocol == "one-step"):
                 runs[solver] = _measured(f"{cell.name}, {name}", trial, solver, scenes.jobs, every)
         found = {solver: cell.figures(runs[solver], runs.get("cv")) for solver in solvers if solver in runs}
-        count = max(map(len, runs.values()))
-        for figure in next(iter(found.values())):
+        count = max(map(len, runs.values()), default=0)
+        for figure in next(iter(found.values()), ()):
             target = target_of(targets, name, figure)
             texts = []
             for solver in solvers:
