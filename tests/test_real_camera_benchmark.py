@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.real_camera.cells import cells, errors
 from benchmarks.real_camera.measuring import Trial, measure
-from benchmarks.real_camera.scenes import BEFORE, GAP, autoregression, noisy_heights, stands, with_gap
+from benchmarks.real_camera.scenes import BEFORE, GAP, autoregression, noisy_heights, one_at_a_time, stands, with_gap
 from benchmarks.real_camera.targets import Target, read_targets
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
@@ -46,14 +46,25 @@ def test_figures_are_those_of_score(sim: Dataset, tmp_path: Path):
 
 def test_in_a_gap_nobody_is_seen_and_after_it_everybody_is_given_anew(sim: Dataset):
     sequence, truth = lasting(sim)
-    gapped = with_gap(False)(sequence, truth, 0)
+    gapped = with_gap("everybody")(sequence, truth, 0)
     assert not gapped.observed[BEFORE : BEFORE + GAP].any()
     before, after = (gapped.observed[frames].any(axis=0) for frames in (slice(BEFORE), slice(BEFORE + GAP, None)))
     assert before.any()
     assert not (before & after).any()
     assert (~np.isnan(gapped.given.positions[..., 0])).sum(axis=0).max() <= 2
-    alone = with_gap(True)(sequence, truth, 0)
+    alone = with_gap("arrivals")(sequence, truth, 0)
     assert not alone.observed[BEFORE + GAP :].any()  # everybody would have been seen in the gap
+
+
+def test_after_a_gap_one_person_can_be_seen_at_a_time():
+    seen = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]], np.bool_)
+    assert one_at_a_time(seen).tolist() == [
+        [True, False, False],
+        [True, False, False],
+        [False, False, False],  # who came beside somebody else is not an arrival
+        [False, False, True],
+        [False, False, True],
+    ]
 
 
 def test_heights_err_by_three_percent_and_the_bottom_stays_if_asked(sim: Dataset):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.real_camera.measuring import Runs, Trial
-from benchmarks.real_camera.scenes import STRIDES, Scenes, has_gap, noisy_heights, stands, with_gap
+from benchmarks.real_camera.scenes import STRIDES, Company, Scenes, has_gap, noisy_heights, stands, with_gap
 from vbbench.geometry import FloatArray
 from vbbench.protocol import PROTOCOLS, get_protocol
 
@@ -171,19 +171,20 @@ def _standing() -> list[Cell]:
 
 
 def _gaps() -> list[Cell]:
-    def trial(split: str, arrivals: bool) -> Callable[[Scenes], Trial]:
+    def trial(split: str, company: Company) -> Callable[[Scenes], Trial]:
         return lambda scenes: Trial(
             dataset=scenes.board(split, "noisy"),
             protocol="sequential",
-            change=with_gap(arrivals),
+            change=with_gap(company),
             chosen=has_gap,
             covariances=True,
         )
 
+    companies: tuple[Company, ...] = ("everybody", "arrivals", "one")
     trials = {
-        f"{split}, {'one by one' if arrivals else 'all at once'}": trial(split, arrivals)
+        f"{split}, {company}": trial(split, company)
         for split in ("eth-15fps", "students-resampled")
-        for arrivals in (True, False)
+        for company in companies
     }
     return [Cell(name="gap", unit="m; counts, and shares of them; 27 frames without a box", trials=trials, figures=gap)]
 

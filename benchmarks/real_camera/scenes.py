@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Observer, Options
 from vbbench.generation.thinning import thinned
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import arrivals_given
 from vbbench.registry import load
 from vbbench.reproduction.reuse import ensure_planned
@@ -107,21 +108,37 @@ def autoregression(shape: tuple[int, int], dt: float, rng: np.random.Generator) 
     return errors
 
 
-def with_gap(arrivals: bool) -> Callable[[Sequence, Truth, int], Sequence]:
+Company = Literal["everybody", "arrivals", "one"]
+"""Who is seen after a gap: everybody who is there, those who come after it, or of these one at a time."""
+
+
+def with_gap(company: Company) -> Callable[[Sequence, Truth, int], Sequence]:
     """Nobody is seen for `GAP` frames; everybody seen after it comes as an arrival, whose first two places are given.
 
-    Whoever is seen before it does not come back. With ``arrivals`` those who would have been seen in the gap do not
-    come either, so that people come one by one.
+    Whoever is seen before it does not come back.
     """
 
     def change(sequence: Sequence, truth: Truth, _seed: int) -> Sequence:
         frame, observed = np.arange(sequence.frames)[:, None], sequence.observed
         before, after = frame < BEFORE, frame >= BEFORE + GAP
-        known = (observed & (~after if arrivals else before)).any(axis=0)
-        seen = observed & (before | (after & ~known))
+        known = (observed & (before if company == "everybody" else ~after)).any(axis=0)
+        late = observed & after & ~known
+        seen = (observed & before) | (one_at_a_time(late) if company == "one" else late)
         boxes = np.where(seen[..., None], sequence.observations, np.nan)
         given = arrivals_given(truth, seen & np.isfinite(truth.positions[..., 0]))
         visible = np.where(seen, sequence.visible, np.nan)
         return replace(sequence, observations=boxes, visible=visible, given=given)
 
     return change
+
+
+def one_at_a_time(seen: BoolArray) -> BoolArray:
+    """Of who is ``seen`` [T, K], one person a frame: the next who arrives, once nobody is there."""
+    kept, new, followed = np.zeros_like(seen), np.ones(seen.shape[1], np.bool_), -1
+    for t, row in enumerate(seen):
+        if followed < 0 or not row[followed]:
+            followed = int(np.argmax(row & new)) if (row & new).any() else -1
+        if followed >= 0:
+            kept[t, followed] = True
+        new &= ~row
+    return kept
