@@ -34,7 +34,7 @@ def crowd(frames: int, people: int) -> tuple[Problem, Any, Given]:
         poses=np.where(start[:, None], poses, np.nan), positions=np.where(start[:, None, None], places, np.nan)
     )
     facts: dict[str, Any] = {"height_mean": 1.7, "height_std": 0.07, "pixel_std": 1.0}
-    return Problem(sequence=0, camera=PanoramaCamera(), dt=0.4, tracks=np.arange(people), **facts), boxes, given
+    return Problem(camera=PanoramaCamera(), dt=0.4, tracks=np.arange(people), **facts), boxes, given
 
 
 def causal(problem: Problem, boxes: Any, given: Given) -> Estimate:

@@ -84,7 +84,7 @@ def crowd() -> tuple[Problem, list[Frame]]:
         for t, window in windows
     ]
     facts: dict[str, Any] = {"height_mean": 1.7, "height_std": 0.07, "pixel_std": 1.0}
-    return Problem(sequence=0, camera=camera, dt=DT, tracks=np.arange(PEOPLE), **facts), frames
+    return Problem(camera=camera, dt=DT, tracks=np.arange(PEOPLE), **facts), frames
 
 
 def timed(solver: FrameSolver, problem: Problem, frames: list[Frame], repeats: int) -> tuple[Estimate, float]:

@@ -37,7 +37,7 @@ PROTOCOL = "sequential"
 def cues(case: Case) -> dict[str, tuple[Maker, Maker]]:
     """By what is used, ``map-causal`` and ``map-batch``, with the prior of the other recordings."""
     whole = case.prior
-    headless = replace(whole, following=0.0)
+    headless = replace(whole, following=(0.0, 0.0))
     settings: dict[str, dict[str, Any]] = {
         "feet and head": {"prior": whole},
         "feet, no head": {"prior": headless},
