@@ -12,11 +12,15 @@ from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.real_camera.bearings import Bearings
 from vbbench_baselines.real_camera.cues import FRAME, Noise, residuals_of, whiten
 from vbbench_baselines.real_camera.drift import Drift, add_drift, drift_deviance
+from vbbench_baselines.real_camera.cholesky import cholesky
 from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, follow
 from vbbench_baselines.real_camera.observer import Observer, add_observer, level_deviance, shares_of
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
 """Dampings tried in a round, the longest step of a pose in m and rad, and the damping at first."""
+
+SOFTEST = 1e-9
+"""Information that holds what nothing tells of."""
 
 EDGES = (-0.2, 1.0)
 """In m; no part of a body is farther from its middle."""
@@ -161,16 +165,18 @@ def _add_motions(frames: FloatArray, motions: Motions, gradient: FloatArray, hes
 
 @kernel
 def solve_damped(system: System, damping: float) -> FloatArray:
-    """The step [7T] that minimises the model."""
-    size = len(system.gradient)
-    matrix = system.hessian.copy()
-    for p in range(size):
-        matrix[p, p] += damping * matrix[p, p] + 1e-9
-        matrix[p, p + 1 :] = matrix[p + 1 :, p]
-    lower, step = np.linalg.cholesky(matrix), -system.gradient
-    for i in range(size):
-        step[i] = (step[i] - lower[i, :i] @ step[:i]) / lower[i, i]
-    for i in range(size - 1, -1, -1):
+    """The step [7T] that minimises the model, NaN if the damped Hessian is not positive definite."""
+    step, lower = -system.gradient, system.hessian.copy()
+    for p in range(len(step)):
+        lower[p, p] += damping * lower[p, p] + SOFTEST
+    if not cholesky(lower):
+        return np.full_like(step, np.nan)
+    for i in range(len(step)):
+        total = step[i]
+        for j in range(i):
+            total -= lower[i, j] * step[j]
+        step[i] = total / lower[i, i]
+    for i in range(len(step) - 1, -1, -1):
         step[i] /= lower[i, i]
         for j in range(i):
             step[j] -= lower[i, j] * step[i]
@@ -192,13 +198,15 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
     damping, converged = DAMPING, False
     before = deviance_of(point, seen, model)
     system = linearise(point, seen, model, damping)
+    trial, longest = point, np.inf
     for done in range(rounds):
         lower = np.inf
         for _ in range(TRIES):
             step = solve_damped(system, damping).reshape(point.frames.shape)
             longest = np.max(np.abs(step[:, :3]))
-            trial = _moved(point, system, step, min(1.0, LONGEST / max(longest, LONGEST)), seen)
-            lower = deviance_of(trial, seen, model)
+            if np.isfinite(longest):
+                trial = _moved(point, system, step, min(1.0, LONGEST / max(longest, LONGEST)), seen)
+                lower = deviance_of(trial, seen, model)
             if lower <= before + 1e-9 * abs(before):
                 break
             damping = max(damping, 1e-5) * 10.0

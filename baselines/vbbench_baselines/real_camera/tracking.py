@@ -28,7 +28,7 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
-JUMP = 60.0
+JUMP = 1e9
 """Σe² of the newest box's cues beyond which a track begins anew."""
 
 
