@@ -12,7 +12,7 @@ from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.real_camera.bearings import Bearings
 from vbbench_baselines.real_camera.cues import FRAME, Noise, residuals_of, whiten
 from vbbench_baselines.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.real_camera.cholesky import cholesky
+from vbbench_baselines.real_camera.cholesky import factor, solve
 from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, follow
 from vbbench_baselines.real_camera.observer import Observer, add_observer, level_deviance, shares_of
 
@@ -166,20 +166,12 @@ def _add_motions(frames: FloatArray, motions: Motions, gradient: FloatArray, hes
 @kernel
 def solve_damped(system: System, damping: float) -> FloatArray:
     """The step [7T] that minimises the model, NaN if the damped Hessian is not positive definite."""
-    step, lower = -system.gradient, system.hessian.copy()
+    step, upper = -system.gradient, np.ascontiguousarray(system.hessian.T)
     for p in range(len(step)):
-        lower[p, p] += damping * lower[p, p] + SOFTEST
-    if not cholesky(lower):
+        upper[p, p] += damping * upper[p, p] + SOFTEST
+    if not factor(upper):
         return np.full_like(step, np.nan)
-    for i in range(len(step)):
-        total = step[i]
-        for j in range(i):
-            total -= lower[i, j] * step[j]
-        step[i] = total / lower[i, i]
-    for i in range(len(step) - 1, -1, -1):
-        step[i] /= lower[i, i]
-        for j in range(i):
-            step[j] -= lower[i, j] * step[i]
+    solve(upper, step)
     return step
 
 

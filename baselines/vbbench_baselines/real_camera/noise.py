@@ -11,7 +11,7 @@ from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.real_camera.cues import CUES, PIXEL, Noise, Residuals
 
-SIGMAS = np.geomspace(0.004, 0.16, 13)
+SIGMAS = np.geomspace(0.01, 0.16, 11)
 """σ that are weighed, as shares of a box."""
 
 TAUS = np.array((0.1, 0.4, 1.5, 6.0, 20.0))

@@ -49,12 +49,13 @@ class Settings:
     noise: tuple[float, float, float] = (0.04, 0.012, 0.05)
     memory: tuple[float, float, float] = (0.4, 20.0, 20.0)
     noise_nu: float = 6.0
-    noise_spread: float = 1.0
-    noise_staying: float = 2.0
+    noise_spread: float = 0.7
+    noise_staying: float = 4.0
     edge: float = 0.45
     edge_std: float = 0.12
     height_std: float = 0.055
     tilt_std: float = 0.03
+    roll_std: float = 0.03
     mount_std: float = 0.2
     offset_std: float = 0.005
     pitch_step: float = 0.004
@@ -93,7 +94,7 @@ class Settings:
         tilt = self.tilt_std
         ratio = np.sqrt(problem.dt / REFERENCE)
         mean = np.array((0.0, 0.0, problem.camera.mount_height, 0.0))
-        std = np.array((tilt, tilt, self.mount_std, self.offset_std))
+        std = np.array((tilt, self.roll_std, self.mount_std, self.offset_std))
         step = ratio * np.array((self.pitch_step, self.roll_step, self.mount_step, self.offset_step))
         return Drift(mean, std, step, self.drift_nu)
 
