@@ -21,6 +21,10 @@ REFERENCE = 0.4
 """In s: the constants are those of frames so far apart."""
 
 
+TOLD_MEMORY = 0.1
+"""In s: τ where the noise is told, which then is a detector's."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """Standard deviations at frames of `REFERENCE` seconds, unless it says otherwise.
@@ -81,7 +85,10 @@ class Settings:
 
     def noise_at_first(self, problem: Problem) -> Noise:
         """The boxes' noise before any was seen."""
-        return Noise(np.array(self.noise), np.array(self.memory), np.full(3, self.noise_nu))
+        sigma, tau = np.array(self.noise), np.array(self.memory)
+        if problem.box_std > 0.0:
+            sigma, tau = np.full(3, problem.box_std), np.full(3, TOLD_MEMORY)
+        return Noise(sigma, tau, np.full(3, self.noise_nu))
 
     def people(self, problem: Problem) -> PeoplePrior:
         """What is known of people before they are seen."""

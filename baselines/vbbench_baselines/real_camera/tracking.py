@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
+from vbbench_baselines.joint_map.motion.walks import innovation
 from vbbench_baselines.real_camera.bearings import bearings_of
 from vbbench_baselines.real_camera.cues import CUES, FRAME, residuals_of, whiten
 from vbbench_baselines.real_camera.elimination import place_covariance
@@ -28,8 +29,11 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
-JUMP = 1e9
-"""Σe² of the newest box's cues beyond which a track begins anew."""
+MOST_JUMPS = 0.34
+"""The share of people in view who may be somebody else at once."""
+
+JUMP, FASTEST = 100.0, 6.0
+"""A track begins anew where column and walk are so many squared standard deviations off, or at so many m/s."""
 
 
 class Tracking:
@@ -154,9 +158,11 @@ class Tracking:
 
     def _jumps(self, settled: Settled, seen: Seen, columns: IntArray) -> list[int]:
         """Tracks whose newest box shows somebody else."""
-        off = newest_surprise(settled.point, seen, self.model)
-        jumped = []
-        for column in columns[off > JUMP]:
+        jumped: list[int] = []
+        off = jumps(settled.point, seen, self.model)
+        if np.count_nonzero(off) > MOST_JUMPS * np.count_nonzero(~np.isnan(seen.boxes.azimuth[-1])):
+            return []  # it is the pose that is wrong
+        for column in columns[off]:
             jumped += np.flatnonzero(self.rows.column == column).tolist()
         return jumped
 
@@ -221,20 +227,25 @@ def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray
 
 
 @kernel
-def newest_surprise(point: Point, seen: Seen, model: Model) -> FloatArray:
-    """[K] Σe² of the newest box's cues, where there is one after others."""
-    off, last = np.zeros(len(seen.first)), len(point.frames) - 1
-    for k in range(len(off)):
+def jumps(point: Point, seen: Seen, model: Model) -> BoolArray:
+    """[K] whose newest box shows somebody else than those before."""
+    jumped, last = np.zeros(len(seen.first), np.bool_), len(point.frames) - 1
+    for k in range(len(jumped)):
         first = int(seen.first[k])
-        if int(seen.last[k]) != last or first == last or np.isnan(seen.boxes.azimuth[last, k]):
+        if int(seen.last[k]) != last or first == last:
             continue
-        if not np.isnan(seen.given[last, k, 0]):
-            continue
-        track = point.places[first:, k].copy()
-        found = residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
-        for j in range(CUES):
-            off[k] += found.counts[-1, j] * found.value[-1, j] ** 2
-    return off
+        track, before = point.places[first:, k].copy(), last - 1
+        while before > first and np.isnan(seen.boxes.azimuth[before, k] + seen.given[before, k, 0]):
+            before -= 1
+        moved = track[-1] - track[before - first]
+        told = not np.isnan(seen.given[last, k, 0] + seen.given[before, k, 0])
+        if told and np.sqrt(moved[0] ** 2 + moved[1] ** 2) > FASTEST * model.dt * (last - before):
+            jumped[k] = True
+        elif len(track) > 2 and seen.boxes.cut[last, k] == 0 and not np.isnan(seen.boxes.azimuth[last, k]):
+            found = residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
+            off = found.value[-1, 0] ** 2 + innovation(track, len(track) - 1, model.walk) / point.variances[k]
+            jumped[k] = off > JUMP
+    return jumped
 
 
 @kernel
