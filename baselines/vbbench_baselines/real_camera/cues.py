@@ -160,7 +160,7 @@ class Whitened(NamedTuple):
 
 @kernel
 def whiten(found: Residuals, noise: Noise, dt: float) -> Whitened:
-    """What the residuals add to those before them; boxes more than `REACH` frames apart know nothing of each other."""
+    """What the residuals add to those before them; boxes `REACH` frames apart or more know nothing of each other."""
     m, total = len(found.frame), 0.0
     diagonal, beside, force = np.zeros((m, CUES)), np.zeros((m, CUES)), np.zeros((m, CUES))
     for j in range(CUES):
@@ -172,7 +172,7 @@ def whiten(found: Residuals, noise: Noise, dt: float) -> Whitened:
             rho, before = 0.0, 0.0
             if i > 0 and count == 1.0 and found.counts[i - 1, j] == 1.0:
                 apart = found.frame[i] - found.frame[i - 1]
-                if apart <= REACH:
+                if apart < REACH:
                     rho, before = np.exp(-apart * dt / noise.tau[j]), found.value[i - 1, j]
             variance, added = 1.0 - rho * rho, found.value[i, j] - rho * before
             weight = count * (nu + 1.0) / (nu * variance + added * added)

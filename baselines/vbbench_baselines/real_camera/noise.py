@@ -51,7 +51,7 @@ def densities(found: Residuals, sizes: FloatArray, i: int, nu: FloatArray, dt: f
     for j in range(CUES):
         if found.counts[i, j] != 1.0:
             continue
-        paired = i > 0 and found.counts[i - 1, j] == 1.0 and found.frame[i] - found.frame[i - 1] <= REACH
+        paired = i > 0 and found.counts[i - 1, j] == 1.0 and found.frame[i] - found.frame[i - 1] < REACH
         here, before = found.value[i, j] * found.scale[i, j], 0.0
         if paired:
             before = found.value[i - 1, j] * found.scale[i - 1, j]
