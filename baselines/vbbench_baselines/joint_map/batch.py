@@ -31,6 +31,9 @@ from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
 from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of, marginalise, settle_anchored
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
+from vbbench_baselines.real_camera.choice import is_rough
+from vbbench_baselines.real_camera.settings import Settings
+from vbbench_baselines.real_camera.smoothing import smooth
 
 START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds the start, which need not be exact."""
@@ -48,7 +51,7 @@ class MapBatch:
 
     Parameters
     ----------
-    prior, ego_prior, feet : as of `MapCausal`.
+    prior, ego_prior, feet, real : as of `MapCausal`.
     block, stride : in frames.
     rounds : maximum number of descent steps per block.
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
@@ -66,9 +69,12 @@ class MapBatch:
     rounds: int = 50
     tolerance: float = 1e-4
     certain: float = 0.02
+    real: Settings | None = field(default_factory=Settings)
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
+        if self.real is not None and self.feet and self.ego_prior and is_rough(problem, observations, given):
+            return smooth(self.real, problem, usable(observations), given)
         observations, cold = usable(observations), len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)

@@ -33,6 +33,8 @@ from vbbench_baselines.joint_map.optimiser.marginalisation import (
 )
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
+from vbbench_baselines.real_camera.choice import RoughCamera
+from vbbench_baselines.real_camera.settings import Settings
 
 CROWD = 30
 """A sequence with more tracks is a crowd."""
@@ -48,8 +50,10 @@ class MapCausal:
     Parameters
     ----------
     prior : how people walk.
-    ego_prior : whether the observer is expected to walk like the others; off for robots.
+    ego_prior : whether the observer is expected to walk like the others.
     feet : whether a box's bottom gives its distance; otherwise its height does.
+    real : what is assumed of a camera that is known only roughly, which is then solved by
+        `vbbench_baselines.real_camera`; ``None`` takes every camera for exact, as the two options above do if off.
     learns : whether the true past that one-step gives also teaches how people walk.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
     rounds : maximum number of descent steps per frame.
@@ -68,6 +72,7 @@ class MapCausal:
     rounds: int = 30
     tolerance: float = 1e-3
     certain: float = 0.05
+    real: Settings | None = field(default_factory=Settings)
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
@@ -84,10 +89,19 @@ class MapCausal:
         self._covariances = problem.covariances
         self._cold = self._picks = False
         self._astray = 0.0
+        self._roughly = RoughCamera(self.settings, problem)
+
+    @property
+    def settings(self) -> Settings | None:
+        """What is assumed of a rough camera; ``None`` if every camera is taken for exact."""
+        return self.real if self.feet and self.ego_prior else None
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
         observations = usable(frame.observations)
+        rough = self._roughly.step(observations, frame.given)
+        if rough is not None:
+            return rough
         self._look_at_ground(observations, frame.given)
         answer = self.advance(self._eye.sight(observations), frame.given)
         if not self.feet:
@@ -101,6 +115,7 @@ class MapCausal:
         Costs and memory of a step are those of the people in the window, however many columns there are and stood for
         somebody before.
         """
+        self._roughly.forget(columns)
         if self._rows.forget(columns):
             self._kept = convex_part(self._kept)  # what is kept makes up for a beginning that now never comes
         self._heights.forget(columns)

@@ -112,7 +112,11 @@ def residuals_of(
         side, ahead = right / reach, forward / reach
         pitch, roll, height = frames[t, PITCH], frames[t, ROLL], frames[t, HEIGHT]
         scale[m, 0], scale[m, 1], scale[m, 2] = sigma_u, sigma_l, sigma_b
-        by_angle, by_length, by_slope = -1.0 / (seen.width[t, k] * sigma_u), 1.0 / (edge_at * sigma_l), 1.0 / (length * sigma_b)
+        by_angle, by_length, by_slope = (
+            -1.0 / (seen.width[t, k] * sigma_u),
+            1.0 / (edge_at * sigma_l),
+            1.0 / (length * sigma_b),
+        )
         value[m, 0] = -by_angle * wrapped(azimuth - angle - frames[t, OFFSET])
         value[m, 1] = (np.log(length) + np.log(edge_at) - person[0]) / sigma_l
         value[m, 2] = by_slope * (seen.foot[t, k] - pitch * ahead - roll * side - height / edge_at)

@@ -104,7 +104,7 @@ def eliminate(
     for a in range(PERSON):
         inner[a, a] += 1.0 / prior.std[a] ** 2
         slope[a] += (person[a] - prior.mean[a]) / prior.std[a] ** 2
-    inner = np.linalg.inv(inner)
+    inner = np.ascontiguousarray(np.linalg.inv(inner))
     gain = across @ inner
     information -= gain @ np.ascontiguousarray(across.T)
     force -= gain @ slope
@@ -160,26 +160,31 @@ def _spread(found: Residuals, white: Whitened, lower: FloatArray, n: int) -> Flo
     for i in range(m):
         begins = found.frame[i]
         for j in range(CUES):
-            column = CUES * i + j
-            for a in range(2):
-                spread[2 * found.frame[i] + a, column] = white.diagonal[i, j] * found.by_place[i, j, a]
-                if white.beside[i, j] != 0.0:
-                    begins = found.frame[i - 1]
-                    spread[2 * begins + a, column] = white.beside[i, j] * found.by_place[i - 1, j, a]
-                if i + 1 < m:
-                    spread[2 * found.frame[i + 1] + a, column] = white.beside[i + 1, j] * found.by_place[i + 1, j, a]
+            column = spread[:, CUES * i + j]
+            _put(column, found, i, j, white.diagonal[i, j])
+            if white.beside[i, j] != 0.0:
+                begins = found.frame[i - 1]
+                _put(column, found, i - 1, j, white.beside[i, j])
+            if i + 1 < m:
+                _put(column, found, i + 1, j, white.beside[i + 1, j])
         filled[2 * begins :] = CUES * (i + 1)
     for row in range(2 * n):
         here, columns = spread[row], filled[row]
         for c in range(columns):
             here[c] *= lower[row, 0]
         for e in range(1, BAND + 1):
-            share = lower[row, e]
+            share, other = lower[row, e], spread[row + e]
             if share != 0.0:
-                other = spread[row + e]
                 for c in range(columns):
                     other[c] -= share * here[c]
     return spread[: 2 * n]
+
+
+@kernel
+def _put(column: FloatArray, found: Residuals, i: int, j: int, share: float) -> None:
+    """Write a share of a box's slopes by its place to where it is in a ``column`` [2n] of Z."""
+    at = 2 * found.frame[i]
+    column[at], column[at + 1] = share * found.by_place[i, j, 0], share * found.by_place[i, j, 1]
 
 
 @kernel
@@ -191,9 +196,9 @@ def add_person(person: Person, gradient: FloatArray, hessian: FloatArray) -> Non
         for a in range(FRAME):
             for j in range(CUES):
                 gradient[p + a] += by_frame[j, a] * person.force[CUES * i + j]
-        for l in range(i + 1):
-            q, other = FRAME * (person.first + found.frame[l]), found.by_frame[l]
-            block = person.information[CUES * i : CUES * i + CUES, CUES * l : CUES * l + CUES]
+        for h in range(i + 1):
+            q, other = FRAME * (person.first + found.frame[h]), found.by_frame[h]
+            block = person.information[CUES * i : CUES * i + CUES, CUES * h : CUES * h + CUES]
             for a in range(FRAME):
                 u, v, w = by_frame[0, a], by_frame[1, a], by_frame[2, a]
                 for j in range(CUES):
@@ -259,4 +264,5 @@ def place_covariance(person: Person, frame: int, covariance: FloatArray) -> Floa
             own[i, j] = covariance[columns[i], columns[j]]
     alone = back @ np.ascontiguousarray(back.T)
     of_numbers = by_numbers @ person.inner @ np.ascontiguousarray(by_numbers.T)
-    return alone + of_numbers + by_frames @ own @ np.ascontiguousarray(by_frames.T)
+    total: FloatArray = alone + of_numbers + by_frames @ own @ np.ascontiguousarray(by_frames.T)
+    return total

@@ -10,9 +10,9 @@ from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions, measured, stray
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.real_camera.bearings import Bearings
+from vbbench_baselines.real_camera.cholesky import factor, solve
 from vbbench_baselines.real_camera.cues import FRAME, Noise, residuals_of, whiten
 from vbbench_baselines.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.real_camera.cholesky import factor, solve
 from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, follow
 from vbbench_baselines.real_camera.observer import Observer, add_observer, level_deviance, shares_of
 
@@ -127,9 +127,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         white = whiten(found, model.noise, model.dt)
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()
-        person = eliminate(
-            k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping
-        )
+        person = eliminate(k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping)
         add_person(person, gradient, hessian)
         people.append(person)
     for t in range(len(frames)):
@@ -197,7 +195,7 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
             step = solve_damped(system, damping).reshape(point.frames.shape)
             longest = np.max(np.abs(step[:, :3]))
             if np.isfinite(longest):
-                trial = _moved(point, system, step, min(1.0, LONGEST / max(longest, LONGEST)), seen)
+                trial = _moved(point, system, step, min(1.0, LONGEST / max(longest, LONGEST)))
                 lower = deviance_of(trial, seen, model)
             if lower <= before + 1e-9 * abs(before):
                 break
@@ -215,7 +213,7 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
 
 
 @kernel
-def _moved(point: Point, system: System, step: FloatArray, share: float, seen: Seen) -> Point:
+def _moved(point: Point, system: System, step: FloatArray, share: float) -> Point:
     """The point a ``share`` of a step [T, 7] further."""
     places, people = point.places.copy(), point.people.copy()
     for person in system.people:

@@ -5,8 +5,8 @@ changes all three slowly (Student-t), seldom slips sideways, seldom turns and of
 A pedestrian is one more walker (`joint_map.motion.walks`) with a head (`joint_map.motion.heads`).
 
 One law m holds all the time, so that all steps together tell which: with E_m the sum of −ln of the densities of the
-steps under it, and o_m what earlier frames added, π_m ∝ p_m exp(o_m − E_m), and each law counts by its share π_m: a step of
-expectation and maximisation.
+steps under it, and o_m what earlier frames added, π_m ∝ p_m exp(o_m − E_m), and each law counts by its share π_m: a
+step of expectation and maximisation.
 """
 
 from math import lgamma, log, pi
@@ -17,7 +17,7 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, Head, strays, turn
-from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation, observer_of
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.real_camera.cues import FRAME
 
 LAWS = FOLLOWERS + 2
@@ -171,11 +171,25 @@ def add_observer(
             row[:] = 0.0
             row[3:] += step.forward_by
             row[:6] -= before.forward_by
-            _add(row, t - 2, share * _weight(step.forward - before.forward, 0, observer), step.forward - before.forward, gradient, hessian)
+            _add(
+                row,
+                t - 2,
+                share * _weight(step.forward - before.forward, 0, observer),
+                step.forward - before.forward,
+                gradient,
+                hessian,
+            )
             row[:] = 0.0
             row[3:] += step.right_by
             row[:6] -= before.right_by
-            _add(row, t - 2, share * _weight(step.right - before.right, 1, observer), step.right - before.right, gradient, hessian)
+            _add(
+                row,
+                t - 2,
+                share * _weight(step.right - before.right, 1, observer),
+                step.right - before.right,
+                gradient,
+                hessian,
+            )
             row[:] = 0.0
             row[2], row[5], row[8] = 1.0, -2.0, 1.0
             changed = step.turned - before.turned
@@ -187,7 +201,7 @@ def add_observer(
 @kernel
 def _weight(changed: float, a: int, observer: Observer) -> float:
     nu = observer.nu[a]
-    return (nu + 1.0) / (nu * observer.change[a] ** 2 + changed * changed)
+    return float((nu + 1.0) / (nu * observer.change[a] ** 2 + changed * changed))
 
 
 @kernel
@@ -219,9 +233,7 @@ def _add_pedestrian(
 
 
 @kernel
-def _add(
-    row: FloatArray, first: int, weight: float, value: float, gradient: FloatArray, hessian: FloatArray
-) -> None:
+def _add(row: FloatArray, first: int, weight: float, value: float, gradient: FloatArray, hessian: FloatArray) -> None:
     """Add a residual with the slopes ``row`` [3n] by the poses of the frames from ``first`` on."""
     for i in range(len(row)):
         if row[i] == 0.0:

@@ -31,6 +31,7 @@ class Settings:
 
     Parameters
     ----------
+    window : frames that are solved together.
     noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
     noise_spread, noise_staying : how firmly these are believed, see `real_camera.noise.NoiseLearner`.
     edge, edge_std : δ in m.
@@ -50,6 +51,7 @@ class Settings:
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
 
+    window: int = 40
     noise: tuple[float, float, float] = (0.04, 0.012, 0.05)
     memory: tuple[float, float, float] = (0.4, 20.0, 20.0)
     noise_nu: float = 6.0

@@ -1,7 +1,7 @@
-"""The joint problem of a real camera, solved anew with every frame over those of a window; only the newest is reported."""
+"""The joint problem of a real camera, solved over a window anew with every frame; only the newest is reported."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +13,16 @@ from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.motion.walks import innovation
 from vbbench_baselines.real_camera.bearings import bearings_of
-from vbbench_baselines.real_camera.cues import CUES, FRAME, residuals_of, whiten
+from vbbench_baselines.real_camera.cues import CUES, FRAME, residuals_of
 from vbbench_baselines.real_camera.elimination import place_covariance
-from vbbench_baselines.real_camera.joint import Model, Point, Seen, Settled, linearise, settle
+from vbbench_baselines.real_camera.joint import SOFTEST, Model, Point, Seen, Settled, linearise, settle
 from vbbench_baselines.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities
 from vbbench_baselines.real_camera.observer import LAWS, VEHICLE, normaliser, step_of, surprises
 from vbbench_baselines.real_camera.settings import Settings
 from vbbench_baselines.real_camera.window import NOBODY, Window
+
+ROUNDS, TOLERANCE = 6, 1e-3
+"""Of a frame's descent: most rounds, and the step in m and rad that is short enough."""
 
 LATE = 2
 """Frames after which a residual teaches the noise: by then later frames have told where the box should be."""
@@ -43,20 +46,18 @@ class Tracking:
     ----------
     settings : the constants.
     problem : tells camera, frame rate, and the prior of heights.
-    window : frames that are solved together.
-    rounds, tolerance : of the descent.
     """
 
-    def __init__(self, settings: Settings, problem: Problem, window: int, rounds: int, tolerance: float) -> None:
+    def __init__(self, settings: Settings, problem: Problem) -> None:
         self._settings, self._problem = settings, problem
-        self._rounds, self._tolerance = rounds, tolerance
         self._cold, self.age, self._astray = False, 0, 0.0
         self._odds = np.zeros(LAWS)
+        self.jumped: list[int] = []
         first = settings.noise_at_first(problem)
         self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
         self._people, self._drift = settings.people(problem), settings.drift(problem)
         self._dress(cold=False)
-        self.rows = Window(window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
+        self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
 
     def _dress(self, cold: bool) -> None:
@@ -93,9 +94,9 @@ class Tracking:
         if self.age > 1 and (given.odometry is None or np.isnan(given.odometry.motions[-1, 0])):
             self._astray += self._problem.dt
         settled, seen, columns = self._settle()
-        jumped = self._jumps(settled, seen, columns)
-        if len(jumped):
-            rows.begin_anew(jumped)
+        self.jumped = self._jumps(settled, seen, columns)
+        if self.jumped:
+            rows.begin_anew(self.jumped)
             settled, seen, columns = self._settle()
         self._learn(settled, seen)
         return self._answer(settled, seen, columns)
@@ -111,7 +112,8 @@ class Tracking:
         """The next frame [7], before anything of it is seen."""
         frames = self.rows.frames
         if len(frames) == 0:
-            return np.concatenate((np.zeros(3), self._drift.mean))
+            origin: FloatArray = np.concatenate((np.zeros(3), self._drift.mean))
+            return origin
         start = frames[-1].copy()
         if len(frames) > 1:
             last = step_of(frames[-2], frames[-1])
@@ -131,21 +133,22 @@ class Tracking:
         seen = rows.seen(columns, np.arange(2 if full else 0))
         starts = [rows.frames]
         if self._cold and 1 < self.age <= COLD_FRAMES:
-            starts = [self._at_speed(speed) for speed in COLD_SPEEDS] + starts
-        best = None
-        for frames in starts:
-            places = rows.places.take(columns, axis=1)
-            fill(places, frames, seen, rows.numbers[columns])
-            point = Point(frames.copy(), places, rows.numbers[columns], rows.variances[columns])
-            settled = settle(point, seen, self.model, self._rounds, self._tolerance)
-            if best is None or settled.deviance < best.deviance:
-                best = settled
-        assert best is not None
+            starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
+        ends = [self._settle_from(frames, seen, columns) for frames in starts]
+        best = min(ends, key=lambda settled: settled.deviance)
         rows.frames = best.point.frames
         rows.places[:, columns] = best.point.places
         rows.numbers[columns], rows.variances[columns] = best.point.people, best.point.variances
         self._shares = best.shares
         return best, seen, columns
+
+    def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray) -> Settled:
+        """Descend from ``frames`` [n, 7] and the places that are known."""
+        rows = self.rows
+        places = rows.places.take(columns, axis=1)
+        fill(places, frames, seen, rows.numbers[columns])
+        point = Point(frames.copy(), places, rows.numbers[columns], rows.variances[columns])
+        return settle(point, seen, self.model, ROUNDS, TOLERANCE)
 
     def _at_speed(self, speed: float) -> FloatArray:
         """The frames as of an observer who goes straight ahead at ``speed`` m/s from the first on."""
@@ -181,23 +184,28 @@ class Tracking:
         if self._problem.covariances:
             report = self._covariances(settled, seen, columns, here)
         known = rows.column != NOBODY
-        heights = np.full(len(known), self._problem.height_mean)
+        heights: FloatArray = np.full(len(known), self._problem.height_mean)
         heights[known] = np.exp(rows.numbers[rows.column[known], 0])
         return FrameEstimate(pose=pose, positions=places, converged=settled.converged, heights=heights, **report)
+
+    def add_drift(self, poses: FloatArray, places: FloatArray) -> None:
+        """Add to covariances what a cold start leaves open, up to the newest frame."""
+        if self._cold:
+            add_common_drift(poses, places, np.array(self._astray))
 
     def _newest(self, rows: FloatArray) -> FloatArray:
         """[K] the newest row by track, NaN for those who are nowhere."""
         column = self.rows.column
-        return np.where(column == NOBODY, np.nan, rows[-1, column]) if rows.shape[1] else np.full(len(column), np.nan)
+        newest: FloatArray = np.append(rows[-1], np.nan)[column]  # nobody is the last
+        return newest
 
     def _covariances(self, settled: Settled, seen: Seen, columns: IntArray, here: FloatArray) -> dict[str, Any]:
-        pose, some = newest_covariances(settled.point, seen, self.model)
+        pose, some = (rows[0] for rows in covariances_of(settled.point, seen, self.model, len(self.rows.frames) - 1))
         everyone = np.full((len(self.rows.column), 2, 2), np.nan)
         order = {int(column): i for i, column in enumerate(columns)}
         for track in np.flatnonzero(here):
             everyone[track] = some[order[int(self.rows.column[track])]]
-        if self._cold:
-            add_common_drift(pose, everyone, np.array(self._astray))
+        self.add_drift(pose, everyone)
         return {"pose_covariance": pose, "position_covariances": everyone}
 
 
@@ -266,22 +274,24 @@ def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatA
 
 
 @kernel
-def newest_covariances(point: Point, seen: Seen, model: Model) -> tuple[FloatArray, FloatArray]:
-    """[3, 3] of the newest pose and [K, 2, 2] of the newest places."""
+def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[FloatArray, FloatArray]:
+    """[n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on, NaN where no box is."""
     system = linearise(point, seen, model, 0.0)
-    size, last = len(system.gradient), len(point.frames) - 1
+    frames = len(point.frames)
     matrix = system.hessian
-    for p in range(size):
-        matrix[p, p] += 1e-9
+    for p in range(len(matrix)):
+        matrix[p, p] += SOFTEST
         matrix[p, p + 1 :] = matrix[p + 1 :, p]
     covariance = np.ascontiguousarray(np.linalg.inv(matrix))
-    for t in range(last + 1):
+    for t in range(frames):
         if seen.fixed[t]:
             covariance[FRAME * t : FRAME * t + 3] = 0.0
             covariance[:, FRAME * t : FRAME * t + 3] = 0.0
-    places = np.full((len(seen.first), 2, 2), np.nan)
-    for person in system.people:
-        if int(seen.last[person.number]) == last:
-            places[person.number] = place_covariance(person, last - person.first, covariance)
-    newest = FRAME * last
-    return covariance[newest : newest + 3, newest : newest + 3].copy(), places
+    poses, places = np.empty((frames - since, 3, 3)), np.full((frames - since, len(seen.first), 2, 2), np.nan)
+    for t in range(since, frames):
+        poses[t - since] = covariance[FRAME * t : FRAME * t + 3, FRAME * t : FRAME * t + 3]
+        for person in system.people:
+            k = person.number
+            if person.first <= t <= int(seen.last[k]) and not np.isnan(seen.boxes.azimuth[t, k]):
+                places[t - since, k] = place_covariance(person, t - person.first, covariance)
+    return poses, places

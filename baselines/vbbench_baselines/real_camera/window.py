@@ -5,17 +5,21 @@ memory and time are those of the window.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given
-from vbbench_baselines.common.odometry import motions_of, unmeasured
-from vbbench_baselines.real_camera.bearings import Bearings
+from vbbench_baselines.common.odometry import Motions, motions_of, unmeasured
+from vbbench_baselines.real_camera.bearings import Bearings, each
 from vbbench_baselines.real_camera.cues import FRAME
 from vbbench_baselines.real_camera.joint import Seen
 
 NOBODY = -1
+
+_NONE = np.zeros((0, 0))
+NOTHING = Bearings(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE.astype(np.int64))
 
 
 class Window:
@@ -36,7 +40,7 @@ class Window:
         self.frames, self.given_poses = np.zeros((0, FRAME)), np.zeros((0, 3))
         self.motions, self.covariances = np.zeros((0, 3)), np.zeros((0, 3, 3))
         self.places, self.given = np.zeros((2, 0, 0, 2))
-        self.boxes = Bearings(*np.zeros((5, 0, 0)), cut=np.zeros((0, 0), np.int64))
+        self.boxes = each(np.copy, NOTHING)
         self.numbers, self.variances = np.zeros((0, 2)), np.zeros(0)
         self.column: IntArray = np.full(tracks, NOBODY)
 
@@ -51,7 +55,7 @@ class Window:
         self.motions = np.concatenate((self.motions[kept], moved))
         self.covariances = np.concatenate((self.covariances[kept], spread))
         self.places, self.given = (_longer(rows[kept]) for rows in (self.places, self.given))
-        self.boxes = Bearings(*(_longer(rows[kept]) for rows in self.boxes))
+        self.boxes = each(lambda rows: _longer(rows[kept]), self.boxes)
         here = ~np.isnan(seen.azimuth) | ~np.isnan(given.positions[:, :, 0]).all(axis=0)
         self._seat(np.flatnonzero(here & (self.column == NOBODY)))
         tracks = np.flatnonzero(self.column != NOBODY)
@@ -93,7 +97,7 @@ class Window:
         if missing > 0:
             free = np.concatenate((free, self.places.shape[1] + np.arange(missing)))
             self.places, self.given = (_wider(rows, missing) for rows in (self.places, self.given))
-            self.boxes = Bearings(*(_wider(rows, missing) for rows in self.boxes))
+            self.boxes = each(lambda rows: _wider(rows, missing), self.boxes)
             self.numbers = np.concatenate((self.numbers, np.zeros((missing, 2))))
             self.variances = np.concatenate((self.variances, np.zeros(missing)))
         self.places[:, free] = np.nan
@@ -113,7 +117,7 @@ class Window:
 
     def seen(self, columns: IntArray, fixed: IntArray) -> Seen:
         """The rows of ``columns`` [M] as kernels take them; besides given poses those of frames ``fixed`` hold."""
-        boxes = Bearings(*(rows.take(columns, axis=1) for rows in self.boxes))
+        boxes = each(lambda rows: rows.take(columns, axis=1), self.boxes)
         given = self.given.take(columns, axis=1)
         known = ~np.isnan(boxes.azimuth) | ~np.isnan(given[..., 0])
         first = np.argmax(known, axis=0)
@@ -124,13 +128,27 @@ class Window:
         return Seen(boxes, given, held, unmeasured(motions), first, last, motions)
 
 
-def _longer(rows: FloatArray) -> FloatArray:
+def cut(seen: Seen, block: slice, held: int) -> tuple[Seen, IntArray]:
+    """The frames of a ``block``, of which the first few are ``held``, and the people [M] of whom they tell."""
+    known = ~np.isnan(seen.boxes.azimuth[block]) | ~np.isnan(seen.given[block, :, 0])
+    chosen = np.flatnonzero(known.any(axis=0))
+    known = known[:, chosen]
+    boxes = each(lambda rows: rows[block].take(chosen, axis=1), seen.boxes)
+    fixed = seen.fixed[block].copy()
+    fixed[:held] = True
+    motions = Motions(seen.motions.moved[block], seen.motions.information[block])
+    first, last = np.argmax(known, axis=0), len(known) - 1 - np.argmax(known[::-1], axis=0)
+    given = seen.given[block].take(chosen, axis=1)
+    return Seen(boxes, given, fixed, unmeasured(motions), first, last, motions), chosen
+
+
+def _longer(rows: Any) -> Any:
     """One more row, empty."""
     empty = np.full((1, *rows.shape[1:]), np.nan if rows.dtype.kind == "f" else 0, rows.dtype)
     return np.concatenate((rows, empty))
 
 
-def _wider(rows: FloatArray, columns: int) -> FloatArray:
+def _wider(rows: Any, columns: int) -> Any:
     """So many more columns, empty."""
     shape = (rows.shape[0], columns, *rows.shape[2:])
     return np.concatenate((rows, np.full(shape, np.nan if rows.dtype.kind == "f" else 0, rows.dtype)), axis=1)

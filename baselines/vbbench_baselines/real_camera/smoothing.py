@@ -1,0 +1,99 @@
+"""The joint problem of a real camera over a whole sequence, from the answer of the frames as they came."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.sequence import Given
+from vbbench.solver import Estimate, FrameEstimate, Problem
+from vbbench.solving.runner import WINDOW, window_of_odometry
+from vbbench_baselines.real_camera.bearings import bearings_of
+from vbbench_baselines.real_camera.joint import Point, settle
+from vbbench_baselines.real_camera.settings import Settings
+from vbbench_baselines.real_camera.tracking import Tracking, covariances_of, fill
+from vbbench_baselines.real_camera.window import NOBODY, Window, cut
+
+BLOCK, STRIDE = 80, 40
+"""Frames that are solved together, and from one block to the next."""
+
+HELD = 2
+"""Frames of a later block whose poses stay as the block before found them."""
+
+ROUNDS, TOLERANCE = 20, 1e-4
+"""Of the descent, as of `Tracking`."""
+
+
+def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
+    """The estimate of all frames [T, K, 3], revised by those after them; the rest as of `Tracking`."""
+    tracking = Tracking(settings, replace(problem, covariances=False))
+    size, frames, answers = len(boxes), [], []
+    rows = Window(size, len(problem.tracks), tracking.model.people.mean, tracking.model.walk.sigma**2)
+    columns: list[np.ndarray] = []
+    for t in range(size):
+        shown = window_of(given, t)
+        answers.append(tracking.step(boxes[t], shown))
+        frames.append(tracking.rows.frames[-1].copy())
+        rows.push(bearings_of(problem.camera, boxes[t]), shown, frames[-1])
+        rows.begin_anew(tracking.jumped)
+        columns.append(rows.column.copy())
+    rows.frames = np.array(frames)
+    turns = np.round(np.diff(rows.frames[:, 2], prepend=rows.frames[0, 2]) / (2.0 * np.pi))
+    rows.frames[:, 2] -= 2.0 * np.pi * np.cumsum(turns)
+    for t, answer in enumerate(answers):
+        here = ~np.isnan(answer.positions[:, 0]) & (columns[t] != NOBODY)
+        rows.places[t, columns[t][here]] = answer.positions[here]
+    return _settle_blocks(tracking, rows, np.array(columns), answers, problem)
+
+
+def window_of(given: Given, t: int) -> Given:
+    """What is given of frame ``t`` and the two before it."""
+    rows = []
+    for values in (given.poses, given.positions):
+        shown = np.full((WINDOW + 1, *values.shape[1:]), np.nan)
+        shown[WINDOW - min(t, WINDOW) :] = values[max(t - WINDOW, 0) : t + 1]
+        rows.append(shown)
+    odometry = None if given.odometry is None else window_of_odometry(given.odometry, t)
+    return Given(poses=rows[0], positions=rows[1], odometry=odometry)
+
+
+def _settle_blocks(
+    tracking: Tracking, rows: Window, columns: np.ndarray, answers: list[FrameEstimate], problem: Problem
+) -> Estimate:
+    """Solve block after block; a later one overwrites an earlier one."""
+    size, people = columns.shape
+    converged, spread, places_spread = np.zeros(size, np.bool_), np.full((size, 3, 3), np.nan), None
+    places_spread = np.full((size, people, 2, 2), np.nan)
+    everybody, first = rows.seen(np.arange(rows.places.shape[1]), np.zeros(0, np.int64)), 0
+    while True:
+        block = slice(first, min(first + BLOCK, size))
+        seen, chosen = cut(everybody, block, HELD if first else 0)
+        places = rows.places[block].take(chosen, axis=1)
+        fill(places, rows.frames[block], seen, rows.numbers[chosen])
+        point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
+        settled = settle(point, seen, tracking.model, ROUNDS, TOLERANCE)
+        rows.frames[block], rows.numbers[chosen] = settled.point.frames, settled.point.people
+        rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
+        converged[block] = settled.converged
+        if problem.covariances:
+            spread[block], own = covariances_of(settled.point, seen, tracking.model, 0)
+            order = np.full(rows.places.shape[1] + 1, NOBODY)
+            order[chosen] = np.arange(len(chosen))
+            for t in range(block.start, block.stop):
+                here = order[columns[t]]
+                known = here != NOBODY
+                places_spread[t, known] = own[t - first, here[known]]
+        if block.stop == size:
+            break
+        first += STRIDE
+    poses, positions, heights = rows.frames[:, :3].copy(), np.full((size, people, 2), np.nan), np.full(people, np.nan)
+    poses[:, 2] = wrap_angle(poses[:, 2])
+    for t in range(size):
+        here = ~np.isnan(answers[t].positions[:, 0])
+        positions[t, here] = rows.places[t, columns[t, here]]
+        heights[here] = np.exp(rows.numbers[columns[t, here], 0])
+    report = {}
+    if problem.covariances:
+        tracking.add_drift(spread, places_spread)
+        report = {"pose_covariances": spread, "position_covariances": places_spread}
+    return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)
