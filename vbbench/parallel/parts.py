@@ -61,7 +61,7 @@ class Part:
     @property
     def nbytes(self) -> int:
         """Bytes of its row groups in memory."""
-        return sum(group.get_total_buffer_size() for groups in self.groups.values() for group in groups)
+        return sum(group.nbytes for groups in self.groups.values() for group in groups)
 
 
 Work = Callable[[int, int], Part]
