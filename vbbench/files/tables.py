@@ -95,7 +95,7 @@ def to_arrow(name: str, columns: Columns) -> pa.Table:
 def row_groups(name: str, pieces: Sequence[Columns]) -> list[pa.Table]:
     """What `to_arrow` makes of each of the pieces, whose columns are the same; they share their memory.
 
-    Together they are converted once: one by one, sequences of a few hundred rows cost more to convert than to make.
+    They are converted together: one by one, sequences of a few hundred rows cost more to convert than to make.
     """
     if len(pieces) == 1:
         return [to_arrow(name, pieces[0])]
@@ -137,7 +137,7 @@ def column_values(column: pa.ChunkedArray) -> NDArray[Any]:
 
 def with_columns(group: pa.Table, schema: pa.Schema) -> pa.Table:
     """The row group with the columns of ``schema``; missing ones are False or NaN."""
-    if group.column_names == schema.names:
+    if group.schema.equals(schema):
         return group
     for field in schema:
         if field.name not in group.column_names:

@@ -10,7 +10,7 @@ import json
 import os
 import signal
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -56,12 +56,20 @@ class Part:
     @property
     def columns(self) -> dict[str, set[str]]:
         """By table the columns that any of its row groups has."""
-        return {name: {c for group in groups for c in group.column_names} for name, groups in self.groups.items()}
+        return {name: self.columns_of(name) for name in self.groups}
+
+    def columns_of(self, name: str) -> set[str]:
+        """The columns that any row group of a table has."""
+        return {column for group in self.groups.get(name, ()) for column in group.column_names}
 
     @property
     def nbytes(self) -> int:
-        """Bytes of its row groups in memory."""
-        return sum(group.nbytes for groups in self.groups.values() for group in groups)
+        """Bytes of its row groups in memory, about: texts are short."""
+        return sum(sum(map(len, groups)) * _row_bytes(groups[0].schema) for groups in self.groups.values() if groups)
+
+
+def _row_bytes(schema: pa.Schema) -> int:
+    return sum(field.type.bit_width // 8 if pa.types.is_primitive(field.type) else 16 for field in schema)
 
 
 Work = Callable[[int, int], Part]
@@ -91,14 +99,18 @@ def write_in_parts(
             bar.update(last - first)
     with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
         for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
-            every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in parts_made)
-            optional = {column for columns in every for column in columns.get(name, ())} if name in OPTIONAL else set()
+            optional = set().union(*(_columns(part, name) for part in parts_made)) if name in OPTIONAL else set()
             with TableWriter(path, name, optional) as writer:
                 for part in parts_made:
                     for group in _groups(part, name):
                         writer.add(group)
                     bar.update()
     return [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
+
+
+def _columns(part: Part | Path, name: str) -> Collection[str]:
+    """The columns that a table has in a part."""
+    return part.columns_of(name) if isinstance(part, Part) else _metadata(part, COLUMNS).get(name, ())
 
 
 def _metadata(path: Path, key: bytes) -> dict[str, Any]:
