@@ -21,7 +21,7 @@ from pathlib import Path
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 
-SEQUENCES = 1000
+SEQUENCES = 1500
 SOLVERS = ("cv", "vb-sf", "map-causal")
 TARGET = 1.9
 COMMAND = """
@@ -57,23 +57,27 @@ def spent(dataset: Path, solver: str, room: Path, jobs: int) -> Spent:
     return Spent(wall=wall, own=own, workers=used.ru_utime + used.ru_stime - own)
 
 
+def made(folder: Path, sequences: int) -> Path:
+    options = Options(tier="noisy", simulation=Simulation(sequences=sequences))
+    return generate("sim", folder, options, jobs=2).folder
+
+
 def main(solvers: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         room = Path(folder)
-        options = Options(tier="noisy", simulation=Simulation(sequences=SEQUENCES))
-        generate("sim", room / "data", options, jobs=2)
+        few, many = made(room / "few", 8), made(room / "many", SEQUENCES)
         print(f"Solving {SEQUENCES} sequences of sim, noisy, sequential; load {os.getloadavg()[0]:.1f} before")
-        print(
-            f"{'':<12}{'one job':>16}{'two jobs':>16}{'own':>8}{'workers':>9}{'clock':>8}{'scaling':>9}  (target {TARGET})"
-        )
+        heads = f"{'clock':>8}{'scaling':>9}  target {TARGET}"
+        print(f"{'':<12}{'one job':>16}{'two jobs':>16}{'own':>8}{'workers':>9}{heads}")
         for solver in solvers:
-            spent(room / "data", solver, room, 1)  # compiles what is not cached
-            one, two = (spent(room / "data", solver, room, jobs) for jobs in (1, 2))
-            alone = one.own + one.workers
-            scaling = alone / (two.own + two.workers / 2)
+            spent(few, solver, room, 1)  # compiles what is not cached
+            one, two = (spent(many, solver, room, jobs) for jobs in (1, 2))
+            alone, together = one.own + one.workers, two.own + two.workers
             print(
-                f"{solver:<12}{one.wall:>7.1f} s {alone:>5.1f} p{two.wall:>7.1f} s {two.own + two.workers:>5.1f} p"
-                f"{two.own:>8.2f}{two.workers:>9.1f}{one.wall / two.wall:>8.2f}{scaling:>9.2f}"
+                f"{solver:<12}{one.wall:>7.1f} s {alone:>5.1f} p{two.wall:>7.1f} s {together:>5.1f} p"
+                f"{two.own:>8.2f}{two.workers:>9.1f}{one.wall / two.wall:>8.2f}"
+                f"{alone / (two.own + two.workers / 2):>9.2f}",
+                flush=True,
             )
         print(f"p: processor seconds; load {os.getloadavg()[0]:.1f} after")
 

@@ -198,8 +198,8 @@ class TableWriter(WholeWriter):
         self._waiting: list[pa.Table] = []
         with ExitStack() as stack:
             temporary = stack.enter_context(replacing(path))
-            sink = stack.enter_context(pa.output_stream(str(temporary), compression=None, buffer_size=BUFFER))
-            self._writer = stack.enter_context(_parquet_writer(sink, self._schema))
+            self._sink = stack.enter_context(pa.output_stream(str(temporary), compression=None, buffer_size=BUFFER))
+            self._writer = stack.enter_context(_parquet_writer(self._sink, self._schema))
             self._open = stack.pop_all()
 
     def add(self, group: pa.Table) -> None:
@@ -214,6 +214,7 @@ class TableWriter(WholeWriter):
         """Write the remaining rows; nothing can be added after this, and only the renaming of the file remains."""
         self._flush()
         self._writer.close()
+        self._sink.close()
 
     def _flush(self) -> None:
         if self._waiting:
