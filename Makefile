@@ -24,7 +24,7 @@ test: $(VENV)/.dev
 	$(BIN)/python -m pytest $(QUICK)
 
 test-slow: $(VENV)/.dev
-	$(BIN)/python -m pytest -m slow $(PARALLEL)
+	$(BIN)/python -m pytest -m 'slow and not extra' $(PARALLEL)
 
 test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips

@@ -5,12 +5,17 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
+from tests.commands import wait_until
+
 ROOT = Path(__file__).parents[1]
-TARGETS = ("demo", "test", "test-extras", "check", "wheel-test", "browser", "bench-summary", "test-slow")
+TARGETS = ("demo", "test", "test-extras", "check", "browser", "bench-summary", "test-slow")
+ASIDE, UNTIL = "wheel-test", "browser"
+"""The target that runs beside others, from ``test-extras`` on, and the last of those."""
 A_FRESH_MACHINE = {"PATH", "HOME", "LANG", "VBBENCH_DATA"}
 SHELL_AND_MAKE = {"_", "PWD", "OLDPWD", "SHLVL", "MAKELEVEL", "MAKEFLAGS", "MFLAGS", "MAKE_TERMOUT", "MAKE_TERMERR"}
 GETTING_PACKAGES = ("PIP_", "SSL_CERT_", "http_proxy", "https_proxy", "no_proxy")
@@ -26,13 +31,18 @@ def clone(tmp_path: Path) -> Path:
     (folder.parent / "shared" / "data").mkdir(parents=True)
     for name in ("README.md", ".ci/run", ".gitignore"):
         shutil.copy(ROOT / name, folder / name)
-    rules = "".join(f"{name}:\n\t@{NOTE}\n" for name in TARGETS)
+    rules = "".join(f"{name}:\n\t@{NOTE}\n" for name in (*TARGETS, ASIDE))
     (folder / "Makefile").write_text(
         f"{rules}\ndemo: .venv/bin/activate\n.venv/bin/activate:\n\tmkdir -p .venv/bin; touch $@\n"
     )
-    for command in ("init", "add --all", "-c user.name=t -c user.email=t@t commit --message all"):
-        subprocess.run(["git", *command.split()], cwd=folder, check=True, capture_output=True)
+    subprocess.run(["git", "init"], cwd=folder, check=True, capture_output=True)
+    commit(folder)
     return folder
+
+
+def commit(clone: Path) -> None:
+    for command in ("add --all", "-c user.name=t -c user.email=t@t commit --message all"):
+        subprocess.run(["git", *command.split()], cwd=clone, check=True, capture_output=True)
 
 
 def run_checks(clone: Path) -> tuple[int, dict[str, set[str]]]:
@@ -44,9 +54,15 @@ def run_checks(clone: Path) -> tuple[int, dict[str, set[str]]]:
     }
 
 
+def one_by_one(ran: Iterable[str]) -> tuple[str, ...]:
+    """The targets that ran, but for the one beside them, which may end at any time."""
+    return tuple(name for name in ran if name != ASIDE)
+
+
 def test_readme_comes_first_and_finds_what_a_fresh_machine_has(clone: Path) -> None:
     status, ran = run_checks(clone)
-    assert (status, tuple(ran)) == (0, TARGETS)
+    assert (status, one_by_one(ran)) == (0, TARGETS)
+    assert ASIDE in ran
     for names in ran.values():
         assert names >= {"PIP_INDEX_URL", *A_FRESH_MACHINE}
         rest = names - A_FRESH_MACHINE - SHELL_AND_MAKE
@@ -58,7 +74,30 @@ def test_a_stage_that_fails_is_the_last(clone: Path, target: str) -> None:
     (clone / f"no-{target}").touch()
     status, ran = run_checks(clone)
     assert status != 0
-    assert tuple(ran) == TARGETS[: TARGETS.index(target) + 1]
+    assert one_by_one(ran) == TARGETS[: TARGETS.index(target) + 1]
+
+
+def test_a_stage_that_fails_beside_others_ends_the_checks_when_these_have_ended(clone: Path) -> None:
+    (clone / f"no-{ASIDE}").touch()
+    status, ran = run_checks(clone)
+    assert status != 0
+    assert one_by_one(ran) == TARGETS[: TARGETS.index(UNTIL) + 1]
+
+
+def test_what_runs_beside_a_stage_that_fails_is_ended(clone: Path) -> None:
+    (clone / "no-test-extras").touch()
+    makefile = clone / "Makefile"
+    waiting = "\t@echo $$$$ > ../../../waiting; exec sleep 600\n"
+    text = makefile.read_text("utf-8").replace(f"{ASIDE}:\n", f"{ASIDE}:\n{waiting}")
+    text = text.replace("test-extras:\n", "test-extras:\n\t@until test -s ../../../waiting; do sleep 0.05; done\n")
+    makefile.write_text(text, "utf-8")
+    subprocess.run(
+        ["git", "-c", "user.name=t", "-c", "user.email=t@t", "commit", "-qam", "wait"], cwd=clone, check=True
+    )
+    status, ran = run_checks(clone)
+    assert status != 0
+    assert ASIDE not in ran
+    wait_until(lambda: not Path("/proc", (clone / "waiting").read_text("utf-8").strip()).exists())
 
 
 def test_what_is_left_from_before_is_not_in_the_clone(clone: Path) -> None:

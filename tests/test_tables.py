@@ -8,7 +8,8 @@ import pytest
 
 from vbbench.files import tables
 from vbbench.files.sequence_tables import SequenceTable
-from vbbench.files.tables import to_arrow
+from vbbench.files.tables import row_groups, to_arrow
+from vbbench.parallel.parts import Part, write_in_parts
 
 
 def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -24,3 +25,37 @@ def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.Monkey
     table = SequenceTable(path, "truth/poses")
     for sequence in (0, 4, 5, 19):
         assert table.read(sequence, sequence + 1)["sequence"].tolist() == [sequence] * 2
+
+
+def test_rows_that_become_arrow_together_are_those_that_become_it_one_by_one() -> None:
+    rng = np.random.default_rng(0)
+    names = ("u", "v", "l", "visible")
+    pieces = [
+        {
+            "sequence": np.full(rows, index),
+            "frame": np.arange(rows),
+            "track": np.arange(rows, dtype=np.int32),
+            **{name: rng.random(rows) for name in names},
+        }
+        for index, rows in enumerate((3, 0, 5))
+    ]
+    for some in (pieces, pieces[:1]):
+        assert row_groups("observations", some) == [to_arrow("observations", piece) for piece in some]
+
+
+def test_a_table_gets_a_column_that_only_a_later_part_has_and_is_begun_before_that_part_is_made(tmp_path: Path) -> None:
+    begun: list[int] = []
+
+    def work(first: int, _last: int) -> Part:
+        begun.append(len(list(tmp_path.glob(".positions*"))))
+        rows = {"sequence": np.array([first]), "frame": np.array([2]), "track": np.array([0])}
+        rows |= {name: np.array([1.5]) for name in ("x", "y", *(("xx", "xy", "yy") if first == 2 else ()))}
+        return Part(groups={"positions": [to_arrow("positions", rows)]}, facts={"first": first})
+
+    path = tmp_path / "positions.parquet"
+    facts = write_in_parts(work, [(0, 1), (1, 2), (2, 3)], tmp_path, {"positions": path}, label="test")
+    assert facts == [{"first": 0}, {"first": 1}, {"first": 2}]
+    assert begun == [0, 1, 1]
+    table = pq.read_table(path)
+    assert table["sequence"].to_pylist() == [0, 1, 2]
+    np.testing.assert_array_equal(table["xx"].to_pylist(), [np.nan, np.nan, 1.5])

@@ -62,4 +62,7 @@ def world_to_relative(positions: FloatArray, poses: FloatArray) -> FloatArray:
     dx = positions[..., 0] - poses[..., 0, None]
     dy = positions[..., 1] - poses[..., 1, None]
     sin, cos = np.sin(poses[..., 2, None]), np.cos(poses[..., 2, None])
-    return np.stack([dx * sin - dy * cos, dx * cos + dy * sin], axis=-1)
+    relative = np.empty((*dx.shape, 2))
+    np.subtract(dx * sin, dy * cos, out=relative[..., 0])
+    np.add(dx * cos, dy * sin, out=relative[..., 1])
+    return relative

@@ -153,9 +153,11 @@ class PanoramaCamera(CentralCamera):
         scale = self.focal / self.depth(relative)
         azimuth = np.arctan2(relative[..., 0], relative[..., 1])
         u = (azimuth + np.pi) * (self.width / (2.0 * np.pi))
-        u = np.where(u < self.width, u, 0.0) + 0.0 * scale  # column W is column 0; NaN where the scale is
-        v = self.cy + scale * (self.mount_height - 0.5 * heights)
-        return np.stack([u, v, scale * heights], axis=-1)
+        boxes = np.empty((*np.broadcast_shapes(scale.shape, np.shape(heights)), 3))
+        np.add(np.where(u < self.width, u, 0.0), 0.0 * scale, out=boxes[..., 0])  # column W is 0; NaN where scale is
+        np.add(self.cy, scale * (self.mount_height - 0.5 * heights), out=boxes[..., 1])
+        np.multiply(scale, heights, out=boxes[..., 2])
+        return boxes
 
     def unproject(self, observations: FloatArray, heights: FloatArray) -> FloatArray:
         """See `Camera.unproject`: r = f·h/l where the camera is level."""

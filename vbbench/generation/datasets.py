@@ -15,7 +15,16 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges, part_ranges
-from vbbench.files.tables import CAMERA, SCENE_TABLES, TableWriter, arrow_array, table_schema, to_arrow
+from vbbench.files.tables import (
+    CAMERA,
+    SCENE_TABLES,
+    Columns,
+    TableWriter,
+    arrow_array,
+    row_groups,
+    table_schema,
+    to_arrow,
+)
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
@@ -143,23 +152,24 @@ def _key(plan: Plan, withhold_truth: bool) -> str:
 
 def _build_part(plan: Plan, first: int, last: int) -> Part:
     """The row groups of some sequences, and the counts for `vbbench info`."""
-    groups: dict[str, list[pa.Table]] = defaultdict(list)
+    made: dict[str, list[Columns]] = defaultdict(list)
     rows, seen, tables = [], [], _tables(plan)
     for index in range(first, last):
         data = build_sequence(plan, index)
         for name, columns in sequence_rows(data).items():
             if name in tables:
-                groups[name].append(to_arrow(name, columns))
+                made[name].append(columns)
         rows.append(sequence_row(data, plan.info.split))
         seen.append(data.sequence.observed.sum(axis=1))
     schema = table_schema("sequences", [CAMERA] if plan.info.cameras else [])
     cells = [arrow_array([row[field.name] for row in rows], field.type) for field in schema]
-    groups["sequences"].append(pa.Table.from_arrays(cells, schema=schema))
+    groups = {name: row_groups(name, pieces) for name, pieces in made.items()}
+    groups["sequences"] = [pa.Table.from_arrays(cells, schema=schema)]
     people = np.concatenate(seen)
     people = people[people > 0]
     facts = {"sequences": len(rows), "frames": len(people), "observations": int(people.sum())}
     facts |= {"people_min": int(people.min(initial=1 << 30)), "people_max": int(people.max(initial=0))}
-    return Part(groups=dict(groups), facts=facts)
+    return Part(groups=groups, facts=facts)
 
 
 def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:

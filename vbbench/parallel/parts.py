@@ -10,11 +10,12 @@ import json
 import os
 import signal
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain, islice
 from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from time import perf_counter
@@ -56,12 +57,20 @@ class Part:
     @property
     def columns(self) -> dict[str, set[str]]:
         """By table the columns that any of its row groups has."""
-        return {name: {c for group in groups for c in group.column_names} for name, groups in self.groups.items()}
+        return {name: self.columns_of(name) for name in self.groups}
+
+    def columns_of(self, name: str) -> set[str]:
+        """The columns that any row group of a table has."""
+        return {column for group in self.groups.get(name, ()) for column in group.column_names}
 
     @property
     def nbytes(self) -> int:
-        """Bytes of its row groups in memory."""
-        return sum(group.get_total_buffer_size() for groups in self.groups.values() for group in groups)
+        """Bytes of its row groups in memory, about: texts are short."""
+        return sum(sum(map(len, groups)) * _row_bytes(groups[0].schema) for groups in self.groups.values() if groups)
+
+
+def _row_bytes(schema: pa.Schema) -> int:
+    return sum(field.type.bit_width // 8 if pa.types.is_primitive(field.type) else 16 for field in schema)
 
 
 Work = Callable[[int, int], Part]
@@ -80,25 +89,58 @@ def write_in_parts(
 ) -> list[dict[str, Any]]:
     """Do the work, cut into ``ranges``, and write ``tables`` (path by name); return every part's facts in order.
 
-    Complete parts in the folder ``parts`` are not made again. A table gets an optional column if any part has it.
+    Complete parts in the folder ``parts`` are not made again. A table gets an optional column if any part has it. The
+    first table is written while parts are made, the others after it, one by one: a table's footer grows with its row
+    groups.
     """
     make = partial(_make_part, work, parts)
     made = _make_here(make, ranges) if jobs == 1 else in_parallel(partial(make, keep=True), ranges, jobs)
     parts_made: list[Part | Path] = []
+    (first, path), *others = tables.items()
     with progress_bar(ranges[-1][1] if ranges else 0, label) as bar:
-        for (first, last), part in zip(ranges, made, strict=True):
-            parts_made.append(part)
-            bar.update(last - first)
-    with progress_bar(len(tables) * len(parts_made), "tables", unit="part") as bar:
-        for name, path in tables.items():  # one after the other: a table's footer grows with its row groups
-            every = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in parts_made)
-            optional = {column for columns in every for column in columns.get(name, ())} if name in OPTIONAL else set()
-            with TableWriter(path, name, optional) as writer:
-                for part in parts_made:
-                    for group in _groups(part, name):
-                        writer.add(group)
-                    bar.update()
+        arriving = _noted(zip(ranges, made, strict=True), parts_made, bar)
+        opening = list(islice(arriving, 1))
+        columns = _optional(first, opening)
+        _write_table(path, first, columns, chain(opening, arriving))
+    if _optional(first, parts_made) != columns:  # a later part has others
+        others.append((first, path))
+    with progress_bar(len(others) * len(parts_made), "tables", unit="part") as bar:
+        for name, path in others:
+            _write_table(path, name, _optional(name, parts_made), _counted(parts_made, bar))
     return [part.facts if isinstance(part, Part) else _metadata(part, FACTS) for part in parts_made]
+
+
+def _noted(
+    made: Iterable[tuple[tuple[int, int], Part | Path]], parts_made: list[Part | Path], bar: Any
+) -> Iterator[Part | Path]:
+    """The parts as they come, each noted in ``parts_made``."""
+    for (first, last), part in made:
+        parts_made.append(part)
+        bar.update(last - first)
+        yield part
+
+
+def _counted(parts_made: Iterable[Part | Path], bar: Any) -> Iterator[Part | Path]:
+    for part in parts_made:
+        yield part
+        bar.update()
+
+
+def _write_table(path: Path, name: str, optional: Collection[str], parts_made: Iterable[Part | Path]) -> None:
+    with TableWriter(path, name, optional) as writer:
+        for part in parts_made:
+            for group in _groups(part, name):
+                writer.add(group)
+
+
+def _optional(name: str, parts_made: Iterable[Part | Path]) -> set[str]:
+    """The columns that a table with optional ones has in any of the parts."""
+    return set().union(*(_columns(part, name) for part in parts_made)) if name in OPTIONAL else set()
+
+
+def _columns(part: Part | Path, name: str) -> Collection[str]:
+    """The columns that a table has in a part."""
+    return part.columns_of(name) if isinstance(part, Part) else _metadata(part, COLUMNS).get(name, ())
 
 
 def _metadata(path: Path, key: bytes) -> dict[str, Any]:

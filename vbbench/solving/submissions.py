@@ -104,7 +104,8 @@ def solve(
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key, partitioned=scheduler is not None):
             if scheduler is None:
-                tables = {name: work.new / f"{name}.parquet" for name in TABLES}
+                longest_first = ("positions", *(name for name in TABLES if name != "positions"))
+                tables = {name: work.new / f"{name}.parquet" for name in longest_first}
                 facts = write_in_parts(solve_part, ranges, work.parts, tables, jobs=jobs, label=label)
                 for name in tables.keys() - _reported(facts):
                     tables[name].unlink()
