@@ -44,7 +44,7 @@ def drive(seed: int, frames: int = 30, people: int = 25, speed: float = 1.5, tur
 
 
 def photograph(truth: Truth, camera: Camera = TILTED, box_std: float = BOX_STD, seed: int = 0) -> FloatArray:
-    """Boxes [T, K, 3] of the near sides of bodies, whose column, top and bottom are each off by a share of the height."""
+    """Boxes [T, K, 3] of the near sides of bodies; column, top and bottom are each off by a share of the height."""
     heights = np.broadcast_to(truth.heights, truth.positions.shape[:2])
     relative = world_to_relative(truth.positions, truth.poses)
     relative *= 1.0 - EDGE / np.maximum(np.linalg.norm(relative, axis=-1, keepdims=True), 1.0)
