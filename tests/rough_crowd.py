@@ -43,14 +43,24 @@ def drive(seed: int, frames: int = 30, people: int = 25, speed: float = 1.5, tur
     return Truth(poses=poses, positions=positions, heights=np.clip(rng.normal(1.7, 0.07, people), 1.5, 1.95))
 
 
-def photograph(truth: Truth, camera: Camera = TILTED, box_std: float = BOX_STD, seed: int = 0) -> FloatArray:
+def photograph(
+    truth: Truth,
+    camera: Camera = TILTED,
+    box_std: float = BOX_STD,
+    *,
+    pixel_std: float = 0.0,
+    edge: float = EDGE,
+    seed: int = 0,
+) -> FloatArray:
     """Boxes [T, K, 3] of the near sides of bodies; column, top and bottom are each off by a share of the height."""
     heights = np.broadcast_to(truth.heights, truth.positions.shape[:2])
     relative = world_to_relative(truth.positions, truth.poses)
-    relative *= 1.0 - EDGE / np.maximum(np.linalg.norm(relative, axis=-1, keepdims=True), 1.0)
+    relative *= 1.0 - edge / np.maximum(np.linalg.norm(relative, axis=-1, keepdims=True), 1.0)
     boxes = camera.project(relative, heights)
-    u, top, bottom = np.random.default_rng(seed).normal(0.0, box_std, (3, *boxes.shape[:2])) * boxes[..., 2]
-    return boxes + np.stack((u, 0.5 * (top + bottom), bottom - top), axis=-1)
+    spread = np.hypot(box_std * boxes[..., 2], pixel_std)
+    u, top, bottom = np.random.default_rng(seed).normal(0.0, 1.0, (3, *boxes.shape[:2])) * spread
+    noisy: FloatArray = boxes + np.stack((u, 0.5 * (top + bottom), bottom - top), axis=-1)
+    return noisy
 
 
 def sequence_of(truth: Truth, boxes: FloatArray) -> Sequence:
@@ -94,7 +104,8 @@ class Drive:
 
     def errors(self, estimate: Estimate) -> FloatArray:
         """[T] by how many m the observer's place is off."""
-        return np.hypot(*(estimate.poses - self.truth.poses)[:, :2].T)
+        off: FloatArray = np.linalg.norm((estimate.poses - self.truth.poses)[:, :2], axis=1)
+        return off
 
     def boxes_changed(self, change: Callable[[FloatArray], None]) -> "Drive":
         """The same with other boxes; places are given where these show somebody first."""
@@ -103,9 +114,9 @@ class Drive:
         return replace(self, sequence=sequence_of(self.truth, boxes))
 
 
-def made_drive(truth: Truth, camera: Camera = TILTED, box_std: float = BOX_STD, seed: int = 0, **facts: Any) -> Drive:
-    """What ``camera`` sees of ``truth``, which the problem takes for level."""
-    sequence = sequence_of(truth, photograph(truth, camera, box_std, seed))
+def made_drive(truth: Truth, boxes: FloatArray | None = None, **facts: Any) -> Drive:
+    """What is seen of ``truth``, by default by the tilted camera, and a problem that takes the camera for level."""
+    sequence = sequence_of(truth, photograph(truth) if boxes is None else boxes)
     return Drive(truth=truth, sequence=sequence, problem=problem_of(sequence, **facts))
 
 
