@@ -54,9 +54,9 @@ class Table:
 ERRORS = ("mean", "worst run")
 
 TABLES = (
-    Table(title="KITTI, every 4th frame", cells=("kitti-4-one", "kitti-4-seq", "kitti-4-roll"), shown=ERRORS),
-    Table(title="KITTI, every frame", cells=("kitti-1-one", "kitti-1-seq", "kitti-1-roll"), shown=ERRORS),
-    Table(title="KITTI, cold start", cells=("kitti-4-cold", "kitti-1-cold"), shown=("mean", "Δx̃; drift, m/s")),
+    Table(title="KITTI every 4th frame", cells=("kitti-4-one", "kitti-4-seq", "kitti-4-roll"), shown=ERRORS),
+    Table(title="KITTI every frame", cells=("kitti-1-one", "kitti-1-seq", "kitti-1-roll"), shown=ERRORS),
+    Table(title="KITTI cold start", cells=("kitti-4-cold", "kitti-1-cold"), shown=("mean", "Δx̃; drift, m/s")),
     Table(title="rougher boxes", cells=("heights-4", "detector-4"), shown=ERRORS),
     Table(title="the camera stands", cells=("standing-kitti",), shown=("mean", "Δt above cv's: mean, most")),
     Table(title="tier `field`", cells=("boards-field",), shown=("capped", "failed")),
