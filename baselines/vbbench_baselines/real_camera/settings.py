@@ -45,8 +45,8 @@ class Settings:
     first_speed : in m/s, of a velocity component of somebody new.
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
-    slip, turn, rest : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of standing.
-    rest_share : the weight of the last, as it is told in every frame anew.
+    slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
+    drag : the weight of the last, as it is told in every frame anew.
     vehicle_speed : in m/s, of a first velocity.
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
@@ -80,10 +80,10 @@ class Settings:
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
     slip: float = 0.05
     turn: float = 0.007
-    rest: float = 0.02
-    rest_share: float = 0.3
+    slow: float = 0.05
+    drag: float = 0.3
     vehicle_speed: float = 4.0
-    laws: tuple[float, float, float] = (0.5, 0.1, 0.2)
+    laws: tuple[float, float, float] = (0.05, 0.25, 0.4)
 
     def noise_at_first(self, problem: Problem) -> Noise:
         """The boxes' noise before any was seen."""
@@ -137,8 +137,8 @@ class Settings:
         return Observer(
             change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
             nu=np.array(self.vehicle_nu),
-            level=np.array((self.slip, self.turn, self.rest)) * ratio,
-            rest_share=self.rest_share * float(np.sqrt(ratio)),
+            level=np.array((self.slip, self.turn, self.slow)) * ratio,
+            drag=self.drag * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
             head=head,
