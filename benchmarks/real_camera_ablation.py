@@ -113,7 +113,7 @@ VARIANTS = {
     ),
     "vehicle": Variant(name="vehicle law only", settings=replace(ALL, laws=(1.0, 0.0, 0.0))),
     "pedestrian": Variant(name="pedestrian laws only", settings=replace(ALL, laws=(0.0, 0.2, 0.4))),
-    "standing": Variant(name="no standing pull", settings=replace(ALL, rest_share=0.0)),
+    "drag": Variant(name="no pull to slowness", settings=replace(ALL, drag=0.0)),
     "gaussian": Variant(name="Gaussian steps of the vehicle", settings=replace(ALL, vehicle_nu=(NOTHING,) * 3)),
     "sideways": Variant(name="no Cauchy law of slipping", settings=replace(ALL, slip=NOTHING)),
     "turning": Variant(name="no Cauchy law of turning", settings=replace(ALL, turn=NOTHING)),
