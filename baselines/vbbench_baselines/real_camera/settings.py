@@ -35,7 +35,7 @@ class Settings:
     noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
     noise_spread, noise_staying : how firmly these are believed, see `real_camera.noise.NoiseLearner`.
     edge, edge_std : δ in m.
-    height_std : of ln height beside what `Problem` tells of people, since a box is not exactly as high as its person.
+    height_std : of ln height at least, since a box is not exactly as high as its person.
     tilt_std : in rad, of pitch and roll at the start, where `Problem` does not tell.
     mount_std : in m, of the camera's height over the ground that people stand on.
     offset_std : in rad, of the columns' offset.
@@ -61,7 +61,6 @@ class Settings:
     edge_std: float = 0.12
     height_std: float = 0.055
     tilt_std: float = 0.03
-    roll_std: float = 0.03
     mount_std: float = 0.2
     offset_std: float = 0.005
     pitch_step: float = 0.004
@@ -95,15 +94,15 @@ class Settings:
     def people(self, problem: Problem) -> PeoplePrior:
         """What is known of people before they are seen."""
         mean = np.array((np.log(problem.height_mean), self.edge))
-        spread = np.hypot(problem.height_std / problem.height_mean * 0.0, self.height_std)
+        spread = max(problem.height_std / problem.height_mean, self.height_std)
         return PeoplePrior(mean, np.array((spread, self.edge_std)))
 
     def drift(self, problem: Problem) -> Drift:
         """What is known of the camera."""
-        tilt = self.tilt_std
+        tilt = problem.tilt_std or self.tilt_std
         ratio = np.sqrt(problem.dt / REFERENCE)
         mean = np.array((0.0, 0.0, problem.camera.mount_height, 0.0))
-        std = np.array((tilt, self.roll_std, self.mount_std, self.offset_std))
+        std = np.array((tilt, tilt, self.mount_std, self.offset_std))
         step = ratio * np.array((self.pitch_step, self.roll_step, self.mount_step, self.offset_step))
         return Drift(mean, std, step, self.drift_nu)
 
