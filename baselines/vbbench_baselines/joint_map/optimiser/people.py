@@ -86,7 +86,7 @@ def eliminate(
         _add_continued(k, data.continued, band, right)
     anchor = 1.0 / ANCHOR_STD**2
     for i in range(n):
-        gx, gy = data.given[first + i, k]
+        gx, gy = data.given[first + i, k, 0], data.given[first + i, k, 1]
         if not np.isnan(gx):
             band[i, 0] += anchor
             right[2 * i] += anchor * gx
@@ -94,8 +94,8 @@ def eliminate(
         for d in range(min(i, REACH) + 1):
             lower[2 * (i - d), 2 * d] = lower[2 * (i - d) + 1, 2 * d] = band[i, d]
     for i in range(n):
-        xx, xy, yy = information[i]
-        x, y = measured[i]
+        xx, xy, yy = information[i, 0], information[i, 1], information[i, 2]
+        x, y = measured[i, 0], measured[i, 1]
         right[2 * i] += xx * x + xy * y
         right[2 * i + 1] += xy * x + yy * y
         lower[2 * i, 0] += xx
@@ -123,7 +123,7 @@ def follow(person: Person, step: FloatArray) -> tuple[FloatArray, float]:
     move, height = np.empty(2 * n), person.height
     arms = person.arms
     for i in range(n):
-        x, y, yaw = step[first + i]
+        x, y, yaw = step[first + i, 0], step[first + i, 1], step[first + i, 2]
         move[2 * i], move[2 * i + 1] = x + yaw * arms[i, 0], y + yaw * arms[i, 1]
     if not np.isinf(person.height_information):
         lean = float(-(person.response @ move) / person.height_information)
@@ -176,14 +176,15 @@ def _measured(
     measured, information = np.zeros((n, 2)), np.zeros((n, 3))
     seen, along = np.zeros(n, np.bool_), np.zeros(2 * n)
     for i in range(n):
-        right, forward = data.relative[first + i, k]
+        t = first + i
+        right, forward = data.relative[t, k, 0], data.relative[t, k, 1]
         if np.isnan(right):
             continue
-        rr, rf, ff = data.information[first + i, k]
-        sin, cos = axes[first + i]
+        rr, rf, ff = data.information[t, k, 0], data.information[t, k, 1], data.information[t, k, 2]
+        sin, cos = axes[t, 0], axes[t, 1]
         wx, wy = right * sin + forward * cos, forward * sin - right * cos
         seen[i] = True
-        measured[i, 0], measured[i, 1] = poses[first + i, 0] + wx, poses[first + i, 1] + wy
+        measured[i, 0], measured[i, 1] = poses[t, 0] + wx, poses[t, 1] + wy
         along[2 * i], along[2 * i + 1] = wx / data.stature[k], wy / data.stature[k]
         information[i, 0], information[i, 1], information[i, 2] = _turned(rr, rf, ff, sin, cos)
     return measured, information, seen, along
@@ -224,16 +225,17 @@ def misfit(k: int, track: FloatArray, poses: FloatArray, axes: FloatArray, heigh
     """½ Σ of person ``k``'s squared errors of boxes, given places and stature, at a track [n, 2] as it is."""
     first, stretch, total = int(data.first[k]), height / data.stature[k], 0.0
     for i in range(len(track)):
-        right, forward = data.relative[first + i, k]
+        t = first + i
+        right, forward = data.relative[t, k, 0], data.relative[t, k, 1]
         if not np.isnan(right):
-            rr, rf, ff = data.information[first + i, k]
-            sin, cos = axes[first + i]
+            rr, rf, ff = data.information[t, k, 0], data.information[t, k, 1], data.information[t, k, 2]
+            sin, cos = axes[t, 0], axes[t, 1]
             wx, wy = right * sin + forward * cos, forward * sin - right * cos
             xx, xy, yy = _turned(rr, rf, ff, sin, cos)
-            x = track[i, 0] - (poses[first + i, 0] + stretch * wx)
-            y = track[i, 1] - (poses[first + i, 1] + stretch * wy)
+            x = track[i, 0] - (poses[t, 0] + stretch * wx)
+            y = track[i, 1] - (poses[t, 1] + stretch * wy)
             total += xx * x * x + 2.0 * xy * x * y + yy * y * y
-        gx, gy = data.given[first + i, k]
+        gx, gy = data.given[t, k, 0], data.given[t, k, 1]
         if not np.isnan(gx):
             total += ((track[i, 0] - gx) ** 2 + (track[i, 1] - gy) ** 2) / ANCHOR_STD**2
     move = height - data.stature[k]
@@ -246,7 +248,7 @@ def weighed(information: FloatArray, values: FloatArray) -> FloatArray:
     """M v for ``values`` v [2n]."""
     product = np.empty_like(values)
     for i in range(len(information)):
-        xx, xy, yy = information[i]
+        xx, xy, yy = information[i, 0], information[i, 1], information[i, 2]
         x, y = values[2 * i], values[2 * i + 1]
         product[2 * i], product[2 * i + 1] = xx * x + xy * y, xy * x + yy * y
     return product

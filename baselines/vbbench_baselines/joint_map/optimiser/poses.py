@@ -172,16 +172,16 @@ def _add_observer(state: State, problem: JointProblem, band: FloatArray) -> None
 @kernel
 def _add_person(person: Person, inverse: FloatArray, reach: int, band: FloatArray) -> None:
     """Add GᵀH_yyG, unknown heights left out; ``inverse`` holds the band of A⁻¹."""
-    n, arms = len(person.track), person.arms
+    n, arms, information = len(person.track), person.arms, person.information
     near = n - 1 if n <= reach + 1 else reach - BAND
     for i in range(n):
         if not person.seen[i]:
             continue
-        xx, xy, yy = person.information[i]
+        xx, xy, yy = information[i, 0], information[i, 1], information[i, 2]
         for j in range(i, min(i + near + 1, n)):
             if not person.seen[j]:
                 continue
-            oxx, oxy, oyy = person.information[j]
+            oxx, oxy, oyy = information[j, 0], information[j, 1], information[j, 2]
             e = BAND + 2 * (j - i)
             a, b, c, d = inverse[2 * i, e], inverse[2 * i, e + 1], inverse[2 * i + 1, e - 1], inverse[2 * i + 1, e]
             # M_i X, then X M_j
@@ -222,7 +222,7 @@ def _add_block(
 @kernel
 def _add_far(person: Person, inverse: FloatArray, reach: int, band: FloatArray) -> None:
     """Add Gᵀ(−P X P)G where it feels that X = A⁻¹ is cut beyond the reach, 2·`BAND` blocks about it."""
-    n, inner, arms = len(person.track), reach - REACH, person.arms
+    n, inner, arms, information = len(person.track), reach - REACH, person.arms, person.information
     product = np.zeros((n, BAND, 4))  # X P, from `inner` + 1 frames on; nearer it is −X M
     for a in range(n):
         for j in range(a + inner + 1, min(a + inner + BAND + 1, n)):
@@ -238,9 +238,15 @@ def _add_far(person: Person, inverse: FloatArray, reach: int, band: FloatArray) 
             for a in range(max(i - REACH, j - reach - REACH, 0), min(i + REACH, n - 1) + 1):
                 pull = person.expected[max(a, i), abs(a - i)]
                 if j - a > inner:
-                    za, zb, zc, zd = product[a, j - a - inner - 1]
+                    edge = j - a - inner - 1
+                    za, zb, zc, zd = (
+                        product[a, edge, 0],
+                        product[a, edge, 1],
+                        product[a, edge, 2],
+                        product[a, edge, 3],
+                    )
                 else:
-                    xx, xy, yy = person.information[j]
+                    xx, xy, yy = information[j, 0], information[j, 1], information[j, 2]
                     e = BAND + 2 * (j - a)
                     xa, xb, xc, xd = (
                         inverse[2 * a, e],

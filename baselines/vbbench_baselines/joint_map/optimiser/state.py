@@ -12,7 +12,7 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.odometry import Motions, disagreement, unmeasured
-from vbbench_baselines.joint_map.measurement.boxes import farther
+from vbbench_baselines.joint_map.measurement.boxes import ratio
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, judge_some
 from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh_continued
@@ -91,7 +91,7 @@ def believe(
         if last < first:
             continue
         track = places[first : last + 1, k].copy()
-        if np.any(np.isnan(track)):
+        if np.isnan(np.sum(track)):
             total = np.nan
             continue
         held, tally = past.held[k], past.tally[k]
@@ -132,8 +132,15 @@ def rescaled(data: Measurements, poses: FloatArray, places: FloatArray, heights:
     for t in range(len(poses)):
         for k in range(len(data.first)):
             if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
-                q = farther(relative[t, k] * (heights[k] / data.stature[k]), places[t, k], poses[t])
-                relative[t, k] *= 2.0 * q - q * q
-                information[t, k] /= q**4
+                stretch, x, y = (
+                    heights[k] / data.stature[k],
+                    places[t, k, 0] - poses[t, 0],
+                    places[t, k, 1] - poses[t, 1],
+                )
+                q = ratio(relative[t, k, 0] * stretch, relative[t, k, 1] * stretch, x, y)
+                for a in range(2):
+                    relative[t, k, a] *= 2.0 * q - q * q
+                for a in range(3):
+                    information[t, k, a] /= q**4
     first, last, stature, variance = data.first, data.last, data.stature, data.stature_variance
     return Measurements(relative, information, data.given, first, last, stature, variance, data.continued)
