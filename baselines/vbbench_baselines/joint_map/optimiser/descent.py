@@ -35,7 +35,7 @@ TRIES = 8
 MOST_DAMPED = 1e6
 """A Hessian that needs more is not finite; its step fails."""
 
-RENEWED, LONG, OLDEST = 3, 0.4, 5
+RENEWED, LONG, OLDEST = 1, 0.4, 5
 """The Hessian is renewed in the first steps, after one that was longer (standard deviations), and when it is so old."""
 
 
