@@ -38,7 +38,7 @@ class Person(NamedTuple):
     arms : [n, 2] J(x_t − c_t) in m: how a turn of the camera moves the track.
     seen : [n] whether there is a box.
     information : [n, 3] M as (xx, xy, yy) in 1/m², zero where there is no box.
-    expected : [n, 5] A − M, alike in both coordinates, as of `motion.walks.add_walk`.
+    precisions : [n] of innovations in 1/m², zero where they are accounted for elsewhere.
     lower : Cholesky factor of A [2n, 2n], see `vbbench_baselines.joint_map.optimiser.banded`.
     along : [2n] u, zero where there is no box.
     response : [2n] H_yy u.
@@ -53,7 +53,7 @@ class Person(NamedTuple):
     arms: FloatArray
     seen: BoolArray
     information: FloatArray
-    expected: FloatArray
+    precisions: FloatArray
     lower: FloatArray
     along: FloatArray
     response: FloatArray
@@ -109,11 +109,13 @@ def eliminate(
     if data.stature_variance[k] > 0.0:
         response, height_information, move = _raise(measured, information, lower, track, along, data, k)
         height += move
-    arms = np.empty((n, 2))
+    arms, precisions = np.empty((n, 2)), np.zeros(n)
+    for i in range(max(held, 1), n):
+        precisions[i] = (1.0 if i == 1 else weights[i]) / walk.spreads[min(i, REACH)] ** 2
     for i in range(n):
         arms[i, 0], arms[i, 1] = poses[first + i, 1] - track[i, 1], track[i, 0] - poses[first + i, 0]
     own = height_information
-    return Person(k, first, track, measured, arms, seen, information, band, lower, along, response, height, own)
+    return Person(k, first, track, measured, arms, seen, information, precisions, lower, along, response, height, own)
 
 
 @kernel

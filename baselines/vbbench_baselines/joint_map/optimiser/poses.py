@@ -97,14 +97,14 @@ def gradient_of(people: list[Person], state: State, problem: JointProblem) -> Fl
 def hessian_of(people: list[Person], state: State, problem: JointProblem) -> Curvature:
     """That of the identity at given poses.
 
-    With P = A − M, H_yy = M − M A⁻¹ M = P − P A⁻¹ P. A⁻¹ falls exponentially away from its diagonal, and is cut beyond
-    ``problem.reach`` in the second form, which keeps what no box tells, a common motion of all, exactly as stiff as it
-    is: not at all.
+    Beyond ``problem.reach`` it is cut, in a form that keeps what no box tells, a common motion of all, exactly as stiff
+    as it is, not at all: where no place is given, H_yy = M − M A⁻¹ M = Dᵀ(W − W D A⁻¹ Dᵀ W)D. What is in brackets,
+    the information of the boxes on innovations, falls exponentially away from its diagonal.
     """
     anchor, frames = problem.anchor, len(state.poses)
     whole = problem.reach >= frames - 1
     reach = frames - 1 if whole else problem.reach
-    width = 3 * frames - 1 if whole else 3 * (reach + BAND) + 2
+    width = 3 * reach + 2
     band, tall = np.zeros((3 * frames + width, width + 1)), np.zeros((_long(people, reach), 3 * frames))
     for i in range(len(anchor.slope)):
         for j in range(i, len(anchor.slope)):
@@ -113,7 +113,7 @@ def hessian_of(people: list[Person], state: State, problem: JointProblem) -> Cur
     inverse, raised = np.zeros((2 * frames + BAND, BAND + 2 * reach + 2)), 0
     for person in people:
         invert(person.lower, inverse)
-        _add_person(person, inverse, reach, band)
+        _add_person(person, problem.walk, inverse, reach, band)
         if not np.isinf(person.height_information):
             tilt = to_poses(person.response, person.arms) / np.sqrt(person.height_information)
             if len(person.track) > reach + 1:
@@ -170,7 +170,7 @@ def _add_observer(state: State, problem: JointProblem, band: FloatArray) -> None
 
 
 @kernel
-def _add_person(person: Person, inverse: FloatArray, reach: int, band: FloatArray) -> None:
+def _add_person(person: Person, walk: Walk, inverse: FloatArray, reach: int, band: FloatArray) -> None:
     """Add GᵀH_yyG, unknown heights left out; ``inverse`` holds the band of A⁻¹."""
     n, arms, information = len(person.track), person.arms, person.information
     near = n - 1 if n <= reach + 1 else reach - BAND
@@ -193,7 +193,7 @@ def _add_person(person: Person, inverse: FloatArray, reach: int, band: FloatArra
             turns = arms[i, 0], arms[i, 1], arms[j, 0], arms[j, 1]
             _add_block(band, 3 * (person.first + i), 3 * (j - i), turns, (ha, hb, hc, hd))
     if n > reach + 1:
-        _add_far(person, inverse, reach, band)
+        _add_far(person, walk, inverse, reach, band)
 
 
 @kernel
@@ -220,46 +220,28 @@ def _add_block(
 
 
 @kernel
-def _add_far(person: Person, inverse: FloatArray, reach: int, band: FloatArray) -> None:
-    """Add Gᵀ(−P X P)G where it feels that X = A⁻¹ is cut beyond the reach, 2·`BAND` blocks about it."""
-    n, inner, arms, information = len(person.track), reach - REACH, person.arms, person.information
-    product = np.zeros((n, BAND, 4))  # X P, from `inner` + 1 frames on; nearer it is −X M
+def _add_far(person: Person, walk: Walk, inverse: FloatArray, reach: int, band: FloatArray) -> None:
+    """Add GᵀDᵀUDG where it feels that U = −W D A⁻¹ Dᵀ W is cut `REACH` frames before the reach of A⁻¹."""
+    n, arms, last = len(person.track), person.arms, reach - REACH
+    cut = np.zeros((n, BAND, 4))  # U of frames a and b, by a and b − a, from last − BAND + 1 to last
     for a in range(n):
-        for j in range(a + inner + 1, min(a + inner + BAND + 1, n)):
-            for b in range(j - REACH, min(j + REACH, n - 1, a + reach) + 1):
-                pull, e = person.expected[max(b, j), abs(b - j)], BAND + 2 * (b - a)
-                product[a, j - a - inner - 1, 0] += inverse[2 * a, e] * pull
-                product[a, j - a - inner - 1, 1] += inverse[2 * a, e + 1] * pull
-                product[a, j - a - inner - 1, 2] += inverse[2 * a + 1, e - 1] * pull
-                product[a, j - a - inner - 1, 3] += inverse[2 * a + 1, e] * pull
+        for b in range(a + last - BAND + 1, min(a + last, n - 1) + 1):
+            u, both = cut[a, b - a - last + BAND - 1], -person.precisions[a] * person.precisions[b]
+            for d in range(min(a, REACH) + 1):
+                for e in range(REACH + 1):
+                    share = both * walk.filters[min(a, REACH), d] * walk.filters[REACH, e]
+                    p, q = 2 * (a - d), BAND + 2 * (b - e - a + d)
+                    u[0] += share * inverse[p, q]
+                    u[1] += share * inverse[p, q + 1]
+                    u[2] += share * inverse[p + 1, q - 1]
+                    u[3] += share * inverse[p + 1, q]
     for i in range(n):
-        for j in range(i + reach - BAND + 1, min(i + reach + BAND, n - 1) + 1):
+        for j in range(i + reach - BAND + 1, min(i + reach, n - 1) + 1):
             ha = hb = hc = hd = 0.0
-            for a in range(max(i - REACH, j - reach - REACH, 0), min(i + REACH, n - 1) + 1):
-                pull = person.expected[max(a, i), abs(a - i)]
-                if j - a > inner:
-                    edge = j - a - inner - 1
-                    za, zb, zc, zd = (
-                        product[a, edge, 0],
-                        product[a, edge, 1],
-                        product[a, edge, 2],
-                        product[a, edge, 3],
-                    )
-                else:
-                    xx, xy, yy = information[j, 0], information[j, 1], information[j, 2]
-                    e = BAND + 2 * (j - a)
-                    xa, xb, xc, xd = (
-                        inverse[2 * a, e],
-                        inverse[2 * a, e + 1],
-                        inverse[2 * a + 1, e - 1],
-                        inverse[2 * a + 1, e],
-                    )
-                    za, zb, zc, zd = (
-                        -(xa * xx + xb * xy),
-                        -(xa * xy + xb * yy),
-                        -(xc * xx + xd * xy),
-                        -(xc * xy + xd * yy),
-                    )
-                ha, hb, hc, hd = ha - pull * za, hb - pull * zb, hc - pull * zc, hd - pull * zd
+            for a in range(i, min(i + REACH, n - 1) + 1):
+                for b in range(j, min(j + REACH, n - 1, a + last) + 1):
+                    share = walk.filters[min(a, REACH), a - i] * walk.filters[REACH, b - j]
+                    u = cut[a, b - a - last + BAND - 1]
+                    ha, hb, hc, hd = ha + share * u[0], hb + share * u[1], hc + share * u[2], hd + share * u[3]
             turns = arms[i, 0], arms[i, 1], arms[j, 0], arms[j, 1]
             _add_block(band, 3 * (person.first + i), 3 * (j - i), turns, (ha, hb, hc, hd))
