@@ -25,7 +25,7 @@ from vbbench_baselines.joint_map.measurement.boxes import (
     statures_of,
 )
 from vbbench_baselines.joint_map.measurement.window import gather
-from vbbench_baselines.joint_map.motion.walks import Walk, let_stand, walk_of
+from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
 from vbbench_baselines.joint_map.optimiser.covariance import block_of, place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwrapped
 from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of
@@ -35,16 +35,13 @@ from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_ou
 START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds the start, which need not be exact."""
 
-SHORTEST_REACH, REACH_OF_SMOOTHING, NOISIER = 24, 6.0, 0.75
-"""See `reach_of`: in frames, in l, and the quantile of the boxes' noise that counts."""
-
 
 @dataclass(kw_only=True)
 class MapBatch:
     """Joint maximum a posteriori of all frames.
 
-    All frames are solved together, in time linear in frames: how far apart two poses are coupled directly is cut at
-    `reach_of`, which costs steps but no exactness. If all poses but the last are given, later frames have nothing to
+    All frames are solved together, in time linear in frames: how far apart two poses are coupled directly is cut
+    (`optimiser.poses.reach_of`), which costs steps but no exactness. If all poses but the last are given, later frames have nothing to
     correct, and the causal answer is returned. A descent that does not converge is repeated from a more
     careful causal solution; the answer is the likelier of the two.
 
@@ -104,27 +101,13 @@ class MapBatch:
             new = np.count_nonzero(seen & (np.cumsum(seen, axis=0) == 2), axis=1)
             motions = let_stand(motions, poses, np.count_nonzero(seen, axis=1), new, walk, task.problem.dt)
         data = gather(relative, information, task.given.positions, task.statures)
-        joint = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), walk, motions, reach_of(information, walk))
+        joint = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), walk, motions)
         nowhere = np.full_like(causal.positions, np.nan)
         settled = settle(poses, nowhere, joint, self.rounds, self.tolerance, self.certain)
         answer = _answer_of(settled, joint, causal.positions, task.problem.covariances)
         if cold:
             answer.add_drift(np.cumsum(np.where(unmeasured, task.problem.dt, 0.0)))
         return answer
-
-
-def reach_of(information: FloatArray, walk: Walk) -> int:
-    """How many frames apart two poses are coupled directly.
-
-    People's places are smoothed over l = (N/σ²)^¼ frames, N the noise of a box: what one place says of another falls
-    like exp(−t/√2 l). l is that of the noisier boxes ``information`` [T, K, 3].
-    """
-    boxes = information[~np.isnan(information[..., 0])]
-    if not len(boxes):
-        return SHORTEST_REACH
-    determinant = boxes[:, 0] * boxes[:, 2] - boxes[:, 1] ** 2
-    noise = np.quantile((boxes[:, 0] + boxes[:, 2]) / determinant, NOISIER)
-    return max(int(REACH_OF_SMOOTHING * (noise / walk.sigma**2) ** 0.25), SHORTEST_REACH)
 
 
 def _motions(given: Given) -> Motions:
@@ -186,8 +169,7 @@ def _answer_of(settled: Settled, joint: JointProblem, causal: FloatArray, covari
     places = np.where(np.isnan(state.places), causal, state.places)
     poses = people = None
     if covariances:
-        wide = joint._replace(reach=2 * joint.reach)  # a place is told by poses half the reach about it
-        sigma = pose_covariance_of(state, wide)
+        sigma = pose_covariance_of(state, joint)
         poses = np.stack([block_of(sigma, t, t) for t in range(len(state.poses))])
         people = place_covariances(state, joint.walk, sigma, 0)
     return _Answer(settled, places, float(deviance_of(state, state.data)), poses, people)

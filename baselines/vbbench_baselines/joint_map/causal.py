@@ -160,7 +160,7 @@ class MapCausal:
         poses, places = rows.poses[used], chosen(rows.places[used], picked, 1)
         anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), self._kept)
         data = rows.measurements(self.statures, only_those(self._continued, picked), picked)
-        problem = JointProblem(data, anchor, self._walk, self._motions(used), len(poses))
+        problem = JointProblem(data, anchor, self._walk, self._motions(used))
         settled = settle(poses, places, problem, self.rounds, self.tolerance, self.certain)
         rows.poses[used], rows.places[used, columns] = settled.state.poses, settled.state.places
         variances = settled.state.variances

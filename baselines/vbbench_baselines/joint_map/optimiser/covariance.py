@@ -22,7 +22,7 @@ from vbbench_baselines.joint_map.optimiser.banded import (
     solve_wide,
 )
 from vbbench_baselines.joint_map.optimiser.people import Person, axes_of, eliminate, to_poses, weighed
-from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, hessian_of
+from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, hessian_of, reach_of
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
 
@@ -30,13 +30,17 @@ from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 def pose_covariance_of(state: State, problem: JointProblem) -> FloatArray:
     """The band [3T, w + 1] of Σ of the poses at the energy's minimum; zero for given ones.
 
-    Row i holds Σ[i, i] to Σ[i, i + w], as far as the problem's reach goes.
+    Row i holds Σ[i, i] to Σ[i, i + w], as far as twice the reach goes: what half of it to either side of a frame says.
     """
-    frames = len(state.poses)
-    band, tall = hessian_of(eliminate_all(state, problem.walk), state, problem)
-    for t in range(frames):
-        band[3 * t + 2, 0] += 1e-9
-    factor_wide(band)
+    frames, people = len(state.poses), eliminate_all(state, problem.walk)
+    reach, sound = reach_of(people), False
+    band, tall = hessian_of(people, state, problem, 0)
+    while not sound:
+        reach *= 2
+        band, tall = hessian_of(people, state, problem, reach)
+        for t in range(frames):
+            band[3 * t + 2, 0] += 1e-9
+        sound = factor_wide(band) or reach >= frames - 1
     sigma = invert_wide(band)
     if len(tall) > 0:
         _add_heights(band, tall, sigma)

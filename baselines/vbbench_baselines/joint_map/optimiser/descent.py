@@ -20,7 +20,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.optimiser.banded import factor_wide, solve_wide
 from vbbench_baselines.joint_map.optimiser.people import Person, follow
-from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, gradient_of, hessian_of
+from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, gradient_of, hessian_of, reach_of
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State, believe, deviance_of
 
 DEPTH = 6
@@ -104,7 +104,7 @@ def settle(
         people = eliminate_all(state, problem.walk)
         gradient = gradient_of(people, state, problem)
         if done < RENEWED or spread > LONG or model.age >= OLDEST:
-            model = _renewed(state, people, problem, model.damping)
+            model = _renewed(state, people, problem, model.reach, model.damping)
         trial, step, model, fallen = _try(state, people, gradient, model, problem)
         if np.isnan(fallen):
             break
@@ -129,6 +129,7 @@ class Model(NamedTuple):
     lower : Cholesky factor of the band of the damped Hessian, see `optimiser.banded.factor_wide`.
     tall, across : [m, 3T] V of `Curvature` and VB⁻¹.
     rest : Cholesky factor of 1 − VB⁻¹Vᵀ, likewise.
+    reach : beyond so many frames poses are not coupled directly.
     damping : in units of the Hessian's diagonal.
     age : steps since it was renewed.
     """
@@ -137,6 +138,7 @@ class Model(NamedTuple):
     tall: FloatArray
     across: FloatArray
     rest: FloatArray
+    reach: int
     damping: float
     age: int
 
@@ -144,13 +146,14 @@ class Model(NamedTuple):
 @kernel
 def _no_model() -> Model:
     nothing = np.empty((0, 0))
-    return Model(nothing, nothing, nothing, nothing, 1e-6, OLDEST)
+    return Model(nothing, nothing, nothing, nothing, 0, 1e-6, OLDEST)
 
 
 @kernel
-def _renewed(state: State, people: list[Person], problem: JointProblem, damping: float) -> Model:
-    """The model at a point, damped as far as it must be to have a least energy."""
-    band, tall = hessian_of(people, state, problem)
+def _renewed(state: State, people: list[Person], problem: JointProblem, reach: int, damping: float) -> Model:
+    """The model at a point, with so long a reach, and damped so far, that it has a least energy."""
+    reach, frames = max(reach, reach_of(people)), len(state.poses)
+    band, tall = hessian_of(people, state, problem, reach)
     while True:
         lower, across = band.copy(), tall.copy()
         for i in range(tall.shape[1]):
@@ -160,7 +163,11 @@ def _renewed(state: State, people: list[Person], problem: JointProblem, damping:
             solve_wide(lower, across[i])
         rest = _rest(tall, across)
         if (sound and factor_wide(rest)) or damping > MOST_DAMPED:
-            return Model(lower, tall, across, rest, damping, 0)
+            return Model(lower, tall, across, rest, reach, damping, 0)
+        if reach < frames - 1:
+            reach *= 2
+            band, tall = hessian_of(people, state, problem, reach)
+            continue
         damping = max(damping, 1e-6) * 10.0
 
 
@@ -207,19 +214,20 @@ def _try(
         fallen = deviance_of(trial, state.data)
         if fallen <= most:
             lighter = max(model.damping * 0.1, 1e-9)
-            older = Model(model.lower, model.tall, model.across, model.rest, lighter, model.age + 1)
+            older = Model(model.lower, model.tall, model.across, model.rest, model.reach, lighter, model.age + 1)
             return trial, step, older, fallen
         damping = max(model.damping, 1e-6) * 10.0 if model.age == 0 else model.damping
-        model = _renewed(state, people, problem, damping)
+        model = _renewed(state, people, problem, model.reach, damping)
     return trial, step, model, np.nan
 
 
 @kernel
 def _moved(state: State, people: list[Person], step: FloatArray, problem: JointProblem) -> State:
     """The state after a step [T, 3] of the poses, with all people following."""
-    places, heights = state.places.copy(), state.heights.copy()
+    places, heights, turns = state.places.copy(), state.heights.copy(), np.empty((len(step), 2))
+    turns[:, 0], turns[:, 1] = np.sin(step[:, 2]), np.cos(step[:, 2]) - 1.0
     for person in people:
-        track, heights[person.number] = follow(person, step)
+        track, heights[person.number] = follow(person, step, turns)
         places[person.first : person.first + len(track), person.number] = track
     return believe(state.poses + step, places, heights, problem, state.variances)
 

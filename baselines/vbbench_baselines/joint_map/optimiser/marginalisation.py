@@ -113,7 +113,7 @@ def schur_complement(state: State, problem: JointProblem) -> tuple[FloatArray, F
     poses, places, yaw_weights = state.poses[1:], state.places[1:], state.yaw_weights[1:]
     later = State(poses, places, state.heights, weights, yaw_weights, state.variances, shorter, np.nan)
     nothing = Anchor(anchor.fixed[1:], np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), anchor.odds)
-    rest = JointProblem(shorter, nothing, walk, Motions(motions.moved[1:], motions.information[1:]), problem.reach)
+    rest = JointProblem(shorter, nothing, walk, Motions(motions.moved[1:], motions.information[1:]))
     everybody = eliminate_those(state, walk, data.first == 0)  # who comes later adds the same to both sides
     others = eliminate_those(later, walk, continued.held[:-1] > 0)
     arms = np.zeros((frames, len(data.first), 2))
@@ -121,13 +121,13 @@ def schur_complement(state: State, problem: JointProblem) -> tuple[FloatArray, F
         arms[: len(person.arms), person.number] = person.arms
     for person in others:  # the same, so that what is taken away is a part of what is there
         person.arms[:] = arms[1 : 1 + len(person.arms), person.number]
-    slope, whole = gradient_of(everybody, state, problem), full(hessian_of(everybody, state, problem))
+    slope, whole = gradient_of(everybody, state, problem), full(hessian_of(everybody, state, problem, frames))
     across, before = np.ascontiguousarray(whole[3:, :3]), np.ascontiguousarray(whole[:3, :3])
     for i in range(3):
         before[i, i] += 1e-9
     share = np.ascontiguousarray(np.linalg.solve(before, np.ascontiguousarray(across.T)).T)
     slope = slope[3:] - share @ slope[:3] - gradient_of(others, later, rest)
-    information = whole[3:, 3:] - share @ np.ascontiguousarray(across.T) - full(hessian_of(others, later, rest))
+    information = whole[3:, 3:] - share @ np.ascontiguousarray(across.T) - full(hessian_of(others, later, rest, frames))
     return slope, information, continued
 
 

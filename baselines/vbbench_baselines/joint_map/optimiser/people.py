@@ -119,14 +119,19 @@ def eliminate(
 
 
 @kernel
-def follow(person: Person, step: FloatArray) -> tuple[FloatArray, float]:
-    """The track [n, 2] and height after a ``step`` [T, 3] of the poses, to first order."""
+def follow(person: Person, step: FloatArray, turns: FloatArray) -> tuple[FloatArray, float]:
+    """The track [n, 2] and height after a ``step`` [T, 3] of the poses.
+
+    What was measured turns with the camera on a circle, ``turns`` [T, 2] being the sines of the steps' turns and the
+    cosines less 1: along straight lines, a long path that bends as a whole would seem to stretch.
+    """
     n, first = len(person.track), person.first
     move, height = np.empty(2 * n), person.height
     arms = person.arms
     for i in range(n):
-        x, y, yaw = step[first + i, 0], step[first + i, 1], step[first + i, 2]
-        move[2 * i], move[2 * i + 1] = x + yaw * arms[i, 0], y + yaw * arms[i, 1]
+        sin, less = turns[first + i, 0], turns[first + i, 1]
+        move[2 * i] = step[first + i, 0] + sin * arms[i, 0] + less * arms[i, 1]
+        move[2 * i + 1] = step[first + i, 1] + sin * arms[i, 1] - less * arms[i, 0]
     if not np.isinf(person.height_information):
         lean = float(-(person.response @ move) / person.height_information)
         move += lean * person.along

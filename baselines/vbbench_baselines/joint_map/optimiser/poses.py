@@ -19,6 +19,9 @@ from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
 from vbbench_baselines.joint_map.optimiser.people import Person, axes_of, eliminate, to_poses, weighed
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State
 
+SHORTEST_REACH, SMOOTHED, MOST = 24, 6.0, 0.8
+"""See `reach_of`: in frames, in l, and the quantile of people that counts."""
+
 
 class Curvature(NamedTuple):
     """The Hessian in the poses of T frames, B − VᵀV.
@@ -37,7 +40,7 @@ class Curvature(NamedTuple):
 def linearise(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray]:
     """Gradient [3T] and Hessian [3T, 3T] at a point's poses, with all people at their least energy."""
     people = eliminate_all(state, problem.walk)
-    return gradient_of(people, state, problem), full(hessian_of(people, state, problem))
+    return gradient_of(people, state, problem), full(hessian_of(people, state, problem, len(state.poses)))
 
 
 @kernel
@@ -94,16 +97,34 @@ def gradient_of(people: list[Person], state: State, problem: JointProblem) -> Fl
 
 
 @kernel
-def hessian_of(people: list[Person], state: State, problem: JointProblem) -> Curvature:
+def reach_of(people: list[Person]) -> int:
+    """How many frames apart poses are coupled directly: beyond, what one place says of another counts for little.
+
+    Places are smoothed over l = (wN)^¼ frames, w the precision of innovations and N the larger noise of boxes, and what
+    one says of another falls like exp(−t/√2 l). l is that of most people; where it should have been more the Hessian is
+    not positive, and the descent takes twice as many frames.
+    """
+    lengths = np.zeros(len(people) + 1)
+    for k, person in enumerate(people):
+        noise, boxes = 0.0, 0
+        for xx, xy, yy in person.information:
+            if xx * yy - xy * xy > 0.0:
+                noise += (xx + yy) / (xx * yy - xy * xy)
+                boxes += 1
+        lengths[k] = (np.mean(person.precisions) * noise / max(boxes, 1)) ** 0.25
+    return max(int(SMOOTHED * np.quantile(lengths, MOST)), SHORTEST_REACH)
+
+
+@kernel
+def hessian_of(people: list[Person], state: State, problem: JointProblem, reach: int) -> Curvature:
     """That of the identity at given poses.
 
-    Beyond ``problem.reach`` it is cut, in a form that keeps what no box tells, a common motion of all, exactly as stiff
+    Beyond ``reach`` frames it is cut, in a form that keeps what no box tells, a common motion of all, exactly as stiff
     as it is, not at all: where no place is given, H_yy = M − M A⁻¹ M = Dᵀ(W − W D A⁻¹ Dᵀ W)D. What is in brackets,
     the information of the boxes on innovations, falls exponentially away from its diagonal.
     """
     anchor, frames = problem.anchor, len(state.poses)
-    whole = problem.reach >= frames - 1
-    reach = frames - 1 if whole else problem.reach
+    reach = min(reach, frames - 1)
     width = 3 * reach + 2
     band, tall = np.zeros((3 * frames + width, width + 1)), np.zeros((_long(people, reach), 3 * frames))
     for i in range(len(anchor.slope)):

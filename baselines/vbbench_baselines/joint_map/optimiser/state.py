@@ -38,17 +38,12 @@ class Anchor(NamedTuple):
 
 
 class JointProblem(NamedTuple):
-    """The measurements of a window or sequence, what constrains its poses, the motion prior and odometry.
-
-    Poses of frames farther apart than ``reach`` are coupled through the frames between them alone
-    (`optimiser.poses.hessian_of`).
-    """
+    """The measurements of a window or sequence, what constrains its poses, the motion prior and odometry."""
 
     data: Measurements
     anchor: Anchor
     walk: Walk
     motions: Motions
-    reach: int
 
 
 class State(NamedTuple):
@@ -79,7 +74,7 @@ def believe(
     poses: FloatArray, places: FloatArray, heights: FloatArray, problem: JointProblem, variances: FloatArray
 ) -> State:
     """The state at a point; the search for scales begins with ``variances`` [K + 1]."""
-    boxes, anchor, walk, motions, _ = problem
+    boxes, anchor, walk, motions = problem
     frames, people = len(poses), len(boxes.first)
     weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
     weights[-1] = 1.0 / walk.own**2
