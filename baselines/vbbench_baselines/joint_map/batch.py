@@ -41,8 +41,8 @@ class MapBatch:
     """Joint maximum a posteriori of all frames.
 
     All frames are solved together, in time linear in frames: how far apart two poses are coupled directly is cut
-    (`optimiser.poses.reach_of`), which costs steps but no exactness. If all poses but the last are given, later frames have nothing to
-    correct, and the causal answer is returned. A descent that does not converge is repeated from a more
+    (`optimiser.poses.reach_of`), which costs steps but no exactness. If all poses but the last are given, later frames
+    have nothing to correct, and the causal answer is returned. A descent that does not converge is repeated from a more
     careful causal solution; the answer is the likelier of the two.
 
     Parameters

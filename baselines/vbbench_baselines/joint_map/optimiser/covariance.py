@@ -33,14 +33,11 @@ def pose_covariance_of(state: State, problem: JointProblem) -> FloatArray:
     Row i holds Σ[i, i] to Σ[i, i + w], as far as twice the reach goes: what half of it to either side of a frame says.
     """
     frames, people = len(state.poses), eliminate_all(state, problem.walk)
-    reach, sound = reach_of(people), False
-    band, tall = hessian_of(people, state, problem, 0)
-    while not sound:
+    reach = 2 * reach_of(people)
+    band, tall = _factored(people, state, problem, reach)
+    while not band[0, 0] > 0.0:
         reach *= 2
-        band, tall = hessian_of(people, state, problem, reach)
-        for t in range(frames):
-            band[3 * t + 2, 0] += 1e-9
-        sound = factor_wide(band) or reach >= frames - 1
+        band, tall = _factored(people, state, problem, reach)
     sigma = invert_wide(band)
     if len(tall) > 0:
         _add_heights(band, tall, sigma)
@@ -51,6 +48,17 @@ def pose_covariance_of(state: State, problem: JointProblem) -> FloatArray:
                 for d in range(1, min(sigma.shape[1] - 1, p) + 1):
                     sigma[p - d, d] = 0.0
     return sigma
+
+
+@kernel
+def _factored(people: list[Person], state: State, problem: JointProblem, reach: int) -> tuple[FloatArray, FloatArray]:
+    """Cholesky factor of B, and V, of the Hessian; the first number is zero if it was cut too short to be positive."""
+    band, tall = hessian_of(people, state, problem, reach)
+    for t in range(len(state.poses)):
+        band[3 * t + 2, 0] += 1e-9
+    if not factor_wide(band) and reach < len(state.poses) - 1:
+        band[0, 0] = 0.0
+    return band, tall
 
 
 @kernel

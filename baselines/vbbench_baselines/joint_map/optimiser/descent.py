@@ -32,6 +32,9 @@ LONGEST = 1.0
 TRIES = 8
 """Dampings tried before a step is given up."""
 
+STIFFER = 30.0
+"""Factor of the damping from try to try: what is hardly known is softer than the rest by nine orders of magnitude."""
+
 MOST_DAMPED = 1e6
 """A Hessian that needs more is not finite; its step fails."""
 
@@ -168,7 +171,7 @@ def _renewed(state: State, people: list[Person], problem: JointProblem, reach: i
             reach *= 2
             band, tall = hessian_of(people, state, problem, reach)
             continue
-        damping = max(damping, 1e-6) * 10.0
+        damping *= STIFFER
 
 
 @kernel
@@ -216,7 +219,7 @@ def _try(
             lighter = max(model.damping * 0.1, 1e-9)
             older = Model(model.lower, model.tall, model.across, model.rest, model.reach, lighter, model.age + 1)
             return trial, step, older, fallen
-        damping = max(model.damping, 1e-6) * 10.0 if model.age == 0 else model.damping
+        damping = model.damping * STIFFER if model.age == 0 else model.damping
         model = _renewed(state, people, problem, model.reach, damping)
     return trial, step, model, np.nan
 
