@@ -33,8 +33,8 @@ from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.optimiser.poses import eliminate_those, full, gradient_of, hessian_of
 from vbbench_baselines.joint_map.optimiser.state import Anchor, JointProblem, State
 
-REMEMBERED = 0.5
-"""How much of its innovations that are gone counts in a walk's scale from frame to frame: two of them in the end."""
+REMEMBERED = 0.8
+"""How much of its innovations that are gone counts in a walk's scale from frame to frame: five of them in the end."""
 
 
 class Marginal(NamedTuple):
@@ -80,7 +80,8 @@ def only_those(whole: Continued, columns: IntArray | None) -> Continued:
     if columns is None:
         return whole
     rows = np.append(columns, len(whole.held) - 1)
-    return Continued(whole.held[rows], *(values[columns] for values in whole[1:4]), whole.tally[rows])
+    places, slope, information = (values[columns] for values in whole[1:4])
+    return Continued(whole.held[rows], places, slope, information, whole.tally[rows])
 
 
 @kernel
