@@ -33,8 +33,8 @@ from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.optimiser.poses import eliminate_those, full, gradient_of, hessian_of
 from vbbench_baselines.joint_map.optimiser.state import Anchor, JointProblem, State
 
-REMEMBERED = 0.8
-"""How much of its innovations that are gone counts in a walk's scale from frame to frame: five of them in the end."""
+REMEMBERED = 0.85
+"""How much of its innovations that are gone counts in a walk's scale from frame to frame: six of them in the end."""
 
 
 class Marginal(NamedTuple):
