@@ -16,7 +16,8 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.cold_start import add_drift
+from vbbench_baselines.common.cold_start import add_drift, kept_velocities
+from vbbench_baselines.common.drift import ASTRAY, TURN, Drift
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
 from vbbench_baselines.common.motion import History, Spreads
@@ -115,6 +116,7 @@ class Birdifier(ABC):
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
+        self._drift = Drift()
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -126,20 +128,78 @@ class Birdifier(ABC):
         history.seen = ~np.isnan(observations[:, 2])
         self._seen = sight(self._camera, observations, self._pixel_std)
         chosen = select(observations, self.most_people, self.smallest_box)
-        relative, covariance = measure(self._seen, heights.mean, heights.variance)
-        factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
-        helpful = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
-        history.moving = history.moving or bool(helpful > 0)
-        fallback = bool(helpful < FEWEST) and not history.pose_given[2]
-        if not self.ego_prior and not fallback:
+        factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
+        told = told_by(frame.given.odometry, history.poses[1])
+        self._drift.advance(history, self._kept(), self._dt, measured=told is not None)
+        helpful = factors.helpful & chosen
+        few = np.count_nonzero(helpful) < FEWEST
+        history.moving = history.moving or bool(helpful.any())
+        fallback = bool(few) and not history.pose_given[2]
+        lost = self._drift.lost and not history.pose_given[2] and not history.cold
+        facing = 1.0 / (TURN**2 * self._dt) if lost and few else VAGUE
+        if lost and (helpful & history.position_given[2]).any() and self._contradicted(factors, helpful, facing):
+            factors, facing = self._reanchor(factors, helpful, chosen, facing)
+        elif not self.ego_prior and not fallback:
             factors = factors._replace(walk_std=np.inf)
-        factors, facing = _with_odometry(factors, told_by(frame.given.odometry, history.poses[1]))
+        factors, facing = _with_odometry(factors, told, facing)
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
         answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing))
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
         self._tangent = answer.tangent
-        return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
+        report = self._report(answer, factors, chosen)
+        return history.store(answer.pose, positions, fallback=fallback, **report)
+
+    def _kept(self) -> float:
+        """The share of the observer's velocity that is expected to last."""
+        history = self._history
+        return kept_velocities(self._dt, bool(history.seen.any()))[1] if history.cold else 1.0
+
+    def _expected(self, relative: FloatArray, covariance: FloatArray, chosen: BoolArray) -> Factors:
+        """The terms of all people: where boxes place them, with the covariance, and where they are expected."""
+        return Factors(relative, covariance, *expect(self.model(), self._history, chosen, self._spreads, self._dt))
+
+    def _contradicted(self, factors: Factors, helpful: BoolArray, facing: float) -> bool:
+        """Whether people whose places are given are seen where the others say they cannot be."""
+        anchors = helpful & self._history.position_given[2]
+        if not (helpful & ~anchors).any():
+            return True
+        pose = fit_pose(factors.of(helpful), facing)
+        placed = localise(pose, factors.of(anchors)._replace(std=np.full(np.count_nonzero(anchors), np.nan)))
+        covariance = factors.covariance[anchors]
+        noise = np.sqrt(covariance[:, 0] + covariance[:, 2])
+        off = np.hypot(*(placed - factors.expected[anchors]).T)
+        return bool((off > ASTRAY + 3.0 * noise).any())
+
+    def _reanchor(
+        self, factors: Factors, helpful: BoolArray, chosen: BoolArray, facing: float
+    ) -> tuple[Factors, float]:
+        """The terms once the past is where those say whose places are given, and the information on the yaw.
+
+        Parameters
+        ----------
+        helpful, chosen : [K] who is seen and expected, and who takes part.
+        facing : information in 1/rad² on the yaw, as far as few people are seen.
+        """
+        history, drift = self._history, self._drift
+        anchors = helpful & history.position_given[2]
+        others = helpful & ~anchors
+        led, facing = factors.walk, facing
+        if others.any():
+            relative = factors.of(others)
+            led = fit_pose(relative, facing)
+            sigma = pose_covariance(led, relative, facing)
+            drift.add(*_variances(sigma))
+        else:
+            drift.add(self._spreads.motion**2, TURN**2 * self._dt)
+        common = drift.common
+        known = factors.of(anchors)._replace(walk=led, walk_std=drift.std)
+        found = fit_pose(known, 1.0 / common.yaw)
+        place, yaw = _variances(pose_covariance(found, known, 1.0 / common.yaw))
+        history.correct(led, found, common.across / common.now, turn=bool(others.any()))
+        drift.correct(1.0 - place / common.now, place, yaw)
+        renewed = self._expected(factors.relative, factors.covariance, chosen)
+        return renewed._replace(walk=found, walk_std=np.sqrt(place)), 1.0 / yaw
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
@@ -153,25 +213,52 @@ class Birdifier(ABC):
         return location_energies(np.ascontiguousarray(places), self._tangent)
 
     def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
-        """What is reported besides pose and positions."""
+        """What is reported besides pose and positions; the drift goes on by what this frame does not know."""
         known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
-        if not self._covariances:
-            return known
-        std = factors.std.copy()
-        std[chosen] = answer.curved.std
+        history, drift = self._history, self._drift
         pose = np.zeros((3, 3))
-        if not self._history.pose_given[2]:
+        if not history.pose_given[2]:
             pose = pose_covariance(answer.pose, answer.curved)
-        people = position_covariances(answer.pose, pose, factors._replace(std=std))
-        if self._history.cold:
-            add_drift(pose, people, np.array(self._history.unmeasured * self._dt))
-        return {**known, "pose_covariance": pose, "position_covariances": people}
+        known["converged"] = not drift.lost
+        std0 = factors.std.copy()
+        std0[chosen] = answer.curved.std
+        if self._covariances:
+            std = factors.std.copy()
+            std[chosen] = answer.curved.std
+            people = position_covariances(answer.pose, pose, factors._replace(std=std))
+            here, places = answer.pose, localise(answer.pose, factors)
+            shown = pose.copy()
+            drift.cover(shown, people, here, places)
+            if history.cold:
+                add_drift(shown, people, np.array(history.unmeasured * self._dt))
+            known |= {"pose_covariance": shown, "position_covariances": people}
+        if not history.pose_given[2]:
+            anchors = factors.helpful & chosen & history.position_given[2]
+            if anchors.any():
+                loose = factors._replace(std=np.where(anchors, np.nan, std0))
+                without, with_them = _variances(pose_covariance(answer.pose, loose)), _variances(pose)
+                gain = min(max(1.0 - with_them[0] / without[0], 0.0), 1.0)
+                turned = min(max(1.0 - with_them[1] / without[1], 0.0), 1.0)
+                drift.settle(gain, turned)
+            if (factors.helpful & chosen).any():
+                if not history.cold: drift.add(*_variances(pose))
+            else:
+                drift.add(self._spreads.motion**2, TURN**2 * self._dt)
+        return known
 
 
-def _with_odometry(factors: Factors, told: Told | None) -> tuple[Factors, float]:
-    """The terms with what odometry tells, if surely, in place of the walk, and the information in 1/rad² on the yaw."""
+def _variances(covariance: FloatArray) -> tuple[float, float]:
+    """Of a pose's place, in the mean of all directions, and of its yaw, by its covariance [3, 3]."""
+    return float(0.5 * (covariance[0, 0] + covariance[1, 1])), float(covariance[2, 2])
+
+
+def _with_odometry(factors: Factors, told: Told | None, facing: float) -> tuple[Factors, float]:
+    """The terms with what odometry tells, if surely, in place of the walk, and the information in 1/rad² on the yaw.
+
+    ``facing``: that without odometry.
+    """
     if told is None:
-        return factors, VAGUE
+        return factors, facing
     if told.std < SURE:
         return factors._replace(walk=told.pose, walk_std=told.std), told.facing
     walked, measured = 1.0 / factors.walk_std**2, 1.0 / told.std**2

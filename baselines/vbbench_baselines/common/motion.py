@@ -72,6 +72,26 @@ class History:
         self.positions[:, columns] = np.nan
         self.position_given[:, columns] = False
 
+    def correct(self, pose: FloatArray, found: FloatArray, earlier: float, *, turn: bool) -> None:
+        """Move the solver's own estimates of t−2 and t−1, since the observer is not where they lead to.
+
+        Parameters
+        ----------
+        pose, found : [3] where they lead to at t, and where the observer is.
+        earlier : the share of that error which was there at t−1.
+        turn : whether directions turn, too: as far as people show the yaw, it is theirs.
+        """
+        angle = found[2] - pose[2] if turn else 0.0
+        sin, cos = np.sin(angle), np.cos(angle)
+        rotation = np.array(((cos, -sin), (sin, cos)))
+        for row, share in ((0, 2.0 * earlier - 1.0), (1, earlier)):
+            moved = pose[:2] + share * (found[:2] - pose[:2])
+            own = ~self.position_given[row]
+            self.positions[row, own] = (self.positions[row, own] - pose[:2]) @ rotation.T + moved
+            if not self.pose_given[row]:
+                self.poses[row, :2] = rotation @ (self.poses[row, :2] - pose[:2]) + moved
+                self.poses[row, 2] += angle
+
     def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
         """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
 
