@@ -14,17 +14,18 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.cascade.anchoring import Company, company, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.cold_start import add_drift, kept_velocities
-from vbbench_baselines.common.drift import ASTRAY, TURN, Drift
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift
+from vbbench_baselines.common.drift import ASTRAY, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.odometry import SURE, Told, told_by
 from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
-from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
+from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
 EVERYBODY = 1_000_000
 """More people than a picture ever shows."""
@@ -110,7 +111,10 @@ class Birdifier(ABC):
         self._camera, self._pixel_std, self._dt = problem.camera, problem.pixel_std, problem.dt
         self._covariances = problem.covariances
         self._spreads = Spreads(
-            motion=self.acceleration_std * problem.dt**2, stay=self.speed_std * problem.dt, estimate=self.estimate_std
+            motion=self.acceleration_std * problem.dt**2,
+            stay=self.speed_std * problem.dt,
+            estimate=self.estimate_std,
+            reach=RUNNING * problem.dt,
         )
         self._history = History(people)
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
@@ -127,79 +131,88 @@ class Birdifier(ABC):
         observations = usable(frame.observations)
         history.seen = ~np.isnan(observations[:, 2])
         self._seen = sight(self._camera, observations, self._pixel_std)
+        self._doubt_speed()
         chosen = select(observations, self.most_people, self.smallest_box)
         factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
         told = told_by(frame.given.odometry, history.poses[1])
-        self._drift.advance(history, self._kept(), self._dt, measured=told is not None)
+        sure = told is not None and told.std < SURE
+        self._drift.advance(history, kept_shares(history, self._dt)[1], self._dt, measured=sure)
         helpful = factors.helpful & chosen
-        few = np.count_nonzero(helpful) < FEWEST
+        few = bool(np.count_nonzero(helpful) < FEWEST)
         history.moving = history.moving or bool(helpful.any())
-        fallback = bool(few) and not history.pose_given[2]
-        lost = self._drift.lost and not history.pose_given[2] and not history.cold
-        facing = 1.0 / (TURN**2 * self._dt) if lost and few else VAGUE
-        if lost and (helpful & history.position_given[2]).any() and self._contradicted(factors, helpful, facing):
-            factors, facing = self._reanchor(factors, helpful, chosen, facing)
-        elif not self.ego_prior and not fallback:
+        history.blind = 0 if helpful.any() else history.blind + 1
+        fallback = few and not history.pose_given[2]
+        people = company(history, helpful)
+        factors, facing, found = self._find_again(factors, people, chosen, few)
+        own_std = factors.walk_std
+        if not (self.ego_prior or fallback or found):
             factors = factors._replace(walk_std=np.inf)
         factors, facing = _with_odometry(factors, told, facing)
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
-        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing))
+        task = Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing)
+        answer, bounded = self._minimise(task), False
+        if not (found or sure):
+            answer, bounded = self._within_reach(answer, task, own_std)
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
+        factors = self._begin_anew(factors, answer.pose, positions)
         self._tangent = answer.tangent
-        report = self._report(answer, factors, chosen)
+        certain = np.zeros_like(people.certain) if found else people.certain
+        report = self._report(answer, factors, chosen, certain, bounded=bounded)
         return history.store(answer.pose, positions, fallback=fallback, **report)
-
-    def _kept(self) -> float:
-        """The share of the observer's velocity that is expected to last."""
-        history = self._history
-        return kept_velocities(self._dt, bool(history.seen.any()))[1] if history.cold else 1.0
 
     def _expected(self, relative: FloatArray, covariance: FloatArray, chosen: BoolArray) -> Factors:
         """The terms of all people: where boxes place them, with the covariance, and where they are expected."""
-        return Factors(relative, covariance, *expect(self.model(), self._history, chosen, self._spreads, self._dt))
+        expected, std, walk, walk_std = expect(self.model(), self._history, chosen, self._spreads, self._dt)
+        walk[:2] = held(walk[:2], self._history.poses[1, :2], self._drift.top_speed * self._dt)
+        return Factors(relative, covariance, expected, std, walk, walk_std)
 
-    def _contradicted(self, factors: Factors, helpful: BoolArray, facing: float) -> bool:
-        """Whether people whose places are given are seen where the others say they cannot be."""
-        anchors = helpful & self._history.position_given[2]
-        if not (helpful & ~anchors).any():
-            return True
-        pose = fit_pose(factors.of(helpful), facing)
-        placed = localise(pose, factors.of(anchors)._replace(std=np.full(np.count_nonzero(anchors), np.nan)))
-        covariance = factors.covariance[anchors]
-        noise = np.sqrt(covariance[:, 0] + covariance[:, 2])
-        off = np.hypot(*(placed - factors.expected[anchors]).T)
-        return bool((off > ASTRAY + 3.0 * noise).any())
+    def _doubt_speed(self) -> None:
+        """Slow an observer down whose velocity is hardly known, where nobody will show it any more."""
+        history, variance = self._history, self._drift.speed_variance(self._dt)
+        known = history.seen & ~np.isnan(history.positions[..., 0]).all(axis=0)
+        if history.blind == 0 and not known.any() and variance > 1.0 and not history.cold:
+            history.slow_down(OBSERVER_SPEED**2 / (OBSERVER_SPEED**2 + variance))
 
-    def _reanchor(
-        self, factors: Factors, helpful: BoolArray, chosen: BoolArray, facing: float
-    ) -> tuple[Factors, float]:
-        """The terms once the past is where those say whose places are given, and the information on the yaw.
+    def _alone(self) -> tuple[float, float]:
+        """Variances in m² and rad² of what the observer does within a frame while nobody is of use."""
+        return self._spreads.motion**2, TURN**2 * self._dt
 
-        Parameters
-        ----------
-        helpful, chosen : [K] who is seen and expected, and who takes part.
-        facing : information in 1/rad² on the yaw, as far as few people are seen.
-        """
+    def _find_again(
+        self, factors: Factors, people: Company, chosen: BoolArray, few: bool
+    ) -> tuple[Factors, float, bool]:
+        """The terms, the information in 1/rad² on the yaw, and whether those who are certain found a lost observer."""
         history, drift = self._history, self._drift
-        anchors = helpful & history.position_given[2]
-        others = helpful & ~anchors
-        led, facing = factors.walk, facing
-        if others.any():
-            relative = factors.of(others)
-            led = fit_pose(relative, facing)
-            sigma = pose_covariance(led, relative, facing)
-            drift.add(*_variances(sigma))
-        else:
-            drift.add(self._spreads.motion**2, TURN**2 * self._dt)
-        common = drift.common
-        known = factors.of(anchors)._replace(walk=led, walk_std=drift.std)
-        found = fit_pose(known, 1.0 / common.yaw)
-        place, yaw = _variances(pose_covariance(found, known, 1.0 / common.yaw))
-        history.correct(led, found, common.across / common.now, turn=bool(others.any()))
-        drift.correct(1.0 - place / common.now, place, yaw)
+        if drift.std <= ASTRAY or history.cold or history.pose_given[2]:
+            return factors, VAGUE, False
+        facing = 1.0 / (TURN**2 * self._dt) if few else VAGUE
+        if not people.certain.any():
+            return factors, facing, False
+        found = reanchor(history, drift, factors, people, facing, self._alone())
+        if found is None:
+            return factors, facing, False
         renewed = self._expected(factors.relative, factors.covariance, chosen)
-        return renewed._replace(walk=found, walk_std=np.sqrt(place)), 1.0 / yaw
+        return renewed._replace(walk=found, walk_std=drift.std), 1.0 / drift.common.yaw, True
+
+    def _within_reach(self, answer: Answer, task: Task, own_std: float) -> tuple[Answer, bool]:
+        """The answer, bound to the observer's own walk if it is further away than anybody gets, and whether it was."""
+        last, reach = self._history.poses[1], self._drift.top_speed * self._dt
+        if not np.isnan(task.pose[2]) or not np.hypot(*(answer.pose - last)[:2]) > reach:
+            return answer, False
+        task = task._replace(factors=task.factors._replace(walk_std=own_std), facing=1.0 / (TURN**2 * self._dt))
+        answer = self._minimise(task)
+        place = held(answer.pose[:2], last[:2], reach)
+        self._drift.add(float(np.sum((answer.pose[:2] - place) ** 2)) + reach**2, TURN**2 * self._dt)
+        return self._minimise(task._replace(pose=np.append(place, answer.pose[2]))), True
+
+    def _begin_anew(self, factors: Factors, pose: FloatArray, positions: FloatArray) -> Factors:
+        """Place whoever would be faster than anybody runs by the box alone; the terms without their walks."""
+        leaping = jumped(positions, self._history, self._spreads.reach)
+        if leaping.any():
+            self._history.forget(np.flatnonzero(leaping))
+            factors = factors._replace(std=np.where(leaping, np.nan, factors.std))
+            positions[leaping] = localise(pose, factors)[leaping]
+        return factors
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
@@ -212,44 +225,46 @@ class Birdifier(ABC):
         """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
         return location_energies(np.ascontiguousarray(places), self._tangent)
 
-    def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
-        """What is reported besides pose and positions; the drift goes on by what this frame does not know."""
+    def _report(
+        self, answer: Answer, factors: Factors, chosen: BoolArray, certain: BoolArray, *, bounded: bool
+    ) -> dict[str, Any]:
+        """What is reported besides pose and positions; the drift takes over what this frame is unsure of.
+
+        Parameters
+        ----------
+        certain : [K] who keeps the pose from drifting, see `Company`.
+        bounded : whether the pose is not where boxes put it.
+        """
+        history, drift, pose = self._history, self._drift, np.zeros((3, 3))
+        std = factors.std.copy()
+        std[chosen] = np.where(np.isnan(std[chosen]), np.nan, answer.curved.std)
+        curved = factors._replace(std=std, walk=answer.curved.walk, walk_std=answer.curved.walk_std)
+        helpful = bool((curved.helpful & chosen).any())
+        if not history.pose_given[2]:
+            pose = pose_covariance(answer.pose, curved.of(chosen)) if helpful else self._walked(curved)
+        if certain.any():
+            drift.settle(pose @ np.linalg.inv(pose_covariance(answer.pose, curved.of(chosen & ~certain))))
+        sure = not bounded and variances(pose)[0] + drift.std**2 <= UNRELIABLE**2
         known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
-        history, drift = self._history, self._drift
-        pose = np.zeros((3, 3))
+        covariances = self._spread(answer, pose, curved) if self._covariances else {}
         if not history.pose_given[2]:
-            pose = pose_covariance(answer.pose, answer.curved)
-        known["converged"] = not drift.lost
-        std0 = factors.std.copy()
-        std0[chosen] = answer.curved.std
-        if self._covariances:
-            std = factors.std.copy()
-            std[chosen] = answer.curved.std
-            people = position_covariances(answer.pose, pose, factors._replace(std=std))
-            here, places = answer.pose, localise(answer.pose, factors)
-            shown = pose.copy()
-            drift.cover(shown, people, here, places)
-            if history.cold:
-                add_drift(shown, people, np.array(history.unmeasured * self._dt))
-            known |= {"pose_covariance": shown, "position_covariances": people}
-        if not history.pose_given[2]:
-            anchors = factors.helpful & chosen & history.position_given[2]
-            if anchors.any():
-                loose = factors._replace(std=np.where(anchors, np.nan, std0))
-                without, with_them = _variances(pose_covariance(answer.pose, loose)), _variances(pose)
-                gain = min(max(1.0 - with_them[0] / without[0], 0.0), 1.0)
-                turned = min(max(1.0 - with_them[1] / without[1], 0.0), 1.0)
-                drift.settle(gain, turned)
-            if (factors.helpful & chosen).any():
-                if not history.cold: drift.add(*_variances(pose))
-            else:
-                drift.add(self._spreads.motion**2, TURN**2 * self._dt)
-        return known
+            drift.add(*((0.0, 0.0) if history.cold and helpful else variances(pose) if helpful else self._alone()))
+        return {**known, **covariances, "converged": sure}
 
+    def _walked(self, curved: Factors) -> FloatArray:
+        """Covariance [3, 3] of a pose that nobody helps to find."""
+        return np.diag((curved.walk_std**2, curved.walk_std**2, TURN**2 * self._dt))
 
-def _variances(covariance: FloatArray) -> tuple[float, float]:
-    """Of a pose's place, in the mean of all directions, and of its yaw, by its covariance [3, 3]."""
-    return float(0.5 * (covariance[0, 0] + covariance[1, 1])), float(covariance[2, 2])
+    def _spread(self, answer: Answer, pose: FloatArray, curved: Factors) -> dict[str, FloatArray]:
+        """The covariances of pose and places: by this frame's ``pose`` [3, 3] and ``curved`` terms, and by the past."""
+        history, sigma = self._history, pose.copy()
+        people = position_covariances(answer.pose, pose, curved)
+        drifted = people.copy()
+        self._drift.cover(sigma, drifted, answer.pose, localise(answer.pose, curved))
+        drifted = np.where(history.position_given[2][:, None, None], people, drifted)
+        if history.cold:
+            add_drift(sigma, drifted, np.array(history.unmeasured * self._dt))
+        return {"pose_covariance": sigma, "position_covariances": drifted}
 
 
 def _with_odometry(factors: Factors, told: Told | None, facing: float) -> tuple[Factors, float]:
