@@ -14,11 +14,11 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.cascade.anchoring import Company, company, reanchor
+from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift
-from vbbench_baselines.common.drift import ASTRAY, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
+from vbbench_baselines.common.drift import RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
 from vbbench_baselines.common.motion import History, Spreads
@@ -183,10 +183,10 @@ class Birdifier(ABC):
     ) -> tuple[Factors, float, bool]:
         """The terms, the information in 1/rad² on the yaw, and whether those who are certain found a lost observer."""
         history, drift = self._history, self._drift
-        if drift.std <= ASTRAY or history.cold or history.pose_given[2]:
+        if drift.std <= UNRELIABLE or history.cold or history.pose_given[2]:
             return factors, VAGUE, False
         facing = 1.0 / (TURN**2 * self._dt) if few else VAGUE
-        if not people.certain.any():
+        if not can_anchor(people):
             return factors, facing, False
         found = reanchor(history, drift, factors, people, facing, self._alone())
         if found is None:

@@ -41,6 +41,16 @@ def company(history: History, helpful: BoolArray) -> Company:
     return Company(certain, helpful & ~certain)
 
 
+def can_anchor(people: Company) -> bool:
+    """Whether those who are certain find the observer: they are alone, or two or more and not outnumbered.
+
+    One person tells the observer's distance alone, and others, though they have drifted, tell its yaw better. Where
+    others are the most, the energy of all is left as it is.
+    """
+    certain, others = np.count_nonzero(people.certain), np.count_nonzero(people.others)
+    return bool(certain > 0 and (others == 0 or certain >= max(others, 2)))
+
+
 def reanchor(
     history: History, drift: Drift, factors: Factors, people: Company, facing: float, alone: tuple[float, float]
 ) -> FloatArray | None:
