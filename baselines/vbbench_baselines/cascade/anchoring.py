@@ -70,7 +70,7 @@ def reanchor(
     certain = factors.of(people.certain)._replace(walk=led, walk_std=common.now**0.5)
     found = fit_pose(certain, 1.0 / common.yaw)
     place, yaw = variances(pose_covariance(found, certain, 1.0 / common.yaw))
-    if math.dist(found[:2], led[:2]) <= ASTRAY + CONTRADICTED * place**0.5:
+    if math.dist(found[:2], led[:2]) <= ASTRAY + CONTRADICTED * turn * place**0.5:
         return None
     drift.add(*fresh)
     drift.correct(place, yaw)
