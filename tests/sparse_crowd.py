@@ -61,7 +61,7 @@ def sparse_crowd(
     rng, camera = np.random.default_rng(seed), camera or PanoramaCamera()
     poses = stroll(len(shown), rng, speed)
     positions = passers_by(poses, shown, rng)
-    heights = rng.normal(1.7, 0.07, shown.shape[1])
+    heights = np.asarray(rng.normal(1.7, 0.07, shown.shape[1]))
     boxes = camera.project(world_to_relative(positions, poses), np.broadcast_to(heights, shown.shape))
     boxes = boxes + pixel_std * rng.normal(size=boxes.shape) * (1.0, np.sqrt(0.5), np.sqrt(2.0))
     truth, observed = Truth(poses=poses, positions=positions, heights=heights), ~np.isnan(boxes[..., 2])

@@ -15,7 +15,6 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, PEOPLE_SPEED, kept_velocities, standing
 from vbbench_baselines.common.motion import History, Spreads, continue_observer, continue_people
 
-
 PATIENCE = 12.0
 """In s; an observer who saw nobody of use for longer is no longer expected to walk on as before."""
 

@@ -47,7 +47,7 @@ def can_anchor(people: Company) -> bool:
     One person tells the observer's distance alone, and others, though they have drifted, tell its yaw better. Where
     others are the most, the energy of all is left as it is.
     """
-    certain, others = np.count_nonzero(people.certain), np.count_nonzero(people.others)
+    certain, others = int(people.certain.sum()), int(people.others.sum())
     return bool(certain > 0 and (others == 0 or certain >= max(others, 2)))
 
 

@@ -156,7 +156,7 @@ class Drift:
 
 
 def held(place: FloatArray, last: FloatArray, reach: float) -> FloatArray:
-    """The place [2] in m, or as near to it as somebody gets who was at ``last`` [2] and moves by ``reach`` m at most."""
+    """The place [2] in m, or as near to it as somebody gets who was at ``last`` [2] and moves ``reach`` m at most."""
     step = place - last
     length = float(np.hypot(*step))
     return place if not length > reach else np.asarray(last + step * (reach / length))
