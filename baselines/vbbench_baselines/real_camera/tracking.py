@@ -114,7 +114,7 @@ class Tracking:
         if len(frames) == 0:
             origin: FloatArray = np.concatenate((np.zeros(3), self._drift.mean))
             return origin
-        start = frames[-1].copy()
+        start: FloatArray = frames[-1].copy()
         if len(frames) > 1:
             last = step_of(frames[-2], frames[-1])
             if self._shares[VEHICLE] > 0.5:
