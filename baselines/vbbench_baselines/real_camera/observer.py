@@ -1,7 +1,9 @@
 """How the camera moves: on a vehicle, or on a pedestrian whose head follows the path by one of two laws, or wanders.
 
 In the axes of the middle of two headings a step has the parts F forward and S to the right, and a turn ω. A vehicle
-changes all three slowly (Student-t), seldom slips sideways, seldom turns and often stands (Cauchy: S, ω and ‖step‖).
+changes all three slowly (Student-t), seldom slips sideways, seldom turns, and is seldom fast (Cauchy: S, ω, ‖step‖).
+The last keeps apart what people cannot tell: whether all walk one way or the vehicle goes the other. It is told anew in
+every frame and so must not be sharp, or whoever once stood would stand for ever.
 A pedestrian is one more walker (`joint_map.motion.walks`) with a head (`joint_map.motion.heads`).
 
 One law m holds all the time, so that all steps together tell which: with E_m the sum of −ln of the densities of the
@@ -35,7 +37,7 @@ class Observer(NamedTuple):
     Attributes
     ----------
     change, nu : [3] scales in m, m and rad of changes of F, S and ω from frame to frame, and degrees of freedom.
-    level, rest_share : [3] scales of S, ω and ‖step‖, in m, rad and m; and the weight of the last.
+    level, drag : [3] scales of S, ω and ‖step‖, in m, rad and m; and the weight of the last.
     pace : standard deviation in m of a component of the first step.
     walk, head : of a pedestrian.
     odds : [4] ln of how probable each law is at first.
@@ -44,7 +46,7 @@ class Observer(NamedTuple):
     change: FloatArray
     nu: FloatArray
     level: FloatArray
-    rest_share: float
+    drag: float
     pace: float
     walk: Walk
     head: Head
@@ -129,7 +131,7 @@ def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, shar
             length = step.forward**2 + step.right**2
             told = np.log(1.0 + (step.right / observer.level[0]) ** 2)
             told += np.log(1.0 + (step.turned / observer.level[1]) ** 2)
-            told += observer.rest_share * np.log(1.0 + length / observer.level[2] ** 2)
+            told += observer.drag * np.log(1.0 + length / observer.level[2] ** 2)
             total += share * told
             if t == 1:
                 total += 0.5 * length / observer.pace**2
@@ -154,9 +156,9 @@ def add_observer(
         step = step_of(frames[t - 1], frames[t])
         turned = np.zeros(6)
         turned[2], turned[5] = -1.0, 1.0
-        slip, swing, rest = observer.level
+        slip, swing, slow = observer.level
         length = step.forward**2 + step.right**2
-        still = share * observer.rest_share * 2.0 / (rest * rest + length) + observer.walk.own_rest
+        still = share * observer.drag * 2.0 / (slow * slow + length) + observer.walk.own_rest
         if t == 1:
             still += 1.0 / observer.pace**2
         sideways = still + share * 2.0 / (slip * slip + step.right**2)

@@ -35,7 +35,7 @@ class Settings:
     noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
     noise_spread, noise_staying : how firmly these are believed, see `real_camera.noise.NoiseLearner`.
     edge, edge_std : δ in m.
-    height_std : of ln height beside what `Problem` tells of people, since a box is not exactly as high as its person.
+    height_std : of ln height at least, since a box is not exactly as high as its person.
     tilt_std : in rad, of pitch and roll at the start, where `Problem` does not tell.
     mount_std : in m, of the camera's height over the ground that people stand on.
     offset_std : in rad, of the columns' offset.
@@ -45,8 +45,8 @@ class Settings:
     first_speed : in m/s, of a velocity component of somebody new.
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
-    slip, turn, rest : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of standing.
-    rest_share : the weight of the last, as it is told in every frame anew.
+    slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
+    drag : the weight of the last, as it is told in every frame anew.
     vehicle_speed : in m/s, of a first velocity.
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
@@ -61,7 +61,6 @@ class Settings:
     edge_std: float = 0.12
     height_std: float = 0.055
     tilt_std: float = 0.03
-    roll_std: float = 0.03
     mount_std: float = 0.2
     offset_std: float = 0.005
     pitch_step: float = 0.004
@@ -80,10 +79,10 @@ class Settings:
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
     slip: float = 0.05
     turn: float = 0.007
-    rest: float = 0.02
-    rest_share: float = 0.3
+    slow: float = 0.05
+    drag: float = 0.3
     vehicle_speed: float = 4.0
-    laws: tuple[float, float, float] = (0.5, 0.1, 0.2)
+    laws: tuple[float, float, float] = (0.05, 0.25, 0.4)
 
     def noise_at_first(self, problem: Problem) -> Noise:
         """The boxes' noise before any was seen."""
@@ -95,15 +94,15 @@ class Settings:
     def people(self, problem: Problem) -> PeoplePrior:
         """What is known of people before they are seen."""
         mean = np.array((np.log(problem.height_mean), self.edge))
-        spread = np.hypot(problem.height_std / problem.height_mean * 0.0, self.height_std)
+        spread = max(problem.height_std / problem.height_mean, self.height_std)
         return PeoplePrior(mean, np.array((spread, self.edge_std)))
 
     def drift(self, problem: Problem) -> Drift:
         """What is known of the camera."""
-        tilt = self.tilt_std
+        tilt = problem.tilt_std or self.tilt_std
         ratio = np.sqrt(problem.dt / REFERENCE)
         mean = np.array((0.0, 0.0, problem.camera.mount_height, 0.0))
-        std = np.array((tilt, self.roll_std, self.mount_std, self.offset_std))
+        std = np.array((tilt, tilt, self.mount_std, self.offset_std))
         step = ratio * np.array((self.pitch_step, self.roll_step, self.mount_step, self.offset_step))
         return Drift(mean, std, step, self.drift_nu)
 
@@ -137,8 +136,8 @@ class Settings:
         return Observer(
             change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
             nu=np.array(self.vehicle_nu),
-            level=np.array((self.slip, self.turn, self.rest)) * ratio,
-            rest_share=self.rest_share * float(np.sqrt(ratio)),
+            level=np.array((self.slip, self.turn, self.slow)) * ratio,
+            drag=self.drag * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
             head=head,

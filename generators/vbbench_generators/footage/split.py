@@ -12,7 +12,7 @@ from vbbench_generators.footage.sequences import FootageSequences, least_known
 
 __all__ = ["REVISION", "FootageSplit", "Recordings"]
 
-REVISION = 2
+REVISION = 3
 """Raised whenever the same recordings give other sequences, so that dataset ids differ too."""
 
 
@@ -27,6 +27,8 @@ class FootageSplit(ABC):
     rules : which frames become sequences.
     height_mean, height_std : prior N(μ_h, σ_h²) in m of people's heights that solvers are told.
     pixel_std : noise in px of a box's column, top and bottom that solvers are told.
+    tilt_std, mount_height_std : in rad and m, how far a camera's pitch, roll and height over the ground at a moment are
+        from its calibration, as solvers are told: a plane through the feet of people in KITTI's frames is so far off.
     """
 
     card: Card
@@ -35,6 +37,8 @@ class FootageSplit(ABC):
     height_mean: float = 1.72
     height_std: float = 0.09
     pixel_std: float = 2.0
+    tilt_std: float = 0.03
+    mount_height_std: float = 0.16
 
     @abstractmethod
     def recordings(self, options: Options) -> Recordings:
@@ -94,6 +98,8 @@ class FootageSplit(ABC):
             height_mean=found.height_mean or self.height_mean,
             height_std=self.height_std if found.height_std is None else found.height_std,
             pixel_std=self.pixel_std if found.pixel_std is None else found.pixel_std,
+            tilt_std=self.tilt_std,
+            mount_height_std=self.mount_height_std,
             scenes=tuple(one.name for one in footage),
             definition={
                 "generator": f"footage/{REVISION}",
