@@ -14,9 +14,10 @@ from vbbench_baselines.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
 from vbbench_baselines.real_camera.cholesky import factor, solve
 from vbbench_baselines.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
 from vbbench_baselines.real_camera.drift import add_drift, drift_deviance
-from vbbench_baselines.real_camera.elimination import SOMEWHERE, follow
+from vbbench_baselines.real_camera.elimination import SOMEWHERE
 from vbbench_baselines.real_camera.joint import Point, System, deviance_of, linearise
 from vbbench_baselines.real_camera.observer import LAWS, add_observer, level_deviance, shares_of, step_of
+from vbbench_baselines.real_camera.recovery import follow
 
 STEP = 1e-6
 LAW_CHOSEN = 60.0
@@ -275,11 +276,11 @@ def test_cholesky_s_factor_solves_and_says_if_there_is_none() -> None:
     rng = np.random.default_rng(0)
     half = rng.normal(size=(20, 20))
     matrix = half @ half.T + np.eye(20)
-    upper, right = matrix.copy(), rng.normal(size=20)
+    lower, right = matrix.copy(), rng.normal(size=20)
     wanted = np.linalg.solve(matrix, right)
-    assert factor(upper)
-    solve(upper, right)
+    assert factor(lower)
+    solve(lower, right)
     np.testing.assert_allclose(right, wanted, rtol=1e-9)
-    np.testing.assert_allclose(np.triu(upper).T @ np.triu(upper), matrix, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(np.tril(lower).T @ np.tril(lower), matrix, rtol=1e-9, atol=1e-9)
     assert not factor(matrix - 200.0 * np.eye(20))
     assert not factor(np.full((3, 3), np.nan))

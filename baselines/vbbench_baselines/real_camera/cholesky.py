@@ -52,8 +52,8 @@ def column_of(rows: FloatArray, first: int, c: int) -> Eight:
 def factor(matrix: FloatArray) -> bool:
     """Put L with A = LᵀL in the place of the lower half of A [n, n]; False if A is not positive definite.
 
-    Rows are taken away from the rows above them. The matrix has `padded` columns, and what is above its diagonal may
-    change.
+    Rows are taken away from the rows above them. What is above the diagonal may change; with `padded` columns it is
+    fastest.
     """
     n = len(matrix)
     for end in range(n, 0, -ROWS):
@@ -70,7 +70,7 @@ def factor(matrix: FloatArray) -> bool:
                 for c in range(i + 1):
                     other[c] -= share * row[c]
         for i in range(first):
-            take_rows(matrix[i], padded(i + 1), matrix, first, column_of(matrix, first, i))
+            take_rows(matrix[i], min(padded(i + 1), matrix.shape[1]), matrix, first, column_of(matrix, first, i))
     return True
 
 

@@ -99,7 +99,8 @@ def residuals_of(
             continue
         length, size, cut = seen.length[t, k], seen.size[t, k], seen.cut[t, k]
         edge = (PIXEL / size) ** 2
-        sigma_u, sigma_l, sigma_b = np.sqrt(noise.sigma**2 + edge)
+        sigma_u, sigma_l = np.sqrt(noise.sigma[0] ** 2 + edge), np.sqrt(noise.sigma[1] ** 2 + edge)
+        sigma_b = np.sqrt(noise.sigma[2] ** 2 + edge)
         if cut & SIDE_CUT:
             sigma_u *= CUT_SIDE
         if cut & (FEET_CUT | HEAD_CUT):

@@ -11,10 +11,10 @@ from vbbench_baselines.common.odometry import Motions, measured, stray
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.real_camera.bearings import Bearings
 from vbbench_baselines.real_camera.cholesky import factor, padded, solve
-from vbbench_baselines.real_camera.cues import FRAME, Noise, residuals_of, whiten
+from vbbench_baselines.real_camera.cues import FRAME, PERSON, Noise, residuals_of, whiten
 from vbbench_baselines.real_camera.drift import Drift, add_drift, drift_deviance
 from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
-from vbbench_baselines.real_camera.observer import Observer, add_observer, level_deviance, shares_of
+from vbbench_baselines.real_camera.observer import LAWS, Observer, add_observer, level_deviance, shares_of
 from vbbench_baselines.real_camera.recovery import follow
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
@@ -95,8 +95,10 @@ def deviance_of(point: Point, seen: Seen, model: Model) -> float:
     total += drift_deviance(frames, model.drift) + level_deviance(frames, seen.free, model.observer, shares[0])
     for t in range(1, len(frames)):
         if measured(seen.motions.information[t]):
-            error, _ = stray(frames[t - 1, :3].copy(), frames[t, :3].copy(), seen.motions.moved[t])
-            total += 0.5 * float(error @ (seen.motions.information[t] @ error))
+            error, _ = stray(frames[t - 1], frames[t], seen.motions.moved[t])
+            for a in range(3):
+                for b in range(3):
+                    total += 0.5 * error[a] * seen.motions.information[t, a, b] * error[b]
     for k in range(len(seen.first)):
         first, last = int(seen.first[k]), int(seen.last[k])
         if last < first:
@@ -105,10 +107,13 @@ def deviance_of(point: Point, seen: Seen, model: Model) -> float:
         found = residuals_of(k, first, seen.boxes, frames, track, point.people[k], model.noise)
         total += whiten(found, model.noise, model.dt).deviance
         point.variances[k], walked = reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
-        total += walked + 0.5 * np.sum(((point.people[k] - model.people.mean) / model.people.std) ** 2)
+        total += walked
+        for a in range(PERSON):
+            total += 0.5 * ((point.people[k, a] - model.people.mean[a]) / model.people.std[a]) ** 2
         for i in range(len(track)):
             if not np.isnan(seen.given[first + i, k, 0]):
-                total += 0.5 * np.sum((track[i] - seen.given[first + i, k]) ** 2) / ANCHOR_STD**2
+                x, y = track[i, 0] - seen.given[first + i, k, 0], track[i, 1] - seen.given[first + i, k, 1]
+                total += 0.5 * (x * x + y * y) / ANCHOR_STD**2
     return total
 
 
@@ -142,9 +147,8 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
                 moving[FRAME * t + a] = False
                 p = FRAME * t + a
                 gradient[p] = 0.0
-                hessian[p, : p + 1] = 0.0
-                hessian[p:, p] = 0.0
-                hessian[p, p] = 1.0
+                for q in range(size):
+                    hessian[max(p, q), min(p, q)] = 1.0 if p == q else 0.0
     for t in range(len(frames)):  # a frame's own block holds both halves
         p = FRAME * t
         for a in range(FRAME):
@@ -159,13 +163,15 @@ def _add_motions(frames: FloatArray, motions: Motions, gradient: FloatArray, hes
     for t in range(1, len(frames)):
         if not measured(motions.information[t]):
             continue
-        error, slopes = stray(frames[t - 1, :3].copy(), frames[t, :3].copy(), motions.moved[t])
-        pull, curvature = slopes.T @ (motions.information[t] @ error), slopes.T @ (motions.information[t] @ slopes)
+        error, slopes = stray(frames[t - 1], frames[t], motions.moved[t])
         for i in range(6):
             p = FRAME * (t - 1 + i // 3) + i % 3
-            gradient[p] += pull[i]
-            for j in range(i + 1):
-                hessian[p, FRAME * (t - 1 + j // 3) + j % 3] += curvature[i, j]
+            for a in range(3):
+                for b in range(3):
+                    pull = slopes[a, i] * motions.information[t, a, b]
+                    gradient[p] += pull * error[b]
+                    for j in range(i + 1):
+                        hessian[p, FRAME * (t - 1 + j // 3) + j % 3] += pull * slopes[b, j]
 
 
 @kernel
@@ -180,11 +186,10 @@ def solve_damped(system: System, damping: float) -> FloatArray:
             target[j] = row[moving[j]]
         target[i] += damping * target[i] + SOFTEST
         right[i] = -system.gradient[moving[i]]
-    if not factor(lower):
-        return np.full_like(step, np.nan)
+    possible = factor(lower)
     solve(lower, right)
     for i in range(n):
-        step[moving[i]] = right[i]
+        step[moving[i]] = right[i] if possible else np.nan
     return step
 
 
@@ -202,13 +207,13 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
     """Descend in at most so many ``rounds``, to a step shorter than ``tolerance`` in m and rad."""
     damping, converged = DAMPING, False
     before = deviance_of(point, seen, model)
-    system = linearise(point, seen, model, damping)
-    trial, longest = point, np.inf
-    for done in range(rounds):
-        lower = np.inf
+    trial, longest, shares = point, np.inf, np.empty(LAWS)
+    for _ in range(rounds):
+        system, lower = linearise(point, seen, model, damping), np.inf
+        shares = system.shares
         for _ in range(TRIES):
             step = solve_damped(system, damping).reshape(point.frames.shape)
-            longest = np.max(np.abs(step[:, :3]))
+            longest = _longest(step)
             if np.isfinite(longest):
                 trial = _moved(point, system, step, min(1.0, LONGEST / max(longest, LONGEST)))
                 lower = deviance_of(trial, seen, model)
@@ -222,19 +227,34 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
         converged = longest < tolerance or gained < SETTLED
         if converged:
             break
-        if done + 1 < rounds:
-            system = linearise(point, seen, model, damping)
-    return Settled(point, converged, before, system.shares)
+    return Settled(point, converged, before, shares)
+
+
+@kernel
+def _longest(step: FloatArray) -> float:
+    """How far a step [T, 7] moves a pose at most, in m or rad; NaN if it is no step."""
+    longest = 0.0
+    for t in range(len(step)):
+        for a in range(3):
+            if not abs(step[t, a]) <= longest:
+                longest = abs(step[t, a])
+    return longest
 
 
 @kernel
 def _moved(point: Point, system: System, step: FloatArray, share: float) -> Point:
     """The point a ``share`` of a step [T, 7] further."""
-    places, people = point.places.copy(), point.people.copy()
+    frames, places, people = point.frames.copy(), point.places.copy(), point.people.copy()
+    for t in range(len(frames)):
+        for a in range(FRAME):
+            frames[t, a] += share * step[t, a]
     for person in system.people:
         track, numbers = follow(person, step)
         k, first = person.number, person.first
-        places[first : first + len(track), k] += share * track
-        people[k] += share * numbers
+        for i in range(len(track)):
+            places[first + i, k, 0] += share * track[i, 0]
+            places[first + i, k, 1] += share * track[i, 1]
+        for a in range(PERSON):
+            people[k, a] += share * numbers[a]
         people[k, 1] = min(max(people[k, 1], EDGES[0]), EDGES[1])
-    return Point(point.frames + share * step, places, people, point.variances.copy())
+    return Point(frames, places, people, point.variances.copy())

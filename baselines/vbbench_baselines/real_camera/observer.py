@@ -149,12 +149,11 @@ def add_observer(
     hessian: FloatArray,
 ) -> None:
     """Add the slope of both to the gradient [7T] and their curvature to the Hessian [7T, 7T], lower half."""
-    steps = [step_of(frames[t - 1], frames[t]) for t in range(1, len(frames))]
-    row, share = np.zeros(9), shares[VEHICLE]
+    share = shares[VEHICLE]
     for t in range(1, len(frames)):
         if not free[t]:
             continue
-        step = steps[t - 1]
+        step = step_of(frames[t - 1], frames[t])
         turned = np.zeros(6)
         turned[2], turned[5] = -1.0, 1.0
         slip, swing, slow = observer.level
@@ -169,35 +168,28 @@ def add_observer(
         if t < 2:
             continue
         if share > NEGLIGIBLE:
-            before = steps[t - 2]
-            row[:] = 0.0
-            row[3:] += step.forward_by
-            row[:6] -= before.forward_by
-            _add(
-                row,
-                t - 2,
-                share * _weight(step.forward - before.forward, 0, observer),
-                step.forward - before.forward,
-                gradient,
-                hessian,
-            )
-            row[:] = 0.0
-            row[3:] += step.right_by
-            row[:6] -= before.right_by
-            _add(
-                row,
-                t - 2,
-                share * _weight(step.right - before.right, 1, observer),
-                step.right - before.right,
-                gradient,
-                hessian,
-            )
-            row[:] = 0.0
-            row[2], row[5], row[8] = 1.0, -2.0, 1.0
-            changed = step.turned - before.turned
-            _add(row, t - 2, share * _weight(changed, 2, observer), changed, gradient, hessian)
+            _add_vehicle(frames, t, observer, share, gradient, hessian)
         if share < 1.0 - NEGLIGIBLE:
             _add_pedestrian(frames, t, observer, shares, gradient, hessian)
+
+
+@kernel
+def _add_vehicle(
+    frames: FloatArray, t: int, observer: Observer, share: float, gradient: FloatArray, hessian: FloatArray
+) -> None:
+    """What the changes of a vehicle's step into frame ``t`` add, by its ``share``."""
+    step, before = step_of(frames[t - 1], frames[t]), step_of(frames[t - 2], frames[t - 1])
+    row, turned = np.empty(9), np.zeros(6)
+    turned[2], turned[5] = -1.0, 1.0
+    for a in range(3):
+        now, then, changed = turned, turned, step.turned - before.turned
+        if a == 0:
+            now, then, changed = step.forward_by, before.forward_by, step.forward - before.forward
+        elif a == 1:
+            now, then, changed = step.right_by, before.right_by, step.right - before.right
+        for i in range(9):
+            row[i] = (now[i - 3] if i >= 3 else 0.0) - (then[i] if i < 6 else 0.0)
+        _add(row, t - 2, share * _weight(changed, a, observer), changed, gradient, hessian)
 
 
 @kernel
