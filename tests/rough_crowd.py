@@ -30,16 +30,23 @@ EDGE = 0.45
 """By how many m the side of a body that a box ends at is nearer than its middle."""
 
 
-def drive(seed: int, frames: int = 30, people: int = 25, speed: float = 1.5, turning: float = 0.01) -> Truth:
-    """A vehicle among people who walk at constant velocity but for a few cm."""
+def drive(
+    seed: int, frames: int = 30, people: int = 25, speed: float = 1.5, turning: float = 0.01, wander: float = 0.0
+) -> Truth:
+    """A vehicle among people who walk at constant velocity but for a few cm.
+
+    With ``wander``, their second differences are that many m, and the vehicle's speed and turning change, too.
+    """
     rng = np.random.default_rng(seed)
-    yaw = np.pi / 2 + np.cumsum(np.full(frames, turning)) + np.cumsum(rng.normal(0.0, 0.002, frames))
-    steps = speed * DT * np.stack((np.cos(yaw), np.sin(yaw)), axis=-1)
+    swerves, surges = rng.normal(0.0, 0.002, frames), np.cumsum(rng.normal(0.0, 0.5 * wander, frames))
+    yaw = np.pi / 2 + turning * np.arange(1, frames + 1) + np.cumsum(swerves)
+    steps = (speed * DT + surges)[:, None] * np.stack((np.cos(yaw), np.sin(yaw)), axis=-1)
     poses = np.column_stack((np.cumsum(steps, axis=0), wrap_angle(yaw)))
     start = np.column_stack((rng.uniform(-5.0, 5.0, people), rng.uniform(7.0, 14.0 + speed * DT * frames, people)))
     velocity = np.column_stack((rng.uniform(-0.4, 0.4, people), rng.uniform(-1.2, 1.2, people)))
     positions = start + velocity * DT * np.arange(frames)[:, None, None]
     positions += np.cumsum(rng.normal(0.0, 0.01, positions.shape), axis=0)
+    positions += np.cumsum(np.cumsum(rng.normal(0.0, wander, positions.shape), axis=0), axis=0)
     return Truth(poses=poses, positions=positions, heights=np.clip(rng.normal(1.7, 0.07, people), 1.5, 1.95))
 
 
