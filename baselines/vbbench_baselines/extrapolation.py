@@ -13,14 +13,19 @@ import numpy as np
 from vbbench.geometry import IntArray, relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import PEOPLE_SPEED
+from vbbench_baselines.common.drift import RUNNING, TURN, UNRELIABLE, Drift
 from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
 from vbbench_baselines.common.facts import TUNED, UNTUNED
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.sightings import measure, sight, usable
-from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect
+from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect, kept_shares
 
 EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
 """The expectation is the answer; its uncertainty does not matter."""
+
+
+ACCELERATION = 0.6
+"""In m/s², standard deviation about constant velocity, as in `vbbench_baselines.view_birdification`."""
 
 
 class ConstantVelocity:
@@ -34,7 +39,8 @@ class ConstantVelocity:
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         self._problem = problem
-        self._history = History(len(problem.tracks))
+        self._history, self._drift = History(len(problem.tracks)), Drift()
+        self._exact = EXACT._replace(reach=RUNNING * problem.dt)
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -44,12 +50,20 @@ class ConstantVelocity:
         if history.cold and not history.moving:
             return self._set_moving(frame)
         everyone = np.ones(len(frame.observations), np.bool_)
-        expected, _, walk, _ = expect(self.model(), history, everyone, EXACT, problem.dt)
+        expected, _, walk, _ = expect(self.model(), history, everyone, self._exact, problem.dt)
         pose = np.where(np.isnan(history.poses[2]), walk, history.poses[2])
         boxes = problem.camera.unproject(usable(frame.observations), np.full(len(everyone), problem.height_mean))
         positions = np.where(np.isnan(expected), relative_to_world(boxes, pose), expected)
         positions[np.isnan(frame.observations[:, 2])] = np.nan
-        return history.store(walk, positions)
+        return history.store(walk, positions, converged=self._is_near())
+
+    def _is_near(self) -> bool:
+        """Whether people who walk on as before are still about there, as nobody looks."""
+        history, drift, dt = self._history, self._drift, self._problem.dt
+        drift.advance(history, kept_shares(history, dt)[1], dt, measured=False)
+        if not history.pose_given[2]:
+            drift.add((ACCELERATION * dt**2) ** 2, TURN**2 * dt)
+        return drift.std <= UNRELIABLE
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
@@ -67,7 +81,7 @@ class ConstantVelocity:
         factors = Factors(relative, covariance, *expected)
         history.moving = not np.isnan(factors.std + factors.relative[:, 0]).all()
         pose = fit_pose(factors)
-        return history.store(pose, localise(pose, factors))
+        return history.store(pose, localise(pose, factors), converged=self._is_near())
 
     def model(self) -> MotionModel:
         """How people walk."""

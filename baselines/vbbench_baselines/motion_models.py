@@ -15,6 +15,9 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, PEOPLE_SPEED, kept_velocities, standing
 from vbbench_baselines.common.motion import History, Spreads, continue_observer, continue_people
 
+PATIENCE = 12.0
+"""In s; an observer who saw nobody of use for longer is no longer expected to walk on as before."""
+
 
 class Walkers(NamedTuple):
     """People and, last, the observer at t−1; NaN = unknown.
@@ -111,7 +114,7 @@ def expect(
     Places [K, 2] of people and their standard deviations [K] in m, NaN = no expectation; the observer's pose [3], its
     yaw held, and the standard deviation in m of its place.
     """
-    kept, own_kept = kept_velocities(dt, bool(history.seen.any())) if history.cold else (1.0, 1.0)
+    kept, own_kept = kept_shares(history, dt)
     people, std = continue_people(history.positions, history.position_given, spreads, kept)
     walk, walk_std = continue_observer(history.poses, history.pose_given, spreads, own_kept)
     if history.cold:
@@ -123,6 +126,14 @@ def expect(
     walk[:2] += moved[-1]
     people[chosen] += np.where(np.isnan(history.positions[2, chosen]), moved[:-1], 0.0)
     return people, std, walk, walk_std
+
+
+def kept_shares(history: History, dt: float) -> tuple[float, float]:
+    """The shares of the velocities of people and of the observer that are expected to last until the next frame."""
+    if history.cold:
+        return kept_velocities(dt, bool(history.seen.any()))
+    fading = history.blind * dt > PATIENCE
+    return 1.0, kept_velocities(dt, watched=False)[1] if fading else 1.0
 
 
 def _let_stand(walk: FloatArray, walk_std: float, history: History, spreads: Spreads, dt: float) -> float:

@@ -14,16 +14,18 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.cold_start import add_drift
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift
+from vbbench_baselines.common.drift import RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.odometry import SURE, Told, told_by
 from vbbench_baselines.common.sightings import measure, sight, usable
 from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
-from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect
+from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
 EVERYBODY = 1_000_000
 """More people than a picture ever shows."""
@@ -109,12 +111,16 @@ class Birdifier(ABC):
         self._camera, self._pixel_std, self._dt = problem.camera, problem.pixel_std, problem.dt
         self._covariances = problem.covariances
         self._spreads = Spreads(
-            motion=self.acceleration_std * problem.dt**2, stay=self.speed_std * problem.dt, estimate=self.estimate_std
+            motion=self.acceleration_std * problem.dt**2,
+            stay=self.speed_std * problem.dt,
+            estimate=self.estimate_std,
+            reach=RUNNING * problem.dt,
         )
         self._history = History(people)
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
+        self._drift = Drift()
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -125,21 +131,88 @@ class Birdifier(ABC):
         observations = usable(frame.observations)
         history.seen = ~np.isnan(observations[:, 2])
         self._seen = sight(self._camera, observations, self._pixel_std)
+        self._doubt_speed()
         chosen = select(observations, self.most_people, self.smallest_box)
-        relative, covariance = measure(self._seen, heights.mean, heights.variance)
-        factors = Factors(relative, covariance, *expect(self.model(), history, chosen, self._spreads, self._dt))
-        helpful = np.count_nonzero(~np.isnan(factors.std[chosen] + factors.relative[chosen, 0]))
-        history.moving = history.moving or bool(helpful > 0)
-        fallback = bool(helpful < FEWEST) and not history.pose_given[2]
-        if not self.ego_prior and not fallback:
+        factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
+        told = told_by(frame.given.odometry, history.poses[1])
+        sure = told is not None and told.std < SURE
+        self._drift.advance(history, kept_shares(history, self._dt)[1], self._dt, measured=sure)
+        helpful = factors.helpful & chosen
+        few = bool(np.count_nonzero(helpful) < FEWEST)
+        history.moving = history.moving or bool(helpful.any())
+        history.blind = 0 if helpful.any() else history.blind + 1
+        fallback = few and not history.pose_given[2]
+        people = company(history, helpful)
+        factors, facing, found = self._find_again(factors, people, chosen, few)
+        own_std = factors.walk_std
+        if not (self.ego_prior or fallback or found):
             factors = factors._replace(walk_std=np.inf)
-        factors, facing = _with_odometry(factors, told_by(frame.given.odometry, history.poses[1]))
+        factors, facing = _with_odometry(factors, told, facing)
         self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
-        answer = self._minimise(Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing))
+        task = Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing)
+        answer, bounded = self._minimise(task), False
+        if not (found or sure):
+            answer, bounded = self._within_reach(answer, task, own_std)
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
+        factors = self._begin_anew(factors, answer.pose, positions)
         self._tangent = answer.tangent
-        return history.store(answer.pose, positions, fallback=fallback, **self._report(answer, factors, chosen))
+        certain = np.zeros_like(people.certain) if found else people.certain
+        report = self._report(answer, factors, chosen, certain, bounded=bounded)
+        return history.store(answer.pose, positions, fallback=fallback, **report)
+
+    def _expected(self, relative: FloatArray, covariance: FloatArray, chosen: BoolArray) -> Factors:
+        """The terms of all people: where boxes place them, with the covariance, and where they are expected."""
+        expected, std, walk, walk_std = expect(self.model(), self._history, chosen, self._spreads, self._dt)
+        walk[:2] = held(walk[:2], self._history.poses[1, :2], self._drift.top_speed * self._dt)
+        return Factors(relative, covariance, expected, std, walk, walk_std)
+
+    def _doubt_speed(self) -> None:
+        """Slow an observer down whose velocity is hardly known, where nobody will show it any more."""
+        history, variance = self._history, self._drift.speed_variance(self._dt)
+        known = history.seen & ~np.isnan(history.positions[..., 0]).all(axis=0)
+        if history.blind == 0 and not known.any() and variance > 1.0 and not history.cold:
+            history.slow_down(OBSERVER_SPEED**2 / (OBSERVER_SPEED**2 + variance))
+
+    def _alone(self) -> tuple[float, float]:
+        """Variances in m² and rad² of what the observer does within a frame while nobody is of use."""
+        return self._spreads.motion**2, TURN**2 * self._dt
+
+    def _find_again(
+        self, factors: Factors, people: Company, chosen: BoolArray, few: bool
+    ) -> tuple[Factors, float, bool]:
+        """The terms, the information in 1/rad² on the yaw, and whether those who are certain found a lost observer."""
+        history, drift = self._history, self._drift
+        if drift.std <= UNRELIABLE or history.cold or history.pose_given[2]:
+            return factors, VAGUE, False
+        facing = 1.0 / (TURN**2 * self._dt) if few else VAGUE
+        if not can_anchor(people):
+            return factors, facing, False
+        found = reanchor(history, drift, factors, people, facing, self._alone())
+        if found is None:
+            return factors, facing, False
+        renewed = self._expected(factors.relative, factors.covariance, chosen)
+        return renewed._replace(walk=found, walk_std=drift.std), 1.0 / drift.common.yaw, True
+
+    def _within_reach(self, answer: Answer, task: Task, own_std: float) -> tuple[Answer, bool]:
+        """The answer, bound to the observer's own walk if it is further away than anybody gets, and whether it was."""
+        last, reach = self._history.poses[1], self._drift.top_speed * self._dt
+        if not np.isnan(task.pose[2]) or not np.hypot(*(answer.pose - last)[:2]) > reach:
+            return answer, False
+        task = task._replace(factors=task.factors._replace(walk_std=own_std), facing=1.0 / (TURN**2 * self._dt))
+        answer = self._minimise(task)
+        place = held(answer.pose[:2], last[:2], reach)
+        self._drift.add(float(np.sum((answer.pose[:2] - place) ** 2)) + reach**2, TURN**2 * self._dt)
+        return self._minimise(task._replace(pose=np.append(place, answer.pose[2]))), True
+
+    def _begin_anew(self, factors: Factors, pose: FloatArray, positions: FloatArray) -> Factors:
+        """Place whoever would be faster than anybody runs by the box alone; the terms without their walks."""
+        leaping = jumped(positions, self._history, self._spreads.reach)
+        if leaping.any():
+            self._history.forget(np.flatnonzero(leaping))
+            factors = factors._replace(std=np.where(leaping, np.nan, factors.std))
+            positions[leaping] = localise(pose, factors)[leaping]
+        return factors
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
@@ -152,26 +225,55 @@ class Birdifier(ABC):
         """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
         return location_energies(np.ascontiguousarray(places), self._tangent)
 
-    def _report(self, answer: Answer, factors: Factors, chosen: BoolArray) -> dict[str, Any]:
-        """What is reported besides pose and positions."""
-        known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
-        if not self._covariances:
-            return known
+    def _report(
+        self, answer: Answer, factors: Factors, chosen: BoolArray, certain: BoolArray, *, bounded: bool
+    ) -> dict[str, Any]:
+        """What is reported besides pose and positions; the drift takes over what this frame is unsure of.
+
+        Parameters
+        ----------
+        certain : [K] who keeps the pose from drifting, see `Company`.
+        bounded : whether the pose is not where boxes put it.
+        """
+        history, drift, pose = self._history, self._drift, np.zeros((3, 3))
         std = factors.std.copy()
-        std[chosen] = answer.curved.std
-        pose = np.zeros((3, 3))
-        if not self._history.pose_given[2]:
-            pose = pose_covariance(answer.pose, answer.curved)
-        people = position_covariances(answer.pose, pose, factors._replace(std=std))
-        if self._history.cold:
-            add_drift(pose, people, np.array(self._history.unmeasured * self._dt))
-        return {**known, "pose_covariance": pose, "position_covariances": people}
+        std[chosen] = np.where(np.isnan(std[chosen]), np.nan, answer.curved.std)
+        curved = factors._replace(std=std, walk=answer.curved.walk, walk_std=answer.curved.walk_std)
+        helpful = bool((curved.helpful & chosen).any())
+        if not history.pose_given[2]:
+            pose = pose_covariance(answer.pose, curved.of(chosen)) if helpful else self._walked(curved)
+        if certain.any():
+            drift.settle(pose @ np.linalg.inv(pose_covariance(answer.pose, curved.of(chosen & ~certain))))
+        sure = not bounded and variances(pose)[0] + drift.std**2 <= UNRELIABLE**2
+        known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
+        covariances = self._spread(answer, pose, curved) if self._covariances else {}
+        if not history.pose_given[2]:
+            drift.add(*((0.0, 0.0) if history.cold and helpful else variances(pose) if helpful else self._alone()))
+        return {**known, **covariances, "converged": sure}
+
+    def _walked(self, curved: Factors) -> FloatArray:
+        """Covariance [3, 3] of a pose that nobody helps to find."""
+        return np.diag((curved.walk_std**2, curved.walk_std**2, TURN**2 * self._dt))
+
+    def _spread(self, answer: Answer, pose: FloatArray, curved: Factors) -> dict[str, FloatArray]:
+        """The covariances of pose and places: by this frame's ``pose`` [3, 3] and ``curved`` terms, and by the past."""
+        history, sigma = self._history, pose.copy()
+        people = position_covariances(answer.pose, pose, curved)
+        drifted = people.copy()
+        self._drift.cover(sigma, drifted, answer.pose, localise(answer.pose, curved))
+        drifted = np.where(history.position_given[2][:, None, None], people, drifted)
+        if history.cold:
+            add_drift(sigma, drifted, np.array(history.unmeasured * self._dt))
+        return {"pose_covariance": sigma, "position_covariances": drifted}
 
 
-def _with_odometry(factors: Factors, told: Told | None) -> tuple[Factors, float]:
-    """The terms with what odometry tells, if surely, in place of the walk, and the information in 1/rad² on the yaw."""
+def _with_odometry(factors: Factors, told: Told | None, facing: float) -> tuple[Factors, float]:
+    """The terms with what odometry tells, if surely, in place of the walk, and the information in 1/rad² on the yaw.
+
+    ``facing``: that without odometry.
+    """
     if told is None:
-        return factors, VAGUE
+        return factors, facing
     if told.std < SURE:
         return factors._replace(walk=told.pose, walk_std=told.std), told.facing
     walked, measured = 1.0 / factors.walk_std**2, 1.0 / told.std**2

@@ -65,6 +65,11 @@ class Factors(NamedTuple):
         relative, covariance, expected, std = (rows[chosen] for rows in self[:4])
         return Factors(relative, covariance, expected, std, self.walk, self.walk_std)
 
+    @property
+    def helpful(self) -> BoolArray:
+        """[K] who is observed and expected."""
+        return ~np.isnan(self.std + self.relative[:, 0])
+
     def spread(self, times: float) -> "Factors":
         """The same terms with standard deviations of motion that many times as large."""
         return self._replace(std=self.std * times, walk_std=self.walk_std * times)

@@ -34,10 +34,11 @@ class History:
     age, unmeasured : frames since frame 0, and how many of them odometry says nothing of.
     seen : [K] who has a box at t; the solver tells.
     moving : whether anybody seen twice has shown how the observer moves; the solver tells.
+    blind : frames since somebody was of use for the pose; the solver tells.
     """
 
     def __init__(self, people: int) -> None:
-        self.cold, self.moving, self.age, self.unmeasured = False, False, -1, 0
+        self.cold, self.moving, self.age, self.unmeasured, self.blind = False, False, -1, 0, 0
         self.seen: BoolArray = np.zeros(people, np.bool_)
         self.poses: FloatArray = np.full((3, 3), np.nan)
         self.positions: FloatArray = np.full((3, people, 2), np.nan)
@@ -72,6 +73,31 @@ class History:
         self.positions[:, columns] = np.nan
         self.position_given[:, columns] = False
 
+    def correct(self, pose: FloatArray, found: FloatArray, earlier: float, *, turn: bool) -> None:
+        """Move the solver's own estimates of t−2 and t−1, since the observer is not where they lead to.
+
+        Parameters
+        ----------
+        pose, found : [3] where they lead to at t, and where the observer is.
+        earlier : the share of that error which was there at t−1.
+        turn : whether directions turn, too: as far as people show the yaw, it is theirs.
+        """
+        angle = found[2] - pose[2] if turn else 0.0
+        sin, cos = np.sin(angle), np.cos(angle)
+        rotation = np.array(((cos, -sin), (sin, cos)))
+        for row, share in ((0, 2.0 * earlier - 1.0), (1, earlier)):
+            moved = pose[:2] + share * (found[:2] - pose[:2])
+            own = ~self.position_given[row]
+            self.positions[row, own] = (self.positions[row, own] - pose[:2]) @ rotation.T + moved
+            if not self.pose_given[row]:
+                self.poses[row, :2] = rotation @ (self.poses[row, :2] - pose[:2]) + moved
+                self.poses[row, 2] += angle
+
+    def slow_down(self, share: float) -> None:
+        """Let the observer have moved by this ``share`` only from t−2 to t−1."""
+        if not self.pose_given[0]:
+            self.poses[0, :2] = self.poses[1, :2] + share * (self.poses[0, :2] - self.poses[1, :2])
+
     def store(self, pose: FloatArray, positions: FloatArray, **report: Any) -> FrameEstimate:
         """Keep pose [3] and positions [K, 2] as frame t's estimate where nothing is given.
 
@@ -90,11 +116,13 @@ class Spreads(NamedTuple):
     motion : σ_m, about the expectation of a model.
     stay : about the one known past position, for each frame since.
     estimate : σ_e, of the solver's own past positions.
+    reach : how far anybody gets in a frame; whoever moved further became somebody else (a track that jumped).
     """
 
     motion: float
     stay: float
     estimate: float
+    reach: float = np.inf
 
 
 @kernel
@@ -123,7 +151,7 @@ def continue_people(
         elif np.isnan(last[0]):
             if not np.isnan(before[0]):
                 x, y, std[k] = before[0], before[1], 2.0 * spreads.stay
-        elif np.isnan(before[0]):
+        elif np.isnan(before[0]) or np.hypot(last[0] - before[0], last[1] - before[1]) > spreads.reach:
             x, y, std[k] = last[0], last[1], spreads.stay
         else:
             x, y = (1.0 + kept) * last[0] - kept * before[0], (1.0 + kept) * last[1] - kept * before[1]

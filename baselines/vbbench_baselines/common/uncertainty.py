@@ -16,13 +16,13 @@ from vbbench_baselines.common.ego_motion import VAGUE, Factors, invert
 
 
 @kernel
-def pose_covariance(pose: FloatArray, factors: Factors) -> FloatArray:
-    """[3, 3] of (x, y, yaw) in m, m·rad, rad², at the pose [3] that `fit_pose` found."""
+def pose_covariance(pose: FloatArray, factors: Factors, yaw_information: float = VAGUE) -> FloatArray:
+    """[3, 3] of (x, y, yaw) in m, m·rad, rad², at the pose [3] that `fit_pose` found with that yaw information."""
     prior = max(1.0 / factors.walk_std**2, VAGUE)
     _, hessian = linearise_people(pose, factors)
     hessian[0, 0] += prior
     hessian[1, 1] += prior
-    hessian[2, 2] += VAGUE
+    hessian[2, 2] += yaw_information
     return np.ascontiguousarray(np.linalg.inv(hessian))
 
 

@@ -26,10 +26,10 @@ from vbbench_baselines.joint_map.measurement.boxes import (
 )
 from vbbench_baselines.joint_map.measurement.window import gather
 from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
-from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.optimiser.descent import Settled, unwrapped
-from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of, marginalise, settle_anchored
-from vbbench_baselines.joint_map.optimiser.state import JointProblem
+from vbbench_baselines.joint_map.optimiser.covariance import block_of, place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwrapped
+from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of
+from vbbench_baselines.joint_map.optimiser.state import JointProblem, deviance_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 from vbbench_baselines.real_camera.choice import is_rough
 from vbbench_baselines.real_camera.settings import Settings
@@ -43,17 +43,15 @@ START_WINDOW, START_ROUNDS = 6, 1
 class MapBatch:
     """Joint maximum a posteriori of all frames.
 
-    A sequence of more than ``block`` frames is solved in blocks, each ``stride`` frames after the last, which keep the
-    information of earlier frames as a quadratic form: the time is linear in frames, and a frame depends on everything
-    before it and on at least block − stride frames after it. If all poses but the last are given, later frames have
-    nothing to correct, and the causal answer is returned. A descent that does not converge is repeated from a more
+    All frames are solved together, in time linear in frames: how far apart two poses are coupled directly is cut
+    (`optimiser.poses.reach_of`), which costs steps but no exactness. If all poses but the last are given, later frames
+    have nothing to correct, and the causal answer is returned. A descent that does not converge is repeated from a more
     careful causal solution; the answer is the likelier of the two.
 
     Parameters
     ----------
     prior, ego_prior, feet, real : as of `MapCausal`.
-    block, stride : in frames.
-    rounds : maximum number of descent steps per block.
+    rounds : maximum number of descent steps.
     tolerance, certain : in m and rad, and in standard deviations; the descent ends with a step shorter than either.
     """
 
@@ -64,8 +62,6 @@ class MapBatch:
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     ego_prior: bool = True
     feet: bool = True
-    block: int = 160
-    stride: int = 80
     rounds: int = 50
     tolerance: float = 1e-4
     certain: float = 0.02
@@ -83,10 +79,10 @@ class MapBatch:
         if not np.isnan(given.poses[:-1, 2]).any():
             return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, observations))
         answer = self._descend(replace(start, window=START_WINDOW, rounds=START_ROUNDS), task)
-        if not answer.converged.all():
+        if not answer.settled.converged:
             other = self._descend(start, task)
             answer = other if other.deviance < answer.deviance else answer
-        return answer.estimate(self._heights(problem, observations) or {"heights": answer.heights})
+        return answer.estimate(self._heights(problem, observations) or {"heights": answer.settled.state.heights})
 
     def _heights(self, problem: Problem, observations: FloatArray) -> Report:
         """Heights from boxes alone, if they are not part of the problem."""
@@ -97,12 +93,12 @@ class MapBatch:
         return heights.report()
 
     def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
-        """The end of the descent from the answer of ``start``, block after block."""
+        """The end of the descent from the answer of ``start``."""
         causal = _walk_through(start, task, covariances=False)
         cold = len(task.given.poses) > 1 and begins_cold(task.given.frames(slice(2)), 1)
         walk = walk_of(self.prior, task.problem.dt, self.ego_prior, cold)
         motions = _motions(task.given)
-        poses, given, fixed = unwrapped(causal.poses), task.given, ~np.isnan(task.given.poses[:, 2])
+        poses, fixed = unwrapped(causal.poses), ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
         relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
         unmeasured = ~motions.information[1:].any(axis=(1, 2))
@@ -110,20 +106,11 @@ class MapBatch:
             seen = ~np.isnan(relative[..., 0])
             new = np.count_nonzero(seen & (np.cumsum(seen, axis=0) == 2), axis=1)
             motions = let_stand(motions, poses, np.count_nonzero(seen, axis=1), new, walk, task.problem.dt)
-        answer = _Answer(poses.copy(), np.full_like(causal.positions, np.nan), task.problem.covariances)
-        first, kept = 0, NOTHING_KEPT
-        while True:
-            rows = slice(first, min(first + self.block, len(poses)))
-            told = Motions(motions.moved[rows], motions.information[rows])
-            data = gather(relative[rows], information[rows], given.positions[rows], task.statures)
-            joint = JointProblem(data, anchor_of(fixed[rows], poses[rows], kept), walk, told)
-            nowhere, ends = np.full_like(causal.positions[rows], np.nan), (self.rounds, self.tolerance, self.certain)
-            settled, joint = settle_anchored(poses[rows], nowhere, joint, ends, cold)
-            answer.take(settled, joint, first)
-            if rows.stop == len(poses):
-                break
-            kept = marginalise(settled.state, joint, self.stride)
-            first += self.stride
+        data = gather(relative, information, task.given.positions, task.statures)
+        joint = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), walk, motions)
+        nowhere = np.full_like(causal.positions, np.nan)
+        settled = settle(poses, nowhere, joint, self.rounds, self.tolerance, self.certain)
+        answer = _answer_of(settled, joint, causal.positions, task.problem.covariances)
         if cold:
             answer.add_drift(np.cumsum(np.where(unmeasured, task.problem.dt, 0.0)))
         return answer
@@ -145,47 +132,53 @@ class _Task(NamedTuple):
     statures: Statures
 
 
+@dataclass(frozen=True)
 class _Answer:
-    """The estimate, assembled block after block; a later block overwrites an earlier one."""
+    """The estimate.
 
-    def __init__(self, poses: FloatArray, places: FloatArray, covariances: bool) -> None:
-        frames, people = places.shape[:2]
-        self._poses, self._places, self.heights = poses, places, np.full(people, np.nan)
-        self.converged, self.deviance = np.zeros(frames, np.bool_), 0.0
-        self._pose_spread = np.full((frames, 3, 3), np.nan) if covariances else None
-        self._place_spread = np.full((frames, people, 2, 2), np.nan) if covariances else None
+    Attributes
+    ----------
+    settled : where the descent ended.
+    places : [T, K, 2] in m, of everybody and always.
+    deviance : of where it ended.
+    poses, people : covariances [T, 3, 3] and [T, K, 2, 2], if they are wanted.
+    """
 
-    def take(self, settled: Settled, joint: JointProblem, first: int) -> None:
-        """Write the block that begins with frame ``first``."""
-        rows = slice(first, first + len(settled.state.poses))
-        self._poses[rows] = settled.state.poses
-        known = ~np.isnan(settled.state.places)
-        self._places[rows][known] = settled.state.places[known]
-        self.converged[rows], self.heights = settled.converged, settled.state.heights
-        self.deviance += settled.deviance
-        if self._pose_spread is not None and self._place_spread is not None:
-            sigma = pose_covariance_of(settled.state, joint)
-            frames = np.arange(len(settled.state.poses))
-            self._pose_spread[rows] = sigma.reshape(len(frames), 3, len(frames), 3)[frames, :, frames]
-            self._place_spread[rows] = place_covariances(settled.state, joint.walk, sigma, 0)
+    settled: Settled
+    places: FloatArray
+    deviance: float
+    poses: FloatArray | None
+    people: FloatArray | None
 
     def add_drift(self, seconds: FloatArray) -> None:
         """Add what cold starts leave open to the covariances from frame 1 on, ``seconds`` [T − 1] without odometry."""
-        if self._pose_spread is not None and self._place_spread is not None:
-            add_drift(self._pose_spread[1:], self._place_spread[1:], seconds)
+        if self.poses is not None and self.people is not None:
+            add_drift(self.poses[1:], self.people[1:], seconds)
 
     def estimate(self, heights: Report) -> Estimate:
         """The whole estimate, with a report of ``heights``."""
-        poses = self._poses.copy()
+        poses = self.settled.state.poses.copy()
         poses[:, 2] = wrap_angle(poses[:, 2])
         return Estimate(
             poses=poses,
-            positions=self._places,
-            converged=self.converged,
-            pose_covariances=self._pose_spread,
-            position_covariances=self._place_spread,
+            positions=self.places,
+            converged=np.full(len(poses), self.settled.converged),
+            pose_covariances=self.poses,
+            position_covariances=self.people,
             **heights,
         )
+
+
+def _answer_of(settled: Settled, joint: JointProblem, causal: FloatArray, covariances: bool) -> _Answer:
+    """The answer where the descent of a sequence ``settled``; where nobody is followed, the ``causal`` places hold."""
+    state = settled.state
+    places = np.where(np.isnan(state.places), causal, state.places)
+    poses = people = None
+    if covariances:
+        sigma = pose_covariance_of(state, joint)
+        poses = np.stack([block_of(sigma, t, t) for t in range(len(state.poses))])
+        people = place_covariances(state, joint.walk, sigma, 0)
+    return _Answer(settled, places, float(deviance_of(state, state.data)), poses, people)
 
 
 def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:

@@ -18,18 +18,18 @@ from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
-from vbbench_baselines.joint_map.measurement.window import Window, chosen
+from vbbench_baselines.joint_map.measurement.window import Window, chosen, nothing_continued
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
 from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
-from vbbench_baselines.joint_map.optimiser.covariance import place_covariances, pose_covariance_of
-from vbbench_baselines.joint_map.optimiser.descent import Settled
+from vbbench_baselines.joint_map.optimiser.covariance import block_of, place_covariances, pose_covariance_of
+from vbbench_baselines.joint_map.optimiser.descent import Settled, settle
 from vbbench_baselines.joint_map.optimiser.marginalisation import (
     NOTHING_KEPT,
     anchor_of,
-    convex_part,
+    keep,
     marginalise,
-    settle_anchored,
+    only_those,
 )
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
@@ -85,7 +85,7 @@ class MapCausal:
         self._rows = Window(self._size, people)
         self._boxes: deque[FloatArray] = deque(maxlen=self._size)
         self._lessons = nothing_learned(people, self._walk, self.prior)
-        self._kept = NOTHING_KEPT
+        self._kept, self._continued = NOTHING_KEPT, nothing_continued(people)
         self._covariances = problem.covariances
         self._cold = self._picks = False
         self._astray = 0.0
@@ -116,8 +116,8 @@ class MapCausal:
         somebody before.
         """
         self._roughly.forget(columns)
-        if self._rows.forget(columns):
-            self._kept = convex_part(self._kept)  # what is kept makes up for a beginning that now never comes
+        self._rows.forget(columns)
+        self._continued.held[columns] = 0
         self._heights.forget(columns)
         forget(columns, self._lessons)
         if self._ground is not None:
@@ -139,6 +139,8 @@ class MapCausal:
         rows.poses[-1], rows.places[-1, _columns(picked)] = located.pose, located.places
         if rows.frames > START_FRAMES and math.isnan(rows.given_poses[-3, 0] + rows.given_poses[-2, 0]):
             return self._settle(picked)
+        if len(self._kept.poses) > 0:  # of frames that have moved on
+            self._kept, self._continued = NOTHING_KEPT, nothing_continued(len(self._problem.tracks))
         report = self._report_located(located, picked) if self._covariances else {}
         return FrameEstimate(pose=located.pose, positions=rows.places[-1].copy(), converged=True, **report)
 
@@ -171,16 +173,16 @@ class MapCausal:
         rows = self._rows
         used, columns = rows.filled, _columns(picked)
         poses, places = rows.poses[used], chosen(rows.places[used], picked, 1)
-        anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), poses, self._kept)
-        motions = self._motions(used)
-        problem = JointProblem(rows.measurements(self.statures, picked), anchor, self._walk, motions)
-        ends = self.rounds, self.tolerance, self.certain
-        settled, problem = settle_anchored(poses, places, problem, ends, self._picks)
+        anchor = anchor_of(~np.isnan(rows.given_poses[used, 0]), self._kept)
+        data = rows.measurements(self.statures, only_those(self._continued, picked), picked)
+        problem = JointProblem(data, anchor, self._walk, self._motions(used))
+        settled = settle(poses, places, problem, self.rounds, self.tolerance, self.certain)
         rows.poses[used], rows.places[used, columns] = settled.state.poses, settled.state.places
         variances = settled.state.variances
         self._lessons.variances[:-1][columns], self._lessons.variances[-1] = variances[:-1], variances[-1]
         if rows.frames >= self._size:
-            self._kept = marginalise(settled.state, problem, 1)
+            self._kept, continued = marginalise(settled.state, problem)
+            keep(self._continued, continued, picked)
         pose, now = rows.poses[-1].copy(), rows.places[-1].copy()
         report = self._report_settled(settled, problem, picked) if self._covariances else {}
         return FrameEstimate(pose=pose, positions=now, converged=bool(settled.converged), **report)
@@ -204,7 +206,7 @@ class MapCausal:
     def _report_settled(self, settled: Settled, problem: JointProblem, picked: IntArray | None) -> dict[str, Any]:
         sigma, newest = pose_covariance_of(settled.state, problem), len(settled.state.poses) - 1
         places = place_covariances(settled.state, self._walk, sigma, newest)[newest]
-        return self._report(sigma[-3:, -3:].copy(), places, picked)
+        return self._report(block_of(sigma, newest, newest), places, picked)
 
     def _report(self, pose: FloatArray, places: FloatArray, picked: IntArray | None) -> dict[str, Any]:
         """Covariances [3, 3] of the pose and of the places [M, 2, 2] of the people ``picked``."""

@@ -23,7 +23,9 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
 from vbbench_baselines.joint_map.optimiser.banded import BAND, factor
-from vbbench_baselines.real_camera.cues import CUES, FRAME, PERSON, Residuals, Whitened
+from vbbench_baselines.real_camera.cholesky import padded
+from vbbench_baselines.real_camera.cues import CUES, FRAME, HEIGHT, OFFSET, PERSON, PITCH, ROLL, Residuals, Whitened
+from vbbench_baselines.real_camera.spreading import fill_spread, forward, remaining, sides_of
 
 SOMEWHERE = 1e-4
 """In 1/m²: keeps a place of which nothing is known."""
@@ -43,15 +45,19 @@ class Person(NamedTuple):
     ----------
     number, first : k, and the frame it begins with.
     found : the residuals.
-    lower, spread, pull : L (see `joint_map.optimiser.banded`), Z [2n, 3m] and y [2n].
+    white : Ω and Ωq.
+    lower, spread, pull : L (see `joint_map.optimiser.banded`), Z [2n, 3m] between `BAND` rows of zeros, and y [2n].
     inner, slope : I_p⁻¹ [2, 2] and g_p [2].
-    across : U [3m, 2].
-    information, force : Ψ' [3m, 3m] and φ' [3m].
+    across : Uᵀ [2, 3m].
+    information, force : Ψ' [3m, 3m], the lower half with whole blocks on the diagonal, and φ' [3m].
+
+    Columns are `padded` with zeros.
     """
 
     number: int
     first: int
     found: Residuals
+    white: Whitened
     lower: FloatArray
     spread: FloatArray
     pull: FloatArray
@@ -82,33 +88,32 @@ def eliminate(
     for i in range(2 * n):
         lower[i, 0] = lower[i, 0] * (1.0 + damping) + SOMEWHERE
     factor(lower)
-    spread = _spread(found, white, lower, n)
-    for row in range(2 * n):
-        pull[row] *= lower[row, 0]
-        for e in range(1, min(BAND, 2 * n - 1 - row) + 1):
-            pull[row + e] -= lower[row, e] * pull[row]
-    across_time = np.ascontiguousarray(spread.T)
-    information = -(across_time @ spread)
-    force = -(across_time @ pull)
+    forward(lower, pull)
+    across, sides = sides_of(found, white, lower, pull)
+    spread = np.zeros((2 * n + 2 * BAND, padded(CUES * m)))
+    filled = fill_spread(found, white, lower, spread)
+    information, force = remaining(found, white, spread, filled, sides, across)
+    slope, i00, i01, i11 = np.empty(PERSON), 1.0 / prior.std[0] ** 2, 0.0, 1.0 / prior.std[1] ** 2
+    for a in range(PERSON):
+        slope[a] = (person[a] - prior.mean[a]) / prior.std[a] ** 2
     for i in range(m):
         for j in range(CUES):
-            p = CUES * i + j
-            information[p, p] += white.diagonal[i, j]
-            force[p] += white.force[i, j]
-            if i > 0:
-                information[p, p - CUES] += white.beside[i, j]
-                information[p - CUES, p] += white.beside[i, j]
-    by_person = found.by_person.copy().reshape((CUES * m, PERSON))
-    across = information @ by_person
-    inner, slope = by_person.T @ across, by_person.T @ force
-    for a in range(PERSON):
-        inner[a, a] += 1.0 / prior.std[a] ** 2
-        slope[a] += (person[a] - prior.mean[a]) / prior.std[a] ** 2
-    inner = np.ascontiguousarray(np.linalg.inv(inner))
-    gain = across @ inner
-    information -= gain @ np.ascontiguousarray(across.T)
-    force -= gain @ slope
-    return Person(number, first, found, lower, spread, pull, inner, slope, across, information, force)
+            p, by_height, by_edge = CUES * i + j, found.by_person[i, j, 0], found.by_person[i, j, 1]
+            slope[0] += by_height * force[p]
+            slope[1] += by_edge * force[p]
+            i00 += by_height * across[0, p]
+            i01 += by_height * across[1, p]
+            i11 += by_edge * across[1, p]
+    inner, determinant = np.empty((PERSON, PERSON)), i00 * i11 - i01 * i01
+    inner[0, 0], inner[1, 1] = i11 / determinant, i00 / determinant
+    inner[0, 1] = inner[1, 0] = -i01 / determinant
+    for p in range(CUES * m):
+        row, u, v = information[p], across[0, p], across[1, p]
+        by_u, by_v = inner[0, 0] * u + inner[0, 1] * v, inner[1, 0] * u + inner[1, 1] * v
+        force[p] -= by_u * slope[0] + by_v * slope[1]
+        for c in range(CUES * (p // CUES + 1)):
+            row[c] -= by_u * across[0, c] + by_v * across[1, c]
+    return Person(number, first, found, white, lower, spread, pull, inner, slope, across, information, force)
 
 
 @kernel
@@ -153,116 +158,32 @@ def _track_terms(
 
 
 @kernel
-def _spread(found: Residuals, white: Whitened, lower: FloatArray, n: int) -> FloatArray:
-    """Z [2n, 3m]; a column begins with the frame of the box before."""
-    m = len(found.frame)
-    spread, filled = np.zeros((2 * n + BAND, CUES * m)), np.zeros(2 * n, np.int64)
-    for i in range(m):
-        begins = found.frame[i]
-        for j in range(CUES):
-            column = spread[:, CUES * i + j]
-            _put(column, found, i, j, white.diagonal[i, j])
-            if white.beside[i, j] != 0.0:
-                begins = found.frame[i - 1]
-                _put(column, found, i - 1, j, white.beside[i, j])
-            if i + 1 < m:
-                _put(column, found, i + 1, j, white.beside[i + 1, j])
-        filled[2 * begins :] = CUES * (i + 1)
-    for row in range(2 * n):
-        here, columns = spread[row], filled[row]
-        for c in range(columns):
-            here[c] *= lower[row, 0]
-        for e in range(1, BAND + 1):
-            share, other = lower[row, e], spread[row + e]
-            if share != 0.0:
-                for c in range(columns):
-                    other[c] -= share * here[c]
-    return spread[: 2 * n]
-
-
-@kernel
-def _put(column: FloatArray, found: Residuals, i: int, j: int, share: float) -> None:
-    """Write a share of a box's slopes by its place to where it is in a ``column`` [2n] of Z."""
-    at = 2 * found.frame[i]
-    column[at], column[at + 1] = share * found.by_place[i, j, 0], share * found.by_place[i, j, 1]
-
-
-@kernel
 def add_person(person: Person, gradient: FloatArray, hessian: FloatArray) -> None:
-    """Add Q_fᵀφ' to the gradient [7T], and Q_fᵀΨ'Q_f to the lower half of the Hessian [7T, 7T]."""
-    found, share = person.found, np.empty((FRAME, CUES))
+    """Add Q_fᵀφ' to the gradient [7T], and Q_fᵀΨ'Q_f to the lower half of the Hessian [7T, 7T].
+
+    A column depends on x, y, yaw and offset, a length on x and y, and a foot on all but the offset.
+    """
+    found, force, information = person.found, person.force, person.information
+    start, n = FRAME * person.first, FRAME * (len(person.lower) - BAND) // 2
+    some = np.zeros((CUES, n))  # rows of Ψ'Q_f
     for i in range(len(found.frame)):
-        p, by_frame = FRAME * (person.first + found.frame[i]), found.by_frame[i]
+        here, by_frame = FRAME * found.frame[i], found.by_frame[i]
         for a in range(FRAME):
             for j in range(CUES):
-                gradient[p + a] += by_frame[j, a] * person.force[CUES * i + j]
-        for h in range(i + 1):
-            q, other = FRAME * (person.first + found.frame[h]), found.by_frame[h]
-            block = person.information[CUES * i : CUES * i + CUES, CUES * h : CUES * h + CUES]
-            for a in range(FRAME):
-                u, v, w = by_frame[0, a], by_frame[1, a], by_frame[2, a]
-                for j in range(CUES):
-                    share[a, j] = u * block[0, j] + v * block[1, j] + w * block[2, j]
-            for a in range(FRAME):
-                u, v, w = share[a, 0], share[a, 1], share[a, 2]
-                row = hessian[p + a]
-                for b in range(FRAME):
-                    row[q + b] += u * other[0, b] + v * other[1, b] + w * other[2, b]
-
-
-@kernel
-def follow(person: Person, step: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How track [n, 2] and numbers [2] move when the frames move by ``step`` [T, 7]."""
-    found, n = person.found, person.spread.shape[0] // 2
-    m = len(found.frame)
-    move = np.zeros(CUES * m)
-    for i in range(m):
+                gradient[start + here + a] += by_frame[j, a] * force[CUES * i + j]
         for j in range(CUES):
-            for a in range(FRAME):
-                move[CUES * i + j] += found.by_frame[i, j, a] * step[person.first + found.frame[i], a]
-    numbers = -(person.inner @ (person.slope + move @ person.across))
-    for i in range(m):
-        for j in range(CUES):
-            for a in range(PERSON):
-                move[CUES * i + j] += found.by_person[i, j, a] * numbers[a]
-    track = -(person.pull + person.spread @ move)
-    for row in range(2 * n - 1, -1, -1):
-        total = track[row]
-        for e in range(1, min(BAND, 2 * n - 1 - row) + 1):
-            total -= person.lower[row, e] * track[row + e]
-        track[row] = total * person.lower[row, 0]
-    return track.reshape((n, 2)), numbers
-
-
-@kernel
-def place_covariance(person: Person, frame: int, covariance: FloatArray) -> FloatArray:
-    """[2, 2] of the person's place in a frame of its track; ``covariance`` [7T, 7T] of the frames."""
-    found, n = person.found, person.spread.shape[0] // 2
-    m = len(found.frame)
-    back = np.zeros((2, 2 * n))  # L⁻¹ of the place's unit vectors
-    for a in range(2):
-        row = back[a]
-        row[2 * frame + a] = 1.0
-        for i in range(2 * frame, 2 * n):
-            row[i] *= person.lower[i, 0]
-            for e in range(1, min(BAND, 2 * n - 1 - i) + 1):
-                row[i + e] -= person.lower[i, e] * row[i]
-    by_residual = -(back @ person.spread)  # [2, 3m]: of the place by the residuals
-    by_numbers = by_residual @ found.by_person.copy().reshape((CUES * m, PERSON))
-    by_residual = by_residual - (by_numbers @ person.inner) @ np.ascontiguousarray(person.across.T)
-    by_frames = np.zeros((2, FRAME * m))
-    columns = np.empty(FRAME * m, np.int64)
-    for i in range(m):
+            row, told = some[j], information[CUES * i + j]
+            for h in range(i + 1):
+                q, other = FRAME * found.frame[h], found.by_frame[h]
+                u, v, w = told[CUES * h], told[CUES * h + 1], told[CUES * h + 2]
+                row[q] = u * other[0, 0] + v * other[1, 0] + w * other[2, 0]
+                row[q + 1] = u * other[0, 1] + v * other[1, 1] + w * other[2, 1]
+                row[q + 2] = u * other[0, 2] + w * other[2, 2]
+                row[q + PITCH], row[q + ROLL] = w * other[2, PITCH], w * other[2, ROLL]
+                row[q + HEIGHT], row[q + OFFSET] = w * other[2, HEIGHT], u * other[0, OFFSET]
+        column, length, foot = some[0], some[1], some[2]
         for a in range(FRAME):
-            columns[FRAME * i + a] = FRAME * (person.first + found.frame[i]) + a
-            for j in range(CUES):
-                for b in range(2):
-                    by_frames[b, FRAME * i + a] += by_residual[b, CUES * i + j] * found.by_frame[i, j, a]
-    own = np.empty((FRAME * m, FRAME * m))
-    for i in range(FRAME * m):
-        for j in range(FRAME * m):
-            own[i, j] = covariance[columns[i], columns[j]]
-    alone = back @ np.ascontiguousarray(back.T)
-    of_numbers = by_numbers @ person.inner @ np.ascontiguousarray(by_numbers.T)
-    total: FloatArray = alone + of_numbers + by_frames @ own @ np.ascontiguousarray(by_frames.T)
-    return total
+            u, v, w = by_frame[0, a], by_frame[1, a], by_frame[2, a]
+            target = hessian[start + here + a, start:]
+            for c in range(here + FRAME):
+                target[c] += u * column[c] + v * length[c] + w * foot[c]

@@ -10,11 +10,12 @@ from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions, measured, stray
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.real_camera.bearings import Bearings
-from vbbench_baselines.real_camera.cholesky import factor, solve
+from vbbench_baselines.real_camera.cholesky import factor, padded, solve
 from vbbench_baselines.real_camera.cues import FRAME, Noise, residuals_of, whiten
 from vbbench_baselines.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, follow
+from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
 from vbbench_baselines.real_camera.observer import Observer, add_observer, level_deviance, shares_of
+from vbbench_baselines.real_camera.recovery import follow
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
 """Dampings tried in a round, the longest step of a pose in m and rad, and the damping at first."""
@@ -74,11 +75,15 @@ class Point(NamedTuple):
 
 
 class System(NamedTuple):
-    """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half), and shares of laws."""
+    """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half), and shares of laws.
+
+    ``moving`` are the frames' numbers that are not given.
+    """
 
     people: list[Person]
     gradient: FloatArray
     hessian: FloatArray
+    moving: IntArray
     shares: FloatArray
 
 
@@ -130,9 +135,11 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         person = eliminate(k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping)
         add_person(person, gradient, hessian)
         people.append(person)
+    moving = np.ones(size, np.bool_)
     for t in range(len(frames)):
         if seen.fixed[t]:
             for a in range(3):
+                moving[FRAME * t + a] = False
                 p = FRAME * t + a
                 gradient[p] = 0.0
                 hessian[p, : p + 1] = 0.0
@@ -143,7 +150,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         for a in range(FRAME):
             for b in range(a):
                 hessian[p + b, p + a] = hessian[p + a, p + b]
-    return System(people, gradient, hessian, shares)
+    return System(people, gradient, hessian, np.flatnonzero(moving), shares)
 
 
 @kernel
@@ -164,12 +171,20 @@ def _add_motions(frames: FloatArray, motions: Motions, gradient: FloatArray, hes
 @kernel
 def solve_damped(system: System, damping: float) -> FloatArray:
     """The step [7T] that minimises the model, NaN if the damped Hessian is not positive definite."""
-    step, upper = -system.gradient, np.ascontiguousarray(system.hessian.T)
-    for p in range(len(step)):
-        upper[p, p] += damping * upper[p, p] + SOFTEST
-    if not factor(upper):
+    step, moving = -system.gradient, system.moving
+    n = len(moving)
+    lower, right = np.zeros((n, padded(n))), np.empty(n)
+    for i in range(n):
+        target, row = lower[i], system.hessian[moving[i]]
+        for j in range(i + 1):
+            target[j] = row[moving[j]]
+        target[i] += damping * target[i] + SOFTEST
+        right[i] = -system.gradient[moving[i]]
+    if not factor(lower):
         return np.full_like(step, np.nan)
-    solve(upper, step)
+    solve(lower, right)
+    for i in range(n):
+        step[moving[i]] = right[i]
     return step
 
 

@@ -14,10 +14,10 @@ from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.motion.walks import innovation
 from vbbench_baselines.real_camera.bearings import bearings_of
 from vbbench_baselines.real_camera.cues import CUES, FRAME, residuals_of
-from vbbench_baselines.real_camera.elimination import place_covariance
 from vbbench_baselines.real_camera.joint import SOFTEST, Model, Point, Seen, Settled, linearise, settle
 from vbbench_baselines.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities
 from vbbench_baselines.real_camera.observer import LAWS, VEHICLE, normaliser, step_of, surprises
+from vbbench_baselines.real_camera.recovery import place_covariance
 from vbbench_baselines.real_camera.settings import Settings
 from vbbench_baselines.real_camera.window import NOBODY, Window
 
@@ -114,7 +114,7 @@ class Tracking:
         if len(frames) == 0:
             origin: FloatArray = np.concatenate((np.zeros(3), self._drift.mean))
             return origin
-        start = frames[-1].copy()
+        start: FloatArray = frames[-1].copy()
         if len(frames) > 1:
             last = step_of(frames[-2], frames[-1])
             if self._shares[VEHICLE] > 0.5:

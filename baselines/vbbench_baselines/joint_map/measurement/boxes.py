@@ -139,8 +139,13 @@ def farther(relative: FloatArray, place: FloatArray, pose: FloatArray) -> float:
     distance instead, boxes that came out too low, and so too near, would count more and stray less, and everybody
     would seem to come nearer too fast.
     """
-    true = np.sqrt((place[0] - pose[0]) ** 2 + (place[1] - pose[1]) ** 2)
-    return float(min(max(true / np.sqrt(relative[0] ** 2 + relative[1] ** 2), 1.0 / FARTHEST), FARTHEST))
+    return ratio(relative[0], relative[1], place[0] - pose[0], place[1] - pose[1])
+
+
+@kernel
+def ratio(right: float, forward: float, x: float, y: float) -> float:
+    """`farther` of a measured place and one that is (``x``, ``y``) away."""
+    return float(min(max(np.sqrt(x**2 + y**2) / np.sqrt(right**2 + forward**2), 1.0 / FARTHEST), FARTHEST))
 
 
 class Report(TypedDict, total=False):

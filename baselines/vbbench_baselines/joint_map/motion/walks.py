@@ -152,41 +152,65 @@ def reweigh_some(
     track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, variance: float, counted: BoolArray
 ) -> tuple[float, float]:
     """`reweigh` by the innovations of the frames ``counted`` [n] alone; the others' weights are zero."""
-    n, count = len(track), 0
+    return reweigh_continued(track, walk, sigma, weights, variance, counted, 0, np.zeros(2))
+
+
+@kernel
+def reweigh_continued(
+    track: FloatArray,
+    walk: Walk,
+    sigma: float,
+    weights: FloatArray,
+    variance: float,
+    counted: BoolArray,
+    held: int,
+    tally: FloatArray,
+) -> tuple[float, float]:
+    """`reweigh_some` of a walk that began before: innovations of its first ``held`` frames are accounted for.
+
+    Of those that are gone ``tally`` [2] holds the number and Σ u m² in m².
+    """
+    n, count = len(track), tally[0]
     for i in range(2, n):
-        weights[i] = innovation(track, i, walk)
-        count += counted[i]
+        if counted[i] and i >= held:
+            weights[i] = innovation(track, i, walk)
+            count += 1.0
+        else:
+            weights[i] = 0.0
     for _ in range(SCALE_ROUNDS):
         before, total = variance, 0.0
         for i in range(2, n):
-            if counted[i]:
-                total += weights[i] / (walk.nu * variance + weights[i])
+            total += weights[i] / (walk.nu * variance + weights[i])
         total *= (walk.nu + 2.0) * variance
-        variance = (walk.a0 * sigma**2 + total) / (walk.a0 + 2.0 * count)
+        variance = (walk.a0 * sigma**2 + tally[1] + total) / (walk.a0 + 2.0 * count)
         if abs(variance - before) < SETTLED_SCALE * variance:
             break
-    deviance = 0.5 * innovation(track, 1, walk) if n > 1 else 0.0
+    deviance = 0.5 * innovation(track, 1, walk) if n > 1 and held < 2 else 0.0
     if walk.rest > 0.0:
         for i in range(1, n):
             deviance += 0.5 * walk.rest * ((track[i, 0] - track[i - 1, 0]) ** 2 + (track[i, 1] - track[i - 1, 1]) ** 2)
     for i in range(2, n):
-        if counted[i]:
+        if counted[i] and i >= held:
             deviance += 0.5 * (walk.nu + 2.0) * np.log(1.0 + weights[i] / (walk.nu * variance))
             weights[i] = (walk.nu + 2.0) / (walk.nu * variance + weights[i])
-        else:
-            weights[i] = 0.0
+    deviance += 0.5 * tally[1] / variance
     scale = count * np.log(variance) + 0.5 * walk.a0 * (sigma**2 / variance + np.log(variance))
     return variance, float(deviance + scale)
 
 
 @kernel
-def add_walk(weights: FloatArray, walk: Walk, band: FloatArray) -> None:
-    """Add DᵀWD of a track with weights [n] to ``band`` [n, 5], which couples frame i with i, i−1, … i−4."""
+def add_walk(weights: FloatArray, walk: Walk, band: FloatArray, held: int = 0) -> None:
+    """Add DᵀWD of a track with weights [n] to ``band`` [n, 5], which couples frame i with i, i−1, … i−4.
+
+    Innovations of its first ``held`` frames are accounted for elsewhere.
+    """
     for i in range(1, len(weights)):
         if walk.rest > 0.0:
             band[i, 0] += walk.rest
             band[i, 1] -= walk.rest
             band[i - 1, 0] += walk.rest
+        if i < held:
+            continue
         order = min(i, REACH)
         precision = (1.0 if order == 1 else weights[i]) / walk.spreads[order] ** 2
         for d in range(order + 1):

@@ -18,8 +18,9 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.optimiser.banded import factor_wide, solve_wide
 from vbbench_baselines.joint_map.optimiser.people import Person, follow
-from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, gradient_of, hessian_of
+from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, gradient_of, hessian_of, reach_of
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State, believe, deviance_of
 
 DEPTH = 6
@@ -31,7 +32,13 @@ LONGEST = 1.0
 TRIES = 8
 """Dampings tried before a step is given up."""
 
-RENEWED, LONG, OLDEST = 3, 0.4, 5
+STIFFER = 30.0
+"""Factor of the damping from try to try: what is hardly known is softer than the rest by nine orders of magnitude."""
+
+MOST_DAMPED = 1e6
+"""A Hessian that needs more is not finite; its step fails."""
+
+RENEWED, LONG, OLDEST = 1, 0.4, 5
 """The Hessian is renewed in the first steps, after one that was longer (standard deviations), and when it is so old."""
 
 
@@ -74,12 +81,10 @@ class Settled(NamedTuple):
     ----------
     state : the last point.
     converged : whether the last step was short enough.
-    deviance : −ln of the robust posterior density, up to a constant.
     """
 
     state: State
     converged: bool
-    deviance: float
 
 
 @kernel
@@ -97,12 +102,12 @@ def settle(
     state = believe(unwrapped(poses), places.copy(), problem.data.stature.copy(), problem, variances)
     size = poses.size + places.size + len(problem.data.first)
     past = Past(np.zeros((DEPTH + 1, size)), np.zeros((DEPTH + 1, size)), np.zeros(1, np.int64))
-    model, done, spread, converged = Model(np.empty((0, 0)), 1e-6, OLDEST), 0, np.inf, False
+    model, done, spread, converged = _no_model(), 0, np.inf, False
     while done < rounds and not converged:
         people = eliminate_all(state, problem.walk)
         gradient = gradient_of(people, state, problem)
         if done < RENEWED or spread > LONG or model.age >= OLDEST:
-            model = _renewed(state, people, problem, model.damping)
+            model = _renewed(state, people, problem, model.reach, model.damping)
         trial, step, model, fallen = _try(state, people, gradient, model, problem)
         if np.isnan(fallen):
             break
@@ -110,11 +115,13 @@ def settle(
         known = not np.isnan(state.improbable)
         converged = bool(known and (np.max(np.abs(step)) < tolerance or spread < certain))
         if known and not converged:
-            guess = _guessed(past, state, trial, problem)
-            if deviance_of(guess, state.data) < fallen:
-                trial = guess
+            point = extrapolate(past, _vector(state), _vector(trial))
+            if past.entered[0] > 1:  # one step alone tells no more than where it ends
+                guess = _guessed(point, trial, problem)
+                if deviance_of(guess, state.data) < fallen:
+                    trial = guess
         state = trial
-    return Settled(state, converged, deviance_of(state, state.data))
+    return Settled(state, converged)
 
 
 class Model(NamedTuple):
@@ -122,22 +129,72 @@ class Model(NamedTuple):
 
     Attributes
     ----------
-    inverse : [3T, 3T] of the damped Hessian.
+    lower : Cholesky factor of the band of the damped Hessian, see `optimiser.banded.factor_wide`.
+    tall, across : [m, 3T] V of `Curvature` and VB⁻¹.
+    rest : Cholesky factor of 1 − VB⁻¹Vᵀ, likewise.
+    reach : beyond so many frames poses are not coupled directly.
     damping : in units of the Hessian's diagonal.
     age : steps since it was renewed.
     """
 
-    inverse: FloatArray
+    lower: FloatArray
+    tall: FloatArray
+    across: FloatArray
+    rest: FloatArray
+    reach: int
     damping: float
     age: int
 
 
 @kernel
-def _renewed(state: State, people: list[Person], problem: JointProblem, damping: float) -> Model:
-    hessian = hessian_of(people, state, problem)
-    for i in range(len(hessian)):
-        hessian[i, i] += damping * hessian[i, i] + 1e-9
-    return Model(np.ascontiguousarray(np.linalg.inv(hessian)), damping, 0)
+def _no_model() -> Model:
+    nothing = np.empty((0, 0))
+    return Model(nothing, nothing, nothing, nothing, 0, 1e-6, OLDEST)
+
+
+@kernel
+def _renewed(state: State, people: list[Person], problem: JointProblem, reach: int, damping: float) -> Model:
+    """The model at a point, with so long a reach, and damped so far, that it has a least energy."""
+    reach, frames = max(reach, reach_of(people)), len(state.poses)
+    band, tall = hessian_of(people, state, problem, reach)
+    while True:
+        lower, across = band.copy(), tall.copy()
+        for i in range(tall.shape[1]):
+            lower[i, 0] += damping * band[i, 0] + 1e-9
+        sound = factor_wide(lower)
+        for i in range(len(across)):
+            solve_wide(lower, across[i])
+        rest = _rest(tall, across)
+        if (sound and factor_wide(rest)) or damping > MOST_DAMPED:
+            return Model(lower, tall, across, rest, reach, damping, 0)
+        if reach < frames - 1:
+            reach *= 2
+            band, tall = hessian_of(people, state, problem, reach)
+            continue
+        damping *= STIFFER
+
+
+@kernel
+def _rest(tall: FloatArray, across: FloatArray) -> FloatArray:
+    """1 − VB⁻¹Vᵀ of m rows, as a band [2m − 1, m], or nothing."""
+    count = len(tall)
+    rest = np.zeros((max(2 * count - 1, 0), max(count, 1)))
+    for i in range(count):
+        for j in range(i, count):
+            rest[i, j - i] = (1.0 if i == j else 0.0) - np.dot(tall[i], across[j])
+    return rest
+
+
+@kernel
+def _solved(model: Model, right: FloatArray) -> FloatArray:
+    """H⁻¹ right [3T]: by B alone, and what unknown heights that span more than it add (Woodbury)."""
+    found = right.copy()
+    solve_wide(model.lower, found)
+    if len(model.tall) > 0:
+        share = model.tall @ found
+        solve_wide(model.rest, share)
+        found += share @ model.across
+    return found
 
 
 @kernel
@@ -152,37 +209,39 @@ def _try(
     most = np.inf if np.isnan(before) else before + 1e-9 * abs(before) + 1e-12
     trial, step = state, np.zeros_like(gradient)
     for _ in range(TRIES):
-        step = -(model.inverse @ gradient)
+        step = -_solved(model, gradient)
         length = np.max(np.abs(step))
         if length > LONGEST:
             step *= LONGEST / length
         trial = _moved(state, people, step.reshape(state.poses.shape), problem)
         fallen = deviance_of(trial, state.data)
         if fallen <= most:
-            return trial, step, Model(model.inverse, max(model.damping * 0.1, 1e-9), model.age + 1), fallen
-        damping = max(model.damping, 1e-6) * 10.0 if model.age == 0 else model.damping
-        model = _renewed(state, people, problem, damping)
+            lighter = max(model.damping * 0.1, 1e-9)
+            older = Model(model.lower, model.tall, model.across, model.rest, model.reach, lighter, model.age + 1)
+            return trial, step, older, fallen
+        damping = model.damping * STIFFER if model.age == 0 else model.damping
+        model = _renewed(state, people, problem, model.reach, damping)
     return trial, step, model, np.nan
 
 
 @kernel
 def _moved(state: State, people: list[Person], step: FloatArray, problem: JointProblem) -> State:
     """The state after a step [T, 3] of the poses, with all people following."""
-    places, heights = state.places.copy(), state.heights.copy()
+    places, heights, turns = state.places.copy(), state.heights.copy(), np.empty((len(step), 2))
+    turns[:, 0], turns[:, 1] = np.sin(step[:, 2]), np.cos(step[:, 2]) - 1.0
     for person in people:
-        track, heights[person.number] = follow(person, state.poses, step)
+        track, heights[person.number] = follow(person, step, turns)
         places[person.first : person.first + len(track), person.number] = track
     return believe(state.poses + step, places, heights, problem, state.variances)
 
 
 @kernel
-def _guessed(past: Past, before: State, after: State, problem: JointProblem) -> State:
-    """Where steps such as that from ``before`` to ``after`` converge."""
-    guess = extrapolate(past, _vector(before), _vector(after))
+def _guessed(point: FloatArray, after: State, problem: JointProblem) -> State:
+    """The state at a ``point`` that `extrapolate` guessed, beside that ``after`` the last step."""
     a, b = after.poses.size, after.poses.size + after.places.size
-    guessed = guess[a:b].reshape(after.places.shape)
+    guessed = point[a:b].reshape(after.places.shape)
     places = np.where(np.isnan(after.places), after.places, guessed)
-    return believe(guess[:a].reshape(after.poses.shape), places, guess[b:], problem, after.variances)
+    return believe(point[:a].reshape(after.poses.shape), places, point[b:], problem, after.variances)
 
 
 @kernel

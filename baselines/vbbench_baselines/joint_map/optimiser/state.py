@@ -12,11 +12,11 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.odometry import Motions, disagreement, unmeasured
-from vbbench_baselines.joint_map.measurement.boxes import farther
+from vbbench_baselines.joint_map.measurement.boxes import ratio
 from vbbench_baselines.joint_map.measurement.window import Measurements
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, judge_some
-from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh, reweigh_some
-from vbbench_baselines.joint_map.optimiser.people import axes_of, misfit
+from vbbench_baselines.joint_map.motion.walks import Walk, observer_of, reweigh_continued
+from vbbench_baselines.joint_map.optimiser.people import axes_of, continued_energy, misfit
 
 
 class Anchor(NamedTuple):
@@ -25,8 +25,8 @@ class Anchor(NamedTuple):
     Attributes
     ----------
     fixed : [T] whether the pose is given.
-    poses, slope, information : [T, 3], [3T] and [3T, 3T] of earlier frames: sᵀd + ½ dᵀΛd with d the poses' distance
-        from ``poses``.
+    poses, slope, information : [n, 3], [3n] and [3n, 3n] of the first n frames, by earlier ones: sᵀd + ½ dᵀΛd with d
+        the poses' distance from ``poses``.
     odds : [M] what they added to the logarithms of the odds that the head follows by each law.
     """
 
@@ -38,7 +38,7 @@ class Anchor(NamedTuple):
 
 
 class JointProblem(NamedTuple):
-    """The measurements of a window or block, what constrains its poses, the motion prior and odometry."""
+    """The measurements of a window or sequence, what constrains its poses, the motion prior and odometry."""
 
     data: Measurements
     anchor: Anchor
@@ -78,22 +78,29 @@ def believe(
     frames, people = len(poses), len(boxes.first)
     weights, variances = np.full((people + 1, frames), 1.0 / walk.sigma**2), variances.copy()
     weights[-1] = 1.0 / walk.own**2
-    off, smooth = (poses - anchor.poses).ravel(), False
+    off, smooth = (poses[: len(anchor.poses)] - anchor.poses).ravel(), False
     total = float(off @ anchor.slope + 0.5 * off @ (anchor.information @ off))
+    past, counted = boxes.continued, np.ones(frames, np.bool_)
     for k in range(people):
         first, last = int(boxes.first[k]), int(boxes.last[k])
         if last < first:
             continue
         track = places[first : last + 1, k].copy()
-        if np.any(np.isnan(track)):
+        if np.isnan(np.sum(track)):
             total = np.nan
             continue
-        variances[k], improbable = reweigh(track, walk, walk.sigma, weights[k], variances[k])
-        total, smooth = total + improbable, True
+        held, tally = past.held[k], past.tally[k]
+        variances[k], improbable = reweigh_continued(
+            track, walk, walk.sigma, weights[k], variances[k], counted, held, tally
+        )
+        total, smooth = total + improbable + continued_energy(k, track, past), True
     if smooth or not np.isnan(total):  # at the start of a descent poses are a guess until somebody's place is known
         walked = poses[:, :2].copy()
         free, own = unmeasured(motions), observer_of(walk)
-        variances[-1], improbable = reweigh_some(walked, own, walk.own, weights[-1], variances[-1], free)
+        held, tally = past.held[people], past.tally[people]
+        variances[-1], improbable = reweigh_continued(
+            walked, own, walk.own, weights[-1], variances[-1], free, held, tally
+        )
         total += improbable
     yaw_weights = np.empty((frames, FOLLOWERS + 1))
     total += judge_some(poses, walk.head, anchor.odds, yaw_weights, unmeasured(motions))
@@ -109,8 +116,7 @@ def deviance_of(state: State, data: Measurements) -> float:
     for k in range(len(data.first)):
         first, last = int(data.first[k]), int(data.last[k])
         if last >= first:
-            track = state.places[first : last + 1, k].copy()
-            total += misfit(k, track, state.poses, axes, state.heights[k], data)
+            total += misfit(k, state.places[first : last + 1, k], state.poses, axes, state.heights[k], data)
     return float(total)
 
 
@@ -121,7 +127,15 @@ def rescaled(data: Measurements, poses: FloatArray, places: FloatArray, heights:
     for t in range(len(poses)):
         for k in range(len(data.first)):
             if not np.isnan(places[t, k, 0] + relative[t, k, 0]):
-                q = farther(relative[t, k] * (heights[k] / data.stature[k]), places[t, k], poses[t])
-                relative[t, k] *= 2.0 * q - q * q
-                information[t, k] /= q**4
-    return Measurements(relative, information, data.given, data.first, data.last, data.stature, data.stature_variance)
+                stretch, x, y = (
+                    heights[k] / data.stature[k],
+                    places[t, k, 0] - poses[t, 0],
+                    places[t, k, 1] - poses[t, 1],
+                )
+                q = ratio(relative[t, k, 0] * stretch, relative[t, k, 1] * stretch, x, y)
+                for a in range(2):
+                    relative[t, k, a] *= 2.0 * q - q * q
+                for a in range(3):
+                    information[t, k, a] /= q**4
+    first, last, stature, variance = data.first, data.last, data.stature, data.stature_variance
+    return Measurements(relative, information, data.given, first, last, stature, variance, data.continued)

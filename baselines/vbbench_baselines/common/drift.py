@@ -1,0 +1,169 @@
+"""How far a frame-by-frame solver may be off with all that it remembers: what it cannot see in its own residuals.
+
+People are expected where the solver itself placed them, and so an error that the observer and everybody have in common
+is carried on for ever: constant velocity continues even its growth. Let e_t be the common error of the places of frame
+t, in each direction. What is expected of t follows from t−1 and t−2 as the places do (`common.motion`), and the frame
+adds what its own pose is unsure of, w_t:
+
+    e_t = (1 + κ) e_{t−1} − κ e_{t−2} + w_t.
+
+`Drift` keeps the covariance of (e_t, e_{t−1}), which is zero where poses are given, grows with the cube of time while
+nobody is seen, and slower the more people are. Of the yaw it keeps a variance that only adds up.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench_baselines.common.motion import History
+
+TOP_SPEED = 14.0
+"""In m/s; no observer is faster: 50 km/h is what vehicles may drive in towns, and among people they do not."""
+
+FASTER = 1.5
+"""An observer whose given poses show more than that may be so many times as fast as they show."""
+
+RUNNING = 12.0
+"""In m/s; nobody runs faster (100 m in 9.58 s, at most 12.4 m/s)."""
+
+TURN = 0.2
+"""In rad, standard deviation of how far an observer turns within a second, where nobody shows it."""
+
+ASTRAY = 1.0
+"""In m; an observer whose place has a greater standard deviation is lost, and certain people find it again."""
+
+UNRELIABLE = 2.0
+"""In m; with a greater standard deviation the solvers report that they have not converged."""
+
+UNKNOWN_PLACE, UNKNOWN_YAW = 1e5, math.pi / math.sqrt(3.0)
+"""In m and rad, standard deviations of a pose of which nothing is known: any yaw is as likely."""
+
+
+class Common(NamedTuple):
+    """Covariance of (e_t, e_{t−1}), alike in both directions, and the yaw's variance.
+
+    Attributes
+    ----------
+    now, across, before : of e_t, between the two, and of e_{t−1}, in m².
+    yaw : in rad².
+    """
+
+    now: float
+    across: float
+    before: float
+    yaw: float
+
+
+def variances(covariance: FloatArray) -> tuple[float, float]:
+    """Of a pose's place, in the mean of all directions, and of its yaw, by its covariance [3, 3]."""
+    return float(0.5 * (covariance[0, 0] + covariance[1, 1])), float(covariance[2, 2])
+
+
+class Drift:
+    """The common error of a solver's own poses and places.
+
+    Attributes
+    ----------
+    common : what is known of it.
+    top_speed : in m/s, of the observer.
+    """
+
+    def __init__(self) -> None:
+        far = UNKNOWN_PLACE**2
+        self.common = Common(far, far, far, UNKNOWN_YAW**2)
+        self.top_speed = TOP_SPEED
+        self._seconds = math.inf
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the place in m."""
+        return math.sqrt(self.common.now)
+
+    def speed_variance(self, dt: float) -> float:
+        """Variance in (m/s)² of each component of the observer's velocity at the last frame."""
+        now, across, before, _ = self.common
+        return (now - 2.0 * across + before) / dt**2
+
+    def advance(self, history: History, kept: float, dt: float, *, measured: bool) -> None:
+        """On to the frame to which the ``history`` has moved on.
+
+        Parameters
+        ----------
+        kept : κ, the share of the observer's velocity that is expected to last.
+        dt : in s.
+        measured : whether odometry tells of the motion; then no error of a velocity is carried on.
+        """
+        self._know(history, dt)
+        now, across, before, yaw = self.common
+        self._seconds += dt
+        if history.pose_given[2]:
+            self._seconds, self.common = 0.0, Common(0.0, 0.0, now, 0.0)
+        elif measured:
+            self.common = self._limited(now, now, now, yaw)
+        else:
+            ahead = 1.0 + kept
+            variance = ahead**2 * now - 2.0 * ahead * kept * across + kept**2 * before
+            self.common = self._limited(variance, ahead * now - kept * across, now, yaw)
+
+    def with_more(self, place: float, yaw: float) -> Common:
+        """The same with what a frame's own pose is unsure of: variances in m² and rad²."""
+        now, across, before, turned = self.common
+        return self._limited(now + place, across, before, turned + yaw)
+
+    def add(self, place: float, yaw: float) -> None:
+        """Take that over."""
+        self.common = self.with_more(place, yaw)
+
+    def correct(self, place: float, yaw: float) -> None:
+        """After people who are certain took the error away, but for variances ``place`` in m² and ``yaw`` in rad²."""
+        now, across, before, _ = self.common
+        gain = 1.0 - place / now
+        self.common = self._limited(place, (1.0 - gain) * across, before - gain * across**2 / now, yaw)
+
+    def settle(self, kept: FloatArray) -> None:
+        """After people who are certain took away some of the error: ``kept`` [3, 3] of (x, y, yaw) is left."""
+        now, across, before, yaw = self.common
+        place, turned = variances(kept @ np.diag((now, now, yaw)) @ kept.T)
+        share = math.sqrt(min(place / now, 1.0)) if now > 0.0 else 1.0
+        self.common = self._limited(share**2 * now, share * across, before, turned)
+
+    def cover(self, pose: FloatArray, people: FloatArray, here: FloatArray, places: FloatArray) -> None:
+        """Add the common error to the covariances [3, 3] of the pose ``here`` [3] and [K, 2, 2] of the ``places``."""
+        now, yaw = self.common.now, self.common.yaw
+        pose += np.diag((now, now, yaw))
+        lever = np.column_stack((here[1] - places[:, 1], places[:, 0] - here[0]))
+        people += now * np.eye(2) + yaw * lever[:, :, None] * lever[:, None, :]
+
+    def _know(self, history: History, dt: float) -> None:
+        """Poses of t−2 and t−1 that are given have no error, and tell how fast the observer is."""
+        before_given, last_given = history.pose_given[:2]
+        if last_given:
+            self._seconds, self.common = 0.0, Common(0.0, 0.0, self.common.before, 0.0)
+        if before_given:
+            self.common = self.common._replace(across=0.0, before=0.0)
+        if before_given and last_given:
+            speed = math.dist(history.poses[0, :2], history.poses[1, :2]) / dt
+            self.top_speed = max(self.top_speed, FASTER * speed)
+
+    def _limited(self, now: float, across: float, before: float, yaw: float) -> Common:
+        """These, as far as the observer can have come and turned since its pose was given."""
+        far = min(UNKNOWN_PLACE, self.top_speed * self._seconds) ** 2
+        now, before = min(max(now, 0.0), far), min(max(before, 0.0), far)
+        limit = math.sqrt(now * before)
+        return Common(now, min(max(across, -limit), limit), before, min(yaw, UNKNOWN_YAW**2))
+
+
+def held(place: FloatArray, last: FloatArray, reach: float) -> FloatArray:
+    """The place [2] in m, or as near to it as somebody gets who was at ``last`` [2] and moves ``reach`` m at most."""
+    step = place - last
+    length = float(np.hypot(*step))
+    return place if not length > reach else np.asarray(last + step * (reach / length))
+
+
+def jumped(positions: FloatArray, history: History, reach: float) -> BoolArray:
+    """[K] whose positions [K, 2] are further than ``reach`` m from where they were at t−1, and not given."""
+    step = np.hypot(*(positions - history.positions[1]).T)
+    leaping: BoolArray = (step > reach) & ~history.position_given[2]
+    return leaping
