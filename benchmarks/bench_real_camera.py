@@ -17,7 +17,7 @@ from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameSolver, Problem
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.real_camera.smoothing import window_of
+from vbbench_baselines.joint_map.real_camera.smoothing import window_of
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 
 FRAMES, PEOPLE, REPEATS = 40, (6, 20, 40), 2

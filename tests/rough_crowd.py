@@ -12,10 +12,10 @@ from vbbench.protocol import arrivals_given, get_protocol
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import run_sequence
-from vbbench_baselines.real_camera.joint import Model, Point, Seen
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.smoothing import window_of
-from vbbench_baselines.real_camera.tracking import Tracking
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.smoothing import window_of
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 
 DT = 0.4
 LEVEL = PerspectiveCamera()

@@ -11,7 +11,7 @@ from vbbench.geometry import FloatArray
 from vbbench.solver import Estimate
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.real_camera import smoothing
+from vbbench_baselines.joint_map.real_camera import smoothing
 
 FRAMES, SEEDS = 20, range(3)
 

@@ -10,9 +10,9 @@ from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.sequence import Truth
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.real_camera.choice import FEWEST, LOOKS, RoughCamera, is_rough, is_told
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.smoothing import window_of
+from vbbench_baselines.joint_map.real_camera.choice import FEWEST, LOOKS, RoughCamera, is_rough, is_told
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.smoothing import window_of
 
 SETTINGS = Settings(window=4)
 

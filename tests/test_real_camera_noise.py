@@ -5,8 +5,8 @@ import pytest
 
 from vbbench.geometry import FloatArray
 from vbbench_baselines.joint_map.motion.walks import REACH
-from vbbench_baselines.real_camera.cues import CUES, FRAME, PERSON, Noise, Residuals, whiten
-from vbbench_baselines.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
+from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON, Noise, Residuals, whiten
+from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
 
 DT = 0.4
 NORMAL = 1e9

@@ -10,14 +10,14 @@ from vbbench.geometry import FloatArray
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import add_walk, reweigh
-from vbbench_baselines.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
-from vbbench_baselines.real_camera.cholesky import factor, solve
-from vbbench_baselines.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
-from vbbench_baselines.real_camera.drift import add_drift, drift_deviance
-from vbbench_baselines.real_camera.elimination import SOMEWHERE
-from vbbench_baselines.real_camera.joint import Point, System, deviance_of, linearise
-from vbbench_baselines.real_camera.observer import LAWS, add_observer, level_deviance, shares_of, step_of
-from vbbench_baselines.real_camera.recovery import follow
+from vbbench_baselines.joint_map.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
+from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
+from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
+from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance
+from vbbench_baselines.joint_map.real_camera.elimination import SOMEWHERE
+from vbbench_baselines.joint_map.real_camera.joint import Point, System, deviance_of, linearise
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, add_observer, level_deviance, shares_of, step_of
+from vbbench_baselines.joint_map.real_camera.recovery import follow
 
 STEP = 1e-6
 LAW_CHOSEN = 60.0

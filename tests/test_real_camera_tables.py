@@ -10,11 +10,11 @@ from benchmarks.real_camera.__main__ import chosen
 from benchmarks.real_camera_tables import PAGES, TABLES, Table, replaced
 from vbbench.camera import PerspectiveCamera
 from vbbench.registry import make_solver
-from vbbench_baselines.real_camera import tracking
-from vbbench_baselines.real_camera.cues import Noise
-from vbbench_baselines.real_camera.noise import SIGMAS, TAUS, NoiseLearner
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.tracking import Tracking
+from vbbench_baselines.joint_map.real_camera import tracking
+from vbbench_baselines.joint_map.real_camera.cues import Noise
+from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 
 ROOT = Path(__file__).parent.parent
 

@@ -8,12 +8,12 @@ import pytest
 from tests.rough_crowd import DT, LEVEL, drive, made_drive, photograph, problem_of, sequence_of
 from vbbench.geometry import FloatArray
 from vbbench.sequence import Given, Odometry
-from vbbench_baselines.real_camera.bearings import Bearings, bearings_of
-from vbbench_baselines.real_camera.cues import FRAME
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.smoothing import window_of
-from vbbench_baselines.real_camera.tracking import Tracking, fill
-from vbbench_baselines.real_camera.window import NOBODY, Window, cut
+from vbbench_baselines.joint_map.real_camera.bearings import Bearings, bearings_of
+from vbbench_baselines.joint_map.real_camera.cues import FRAME
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.smoothing import window_of
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking, fill
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window, cut
 
 FIRST = np.array((np.log(1.7), 0.45))
 VARIANCE = 0.01

@@ -31,9 +31,9 @@ from vbbench_baselines.joint_map.optimiser.descent import Settled, settle, unwra
 from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, deviance_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
-from vbbench_baselines.real_camera.choice import is_rough
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.smoothing import smooth
+from vbbench_baselines.joint_map.real_camera.choice import is_rough
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.smoothing import smooth
 
 START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds the start, which need not be exact."""

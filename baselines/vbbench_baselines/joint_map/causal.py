@@ -33,8 +33,8 @@ from vbbench_baselines.joint_map.optimiser.marginalisation import (
 )
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
-from vbbench_baselines.real_camera.choice import RoughCamera
-from vbbench_baselines.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.choice import RoughCamera
+from vbbench_baselines.joint_map.real_camera.settings import Settings
 
 CROWD = 30
 """A sequence with more tracks is a crowd."""
@@ -52,8 +52,8 @@ class MapCausal:
     prior : how people walk.
     ego_prior : whether the observer is expected to walk like the others.
     feet : whether a box's bottom gives its distance; otherwise its height does.
-    real : what is assumed of a camera that is known only roughly, which is then solved by
-        `vbbench_baselines.real_camera`; ``None`` takes every camera for exact, as the two options above do if off.
+    real : what is assumed of a camera that is known only roughly, which is then solved by `joint_map.real_camera`;
+        ``None`` takes every camera for exact, as the two options above do if off.
     learns : whether the true past that one-step gives also teaches how people walk.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
     rounds : maximum number of descent steps per frame.

@@ -8,11 +8,11 @@ from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, FrameEstimate, Problem
 from vbbench.solving.runner import WINDOW, window_of_odometry
-from vbbench_baselines.real_camera.bearings import bearings_of
-from vbbench_baselines.real_camera.joint import Point, settle
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.tracking import Tracking, covariances_of, fill
-from vbbench_baselines.real_camera.window import NOBODY, Window, cut
+from vbbench_baselines.joint_map.real_camera.bearings import bearings_of
+from vbbench_baselines.joint_map.real_camera.joint import Point, settle
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking, covariances_of, fill
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window, cut
 
 BLOCK, STRIDE = 80, 40
 """Frames that are solved together, and from one block to the next."""

@@ -5,9 +5,9 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.optimiser.banded import BAND
-from vbbench_baselines.real_camera.cues import CUES, FRAME, PERSON
-from vbbench_baselines.real_camera.elimination import Person
-from vbbench_baselines.real_camera.spreading import forward, weigh
+from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON
+from vbbench_baselines.joint_map.real_camera.elimination import Person
+from vbbench_baselines.joint_map.real_camera.spreading import forward, weigh
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.real_camera.cues import FRAME, PITCH
+from vbbench_baselines.joint_map.real_camera.cues import FRAME, PITCH
 
 UNKNOWNS = FRAME - PITCH
 

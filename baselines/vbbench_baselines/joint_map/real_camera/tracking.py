@@ -12,14 +12,14 @@ from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.motion.walks import innovation
-from vbbench_baselines.real_camera.bearings import bearings_of
-from vbbench_baselines.real_camera.cues import CUES, FRAME, residuals_of
-from vbbench_baselines.real_camera.joint import SOFTEST, Model, Point, Seen, Settled, linearise, settle
-from vbbench_baselines.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities
-from vbbench_baselines.real_camera.observer import LAWS, VEHICLE, normaliser, step_of, surprises
-from vbbench_baselines.real_camera.recovery import place_covariance
-from vbbench_baselines.real_camera.settings import Settings
-from vbbench_baselines.real_camera.window import NOBODY, Window
+from vbbench_baselines.joint_map.real_camera.bearings import bearings_of
+from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, residuals_of
+from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, Settled, linearise, settle
+from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, normaliser, step_of, surprises
+from vbbench_baselines.joint_map.real_camera.recovery import place_covariance
+from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 ROUNDS, TOLERANCE = 6, 1e-3
 """Of a frame's descent: most rounds, and the step in m and rad that is short enough."""

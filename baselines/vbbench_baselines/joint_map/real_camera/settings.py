@@ -12,10 +12,10 @@ from vbbench.solver import Problem
 from vbbench_baselines.joint_map.motion.heads import head_of
 from vbbench_baselines.joint_map.motion.walks import Walk, walk_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior
-from vbbench_baselines.real_camera.cues import Noise
-from vbbench_baselines.real_camera.drift import Drift
-from vbbench_baselines.real_camera.elimination import PeoplePrior
-from vbbench_baselines.real_camera.observer import Observer
+from vbbench_baselines.joint_map.real_camera.cues import Noise
+from vbbench_baselines.joint_map.real_camera.drift import Drift
+from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior
+from vbbench_baselines.joint_map.real_camera.observer import Observer
 
 REFERENCE = 0.4
 """In s: the constants are those of frames so far apart."""
@@ -33,7 +33,7 @@ class Settings:
     ----------
     window : frames that are solved together.
     noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
-    noise_spread, noise_staying : how firmly these are believed, see `real_camera.noise.NoiseLearner`.
+    noise_spread, noise_staying : how firmly these are believed, see `joint_map.real_camera.noise.NoiseLearner`.
     edge, edge_std : δ in m.
     height_std : of ln height at least, since a box is not exactly as high as its person.
     tilt_std : in rad, of pitch and roll at the start, where `Problem` does not tell.
@@ -78,7 +78,7 @@ class Settings:
     swerve: float = 0.003
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
     slip: float = 0.05
-    turn: float = 0.007
+    turn: float = 0.011
     slow: float = 0.05
     drag: float = 0.3
     vehicle_speed: float = 4.0

@@ -4,7 +4,7 @@ At a point, the energy of a person with the track x, the numbers p = (η, δ) an
 
     ½‖q + Q_x dx + Q_p dp + Q_f df‖²_Ω + ½(x + dx)ᵀDᵀWD(x + dx) + what is given of x and expected of p,
 
-with the residuals q of the boxes (`real_camera.cues`) and the walk's DᵀWD (`joint_map.motion.walks`). A = DᵀWD +
+with the residuals q of the boxes (`cues`) and the walk's DᵀWD (`joint_map.motion.walks`). A = DᵀWD +
 Q_xᵀΩQ_x + E is banded, A = LLᵀ. With Z = L⁻¹Q_xᵀΩ and y = L⁻¹g_x, dx eliminated leaves
 
     Ψ = Ω − ZᵀZ,   force φ = Ωq − Zᵀy,
@@ -23,9 +23,19 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
 from vbbench_baselines.joint_map.optimiser.banded import BAND, factor
-from vbbench_baselines.real_camera.cholesky import padded
-from vbbench_baselines.real_camera.cues import CUES, FRAME, HEIGHT, OFFSET, PERSON, PITCH, ROLL, Residuals, Whitened
-from vbbench_baselines.real_camera.spreading import fill_spread, forward, remaining, sides_of
+from vbbench_baselines.joint_map.real_camera.cholesky import padded
+from vbbench_baselines.joint_map.real_camera.cues import (
+    CUES,
+    FRAME,
+    HEIGHT,
+    OFFSET,
+    PERSON,
+    PITCH,
+    ROLL,
+    Residuals,
+    Whitened,
+)
+from vbbench_baselines.joint_map.real_camera.spreading import fill_spread, forward, remaining, sides_of
 
 SOMEWHERE = 1e-4
 """In 1/m²: keeps a place of which nothing is known."""

@@ -9,13 +9,13 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions, measured, stray
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
-from vbbench_baselines.real_camera.bearings import Bearings
-from vbbench_baselines.real_camera.cholesky import factor, padded, solve
-from vbbench_baselines.real_camera.cues import FRAME, PERSON, Noise, residuals_of, whiten
-from vbbench_baselines.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
-from vbbench_baselines.real_camera.observer import LAWS, Observer, add_observer, level_deviance, shares_of
-from vbbench_baselines.real_camera.recovery import follow
+from vbbench_baselines.joint_map.real_camera.bearings import Bearings
+from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, solve
+from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, residuals_of, whiten
+from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
+from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, Observer, add_observer, level_deviance, shares_of
+from vbbench_baselines.joint_map.real_camera.recovery import follow
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
 """Dampings tried in a round, the longest step of a pose in m and rad, and the damping at first."""

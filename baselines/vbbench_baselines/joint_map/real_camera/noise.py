@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.walks import REACH
-from vbbench_baselines.real_camera.cues import CUES, PIXEL, Noise, Residuals
+from vbbench_baselines.joint_map.real_camera.cues import CUES, PIXEL, Noise, Residuals
 
 SIGMAS = np.geomspace(0.01, 0.16, 11)
 """σ that are weighed, as shares of a box."""

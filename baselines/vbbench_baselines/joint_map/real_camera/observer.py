@@ -20,7 +20,7 @@ from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, Head, strays, turn
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
-from vbbench_baselines.real_camera.cues import FRAME
+from vbbench_baselines.joint_map.real_camera.cues import FRAME
 
 LAWS = FOLLOWERS + 2
 """Vehicle, heads that follow, and the head that wanders."""

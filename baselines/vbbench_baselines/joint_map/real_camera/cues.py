@@ -1,7 +1,7 @@
 """What one box tells of the frame, the person and the place: three cues, and their slopes.
 
 With the person's place at (R, F) = R(θ)ᵀ(x − c) before the camera, r = √(R² + F²), a = atan2(R, F), the residuals of a
-box of the azimuth α, foot slope b and length λ (`real_camera.bearings`), each in units of its own noise σ, are
+box of the azimuth α, foot slope b and length λ (`bearings`), each in units of its own noise σ, are
 
     q_u = (α − a − β)/(ω σ_u),
     q_l = (ln λ + ln(r − δ) − η)/σ_l,
@@ -24,7 +24,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.motion.walks import REACH
-from vbbench_baselines.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, Bearings
+from vbbench_baselines.joint_map.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, Bearings
 
 CUES = 3
 """Column, length, foot."""

@@ -1,12 +1,12 @@
-"""How a person's track spreads what one box tells to the others: products with Z and Ψ of `real_camera.elimination`."""
+"""How a person's track spreads what one box tells to the others: products with Z and Ψ of `elimination`."""
 
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.optimiser.banded import BAND
-from vbbench_baselines.real_camera.cholesky import ROWS, column_of, padded, take_rows
-from vbbench_baselines.real_camera.cues import CUES, PERSON, Residuals, Whitened
+from vbbench_baselines.joint_map.real_camera.cholesky import ROWS, column_of, padded, take_rows
+from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, Residuals, Whitened
 
 
 @kernel
