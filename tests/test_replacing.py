@@ -57,7 +57,7 @@ def test_ones_own_output_is_written_in_order(room: Path, tmp_path: Path, name: s
             subprocess.run(command, cwd=tmp_path, check=True, stdout=file)
         text = (tmp_path / "out.txt").read_text("utf-8")
     assert text.startswith("sequence,scene,first_frame,last_frame,frames,")
-    assert text.count("cv 0.2.0 on demo") == 1
+    assert text.count("cv 0.3.0 on demo") == 1
     assert names(tmp_path) == ([] if where == "pipe" else ["out.txt"])
 
 

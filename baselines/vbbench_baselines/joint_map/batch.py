@@ -69,9 +69,10 @@ class MapBatch:
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
+        observations = usable(observations)
         if self.real is not None and self.feet and self.ego_prior and is_rough(problem, observations, given):
-            return smooth(self.real, problem, usable(observations), given)
-        observations, cold = usable(observations), len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
+            return smooth(replace(self.real, heads=self.prior), problem, observations, given)
+        cold = len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))

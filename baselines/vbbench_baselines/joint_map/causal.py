@@ -94,7 +94,9 @@ class MapCausal:
     @property
     def settings(self) -> Settings | None:
         """What is assumed of a rough camera; ``None`` if every camera is taken for exact."""
-        return self.real if self.feet and self.ego_prior else None
+        if self.real is None or not (self.feet and self.ego_prior):
+            return None
+        return replace(self.real, heads=self.prior)
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""

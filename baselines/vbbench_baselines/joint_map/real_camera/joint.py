@@ -26,8 +26,11 @@ SOFTEST = 1e-9
 EDGES = (-0.2, 1.0)
 """In m; no part of a body is farther from its middle."""
 
-SETTLED = 1e-3
+SETTLED = 1e-2
 """A round that lowers the deviance by less is the last."""
+
+CLOSE = 0.1
+"""A descent whose last round lowered it by less ended within about half a standard deviation."""
 
 
 class Seen(NamedTuple):
@@ -224,8 +227,8 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
             break
         point, gained, before = trial, before - lower, lower
         damping = max(0.1 * damping, 1e-9)
-        converged = longest < tolerance or gained < SETTLED
-        if converged:
+        converged = longest < tolerance or gained < CLOSE
+        if longest < tolerance or gained < SETTLED:
             break
     return Settled(point, converged, before, shares)
 

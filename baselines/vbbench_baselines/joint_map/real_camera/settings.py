@@ -1,10 +1,10 @@
 """The constants of the joint problem of a real camera, and what they become at a frame rate.
 
 They were chosen on the KITTI recordings 0015, 0017 and 0019 together and on tier field of Hotel and ETH, not by
-recording; docs/map-solver.md says what each is worth.
+recording; docs/real-cameras.md says what each is worth.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -48,6 +48,7 @@ class Settings:
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
     drag : the weight of the last, as it is told in every frame anew.
     vehicle_speed : in m/s, of a first velocity.
+    heads : how a pedestrian's head turns; nothing else of this prior counts.
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
 
@@ -83,6 +84,7 @@ class Settings:
     drag: float = 0.3
     vehicle_speed: float = 4.0
     laws: tuple[float, float, float] = (0.05, 0.25, 0.4)
+    heads: Prior = field(default_factory=lambda: get_prior("default"))
 
     def noise_at_first(self, problem: Problem) -> Noise:
         """The boxes' noise before any was seen."""
@@ -112,7 +114,7 @@ class Settings:
         return walk_of(prior, dt, cold=cold)
 
     def _prior(self, dt: float) -> Prior:
-        base = get_prior("default")
+        base = self.heads
         ratio = dt / REFERENCE
         return Prior(
             dt=dt,

@@ -21,7 +21,7 @@ from vbbench_baselines.joint_map.real_camera.recovery import place_covariance
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
-ROUNDS, TOLERANCE = 6, 1e-3
+ROUNDS, TOLERANCE = 8, 1e-3
 """Of a frame's descent: most rounds, and the step in m and rad that is short enough."""
 
 LATE = 2
@@ -34,6 +34,9 @@ COLD_FRAMES = 5
 
 MOST_JUMPS = 0.34
 """The share of people in view who may be somebody else at once."""
+
+LEAST = 1e-12
+"""In m² and rad²; no variance is told to be less."""
 
 JUMP, FASTEST = 100.0, 6.0
 """A track begins anew where column and walk are so many squared standard deviations off, or at so many m/s."""
@@ -289,7 +292,7 @@ def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[
             covariance[:, FRAME * t : FRAME * t + 3] = 0.0
     poses, places = np.empty((frames - since, 3, 3)), np.full((frames - since, len(seen.first), 2, 2), np.nan)
     for t in range(since, frames):
-        poses[t - since] = covariance[FRAME * t : FRAME * t + 3, FRAME * t : FRAME * t + 3]
+        poses[t - since] = covariance[FRAME * t : FRAME * t + 3, FRAME * t : FRAME * t + 3] + LEAST * np.eye(3)
         for person in system.people:
             k = person.number
             if person.first <= t <= int(seen.last[k]) and not np.isnan(seen.boxes.azimuth[t, k]):
