@@ -9,6 +9,7 @@ from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.generation import generate, write_dataset
 from vbbench.generation.generator import Generator, Options, Plan
+from vbbench.generation.thinning import thinned
 from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
@@ -32,7 +33,7 @@ def ensure_dataset(split: str, folder: Path, options: Options, *, jobs: int = 1,
     if overwrite or not (folder / INFO_FILE).is_file():
         return generate(split, folder, options, jobs=jobs, overwrite=overwrite)
     generator: Generator = load("generator", split)
-    return _existing(folder, generator.plan(options))
+    return _existing(folder, thinned(generator.plan(options), options.stride))
 
 
 def ensure_planned(plan: Plan, folder: Path, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
