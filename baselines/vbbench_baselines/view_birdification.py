@@ -14,7 +14,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, reanchor
+from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, prepare, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift
@@ -107,6 +107,7 @@ class Birdifier(ABC):
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
+        prepare()
         people = len(problem.tracks)
         self._camera, self._pixel_std, self._dt = problem.camera, problem.pixel_std, problem.dt
         self._covariances = problem.covariances

@@ -76,3 +76,9 @@ def reanchor(
     drift.correct(place, yaw)
     history.correct(led, found, common.across / common.now, turn=turn)
     return found
+
+
+def prepare() -> None:
+    """Load what a correction calls: it is rare, and no frame should wait for it."""
+    nobody = Factors(np.zeros((0, 2)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(0), np.zeros(3), 1.0)
+    pose_covariance(fit_pose(nobody, 1.0), nobody, 1.0)
