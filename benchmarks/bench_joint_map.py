@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bench_real_camera import frame_by_frame
 from vbbench.camera import PanoramaCamera
-from vbbench.geometry import world_to_relative
+from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Given
-from vbbench.solver import Estimate, Frame, Problem
+from vbbench.solver import Estimate, Problem
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 
@@ -35,19 +36,9 @@ def crowd(frames: int, people: int) -> tuple[Problem, Any, Given]:
     return Problem(camera=PanoramaCamera(), dt=0.4, tracks=np.arange(people), **facts), boxes, given
 
 
-def causal(problem: Problem, boxes: Any, given: Given) -> Estimate:
+def causal(problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
     """The answer of map-causal."""
-    solver = MapCausal()
-    solver.start(problem)
-    nothing = [np.full((3, *rows.shape[1:]), np.nan) for rows in (given.poses, given.positions)]
-    answers = []
-    for t in range(len(boxes)):
-        window = [rows.copy() for rows in nothing]
-        for rows, known in zip(window, (given.poses, given.positions), strict=True):
-            rows[max(2 - t, 0) :] = known[max(t - 2, 0) : t + 1]
-        shown = Given(poses=window[0], positions=window[1])
-        answers.append(solver.step(Frame(index=t, observations=boxes[t], given=shown)))
-    return Estimate.of_frames(answers)
+    return frame_by_frame(MapCausal, problem, boxes, given)
 
 
 def timed(solve: Any, *arguments: Any) -> tuple[Estimate, float]:

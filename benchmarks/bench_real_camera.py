@@ -15,9 +15,9 @@ from vbbench.camera import PanoramaCamera
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameSolver, Problem
+from vbbench.solving.runner import given_at
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.real_camera.smoothing import window_of
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 
 FRAMES, PEOPLE, REPEATS = 40, (6, 20, 40), 2
@@ -50,7 +50,7 @@ def frame_by_frame(make: Callable[[], FrameSolver], problem: Problem, boxes: Flo
     solver, answers = make(), []
     solver.start(problem)
     for t, seen in enumerate(boxes):
-        answers.append(solver.step(Frame(index=t, observations=seen, given=window_of(given, t))))
+        answers.append(solver.step(Frame(index=t, observations=seen, given=given_at(given, t))))
     return Estimate.of_frames(answers)
 
 

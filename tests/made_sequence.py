@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.camera import Camera, PanoramaCamera
-from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative, wrap_angle
 from vbbench.protocol import arrivals_given
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
@@ -49,7 +49,7 @@ def made_sequence(
     heights = rng.normal(1.7, 0.07, people)
     boxes = camera.project(world_to_relative(positions, poses), heights)
     truth = Truth(poses=poses, positions=positions, heights=heights)
-    return MadeSequence(camera=camera, sequence=_sequence(boxes, truth), truth=truth)
+    return MadeSequence(camera=camera, sequence=sequence_of(truth, boxes, 3 * np.arange(people)), truth=truth)
 
 
 def _paths(rng: np.random.Generator, people: int, frames: int, spread: float) -> FloatArray:
@@ -57,14 +57,15 @@ def _paths(rng: np.random.Generator, people: int, frames: int, spread: float) ->
     return rng.uniform(-spread, spread, (1, people, 2)) + np.cumsum(speed * DT, axis=0)
 
 
-def _sequence(boxes: FloatArray, truth: Truth) -> Sequence:
+def sequence_of(truth: Truth, boxes: FloatArray, tracks: IntArray | None = None) -> Sequence:
+    """The boxes [T, K, 3] of ``tracks`` [K], by default numbered from 0, and what protocol `sequential` gives."""
     observed: BoolArray = ~np.isnan(boxes[..., 2])
     return Sequence(
         index=0,
         scene=0,
         observer=10_000,
         first_frame=0,
-        tracks=np.arange(boxes.shape[1]) * 3,
+        tracks=np.arange(boxes.shape[1]) if tracks is None else tracks,
         observations=boxes,
         visible=np.where(observed, 1.0, np.nan),
         given=arrivals_given(truth, observed),

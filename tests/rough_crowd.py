@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from tests.made_sequence import sequence_of
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
-from vbbench.protocol import arrivals_given, get_protocol
+from vbbench.protocol import get_protocol
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate, Problem
-from vbbench.solving.runner import run_sequence
+from vbbench.solving.runner import given_at, run_sequence
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.smoothing import window_of
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 
 DT = 0.4
@@ -68,21 +68,6 @@ def photograph(
     u, top, bottom = np.random.default_rng(seed).normal(0.0, 1.0, (3, *boxes.shape[:2])) * spread
     noisy: FloatArray = boxes + np.stack((u, 0.5 * (top + bottom), bottom - top), axis=-1)
     return noisy
-
-
-def sequence_of(truth: Truth, boxes: FloatArray) -> Sequence:
-    """The boxes, and what `sequential` gives."""
-    observed = ~np.isnan(boxes[..., 2])
-    return Sequence(
-        index=0,
-        scene=0,
-        observer=10_000,
-        first_frame=0,
-        tracks=np.arange(boxes.shape[1]),
-        observations=boxes,
-        visible=np.where(observed, 1.0, np.nan),
-        given=arrivals_given(truth, observed),
-    )
 
 
 def problem_of(sequence: Sequence, camera: Camera = LEVEL, **facts: Any) -> Problem:
@@ -141,8 +126,8 @@ def made_window(frames: int = 7, people: int = 4, seed: int = 3) -> Window:
     made = made_drive(drive(seed, frames, people))
     tracking = Tracking(Settings(window=frames), made.problem)
     for t, boxes in enumerate(made.sequence.observations):
-        tracking.step(boxes, window_of(made.sequence.given, t))
-    rows, columns = tracking.rows, tracking.rows.present()
-    seen = rows.seen(columns, np.zeros(0, np.int64))
+        tracking.step(boxes, given_at(made.sequence.given, t))
+    rows = tracking.rows
+    seen, columns = rows.seen()
     point = Point(rows.frames.copy(), rows.places[:, columns].copy(), rows.numbers[columns], rows.variances[columns])
     return Window(point, seen, tracking.model)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from tests.made_sequence import sequence_of
 from tests.solver_runs import DT
 from vbbench.camera import Camera, PanoramaCamera
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
-from vbbench.protocol import arrivals_given
 from vbbench.sequence import Sequence, Truth
 
 GAP = 27
@@ -64,15 +64,5 @@ def sparse_crowd(
     heights = np.asarray(rng.normal(1.7, 0.07, shown.shape[1]))
     boxes = camera.project(world_to_relative(positions, poses), np.broadcast_to(heights, shown.shape))
     boxes = boxes + pixel_std * rng.normal(size=boxes.shape) * (1.0, np.sqrt(0.5), np.sqrt(2.0))
-    truth, observed = Truth(poses=poses, positions=positions, heights=heights), ~np.isnan(boxes[..., 2])
-    sequence = Sequence(
-        index=0,
-        scene=0,
-        observer=10_000,
-        first_frame=0,
-        tracks=np.arange(shown.shape[1]),
-        observations=boxes,
-        visible=np.where(observed, 1.0, np.nan),
-        given=arrivals_given(truth, observed),
-    )
-    return sequence, truth
+    truth = Truth(poses=poses, positions=positions, heights=heights)
+    return sequence_of(truth, boxes), truth

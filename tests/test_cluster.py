@@ -84,13 +84,18 @@ class Cluster:
         return self._start("worker", address, *options, "--death-timeout", "20", *certificates(tls))
 
     def of(self, count: int) -> str:
-        """The address, when so many workers, or more, are there."""
-        self.workers = [worker for worker in self.workers if worker.poll() is None]
-        while len(self.workers) < count:
-            self.workers.append(self.worker(self.address, self.tls))
+        """The address, when so many workers, or more, are there; one that ends meanwhile is replaced."""
+        self._fill(count)
         with cluster._client(self.address, self.tls) as client:
-            wait_until(lambda: len(client.scheduler_info(n_workers=-1)["workers"]) >= count)
+            wait_until(lambda: self._fill(count) and len(client.scheduler_info(n_workers=-1)["workers"]) >= count)
         return self.address
+
+    def _fill(self, count: int) -> bool:
+        """Start as many workers as are missing; true if none was."""
+        self.workers = [worker for worker in self.workers if worker.poll() is None]
+        missing = count - len(self.workers)
+        self.workers += [self.worker(self.address, self.tls) for _ in range(missing)]
+        return missing <= 0
 
     def close_gate(self) -> None:
         for path in (self.gate, self.gate.with_name("gate.reached")):
@@ -315,6 +320,29 @@ def test_a_worker_that_leaves_while_it_is_asked_stops_nothing() -> None:
             return {"tcp://gone": ConnectionResetError("reset by peer"), "tcp://here": ""}
 
     cluster._check_workers(Client())
+
+
+@pytest.mark.parametrize("error", [ValueError("the work failed"), None], ids=["after a failure", "after the work"])
+def test_a_worker_that_leaves_while_all_are_told_hides_nothing(error: Exception | None) -> None:
+    class Client:
+        status, told = "running", 0
+
+        def register_plugin(self, *_: object, **__: object) -> None:
+            self.told += 1
+            if self.told < 3:
+                raise ConnectionResetError("reset by peer")
+
+        def unregister_worker_plugin(self, _: str) -> None:
+            raise ConnectionResetError("reset by peer")
+
+    client, seen = Client(), None
+    try:
+        with cluster._published(client, one_pose):
+            if error:
+                raise error
+    except Exception as raised:
+        seen = raised
+    assert (client.told, seen) == (3, error)
 
 
 def test_workers_of_other_versions_are_refused(dask: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,11 +8,11 @@ import pytest
 from tests.rough_crowd import DT, LEVEL, TILTED, Drive, drive, made_drive, photograph
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.sequence import Truth
+from vbbench.solving.runner import given_at
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera.choice import FEWEST, LOOKS, RoughCamera, is_rough, is_told
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.smoothing import window_of
 
 SETTINGS = Settings(window=4)
 
@@ -22,7 +22,7 @@ def rough(made: Drive) -> bool:
     sequence = made.sequence
     whole = is_rough(made.problem, sequence.observations, sequence.given)
     choice = RoughCamera(SETTINGS, made.problem)
-    answers = [choice.step(sequence.observations[t], window_of(sequence.given, t)) is not None for t in range(4)]
+    answers = [choice.step(sequence.observations[t], given_at(sequence.given, t)) is not None for t in range(4)]
     assert answers == [is_told(made.problem), whole, whole, whole]
     return whole
 
@@ -103,9 +103,7 @@ def test_after_a_cold_start_the_heights_tell_that_feet_imply() -> None:
 def test_without_settings_every_camera_is_exact() -> None:
     """So it is for the variants that take feet or the bearer's walk out."""
     made = made_drive(drive(0, frames=5))
-    assert (
-        RoughCamera(None, made.problem).step(made.sequence.observations[0], window_of(made.sequence.given, 0)) is None
-    )
+    assert RoughCamera(None, made.problem).step(made.sequence.observations[0], given_at(made.sequence.given, 0)) is None
     for options in ({"feet": False}, {"ego_prior": False}, {"real": None}):
         assert MapCausal(**options).settings is None  # type: ignore[arg-type]
 

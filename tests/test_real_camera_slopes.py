@@ -133,10 +133,10 @@ def test_the_observer_is_pulled_as_its_law_says(window: Window, law: int) -> Non
     frames, model, free = shaken(case, law).frames, case.model, case.seen.free
 
     def energy(frames: FloatArray) -> float:
-        shares, told = shares_of(frames, free, model.observer, model.odds, model.normalisers)
+        shares, told = shares_of(frames, free, model.observer, model.odds)
         return told + level_deviance(frames, free, model.observer, shares[0])
 
-    shares, _ = shares_of(frames, free, model.observer, model.odds, model.normalisers)
+    shares, _ = shares_of(frames, free, model.observer, model.odds)
     assert shares[law] > 1.0 - 1e-9
     gradient, hessian = np.zeros(frames.size), np.zeros((frames.size, frames.size))
     add_observer(frames, free, model.observer, shares, gradient, hessian)

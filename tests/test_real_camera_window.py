@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.rough_crowd import DT, LEVEL, drive, made_drive, photograph, problem_of, sequence_of
+from tests.made_sequence import sequence_of
+from tests.rough_crowd import DT, LEVEL, drive, made_drive, photograph, problem_of
 from vbbench.geometry import FloatArray
 from vbbench.sequence import Given, Odometry
+from vbbench.solving.runner import given_at
 from vbbench_baselines.joint_map.real_camera.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.smoothing import window_of
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking, fill
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window, cut
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 FIRST = np.array((np.log(1.7), 0.45))
 VARIANCE = 0.01
@@ -106,10 +107,10 @@ def test_many_tracks_jump_at_once_and_come_at_once() -> None:
 
 def test_kernels_get_whom_anything_is_known_of_and_from_when_to_when() -> None:
     rows = pushed((0,), (0, 2), (2,))
-    seen = rows.seen(rows.present(), np.array([0]))
+    seen, _ = rows.seen(held=1)
     assert (seen.first.tolist(), seen.last.tolist()) == ([0, 1], [1, 2])
     assert seen.fixed.tolist() == [True, False, False]
-    part, chosen = cut(seen, slice(2, 3), 1)
+    part, chosen = rows.seen(slice(2, 3), 1)
     assert (chosen.tolist(), part.first.tolist(), part.last.tolist(), part.fixed.tolist()) == ([1], [0], [0], [True])
 
 
@@ -123,7 +124,7 @@ def test_given_poses_are_taken_over_without_a_whole_turn() -> None:
     poses[-1] = (1.0, 2.0, -3.1)
     rows.push(seen_of(0), replace(given, poses=poses), start)
     np.testing.assert_allclose(rows.frames[-1, :3], (1.0, 2.0, 2.0 * np.pi - 3.1))
-    assert rows.seen(rows.present(), np.zeros(0, np.int64)).fixed.tolist() == [False, True]
+    assert rows.seen()[0].fixed.tolist() == [False, True]
 
 
 def test_odometry_takes_its_place() -> None:
@@ -132,7 +133,7 @@ def test_odometry_takes_its_place() -> None:
     told = Odometry(motions=moved, covariances=np.stack([np.full((3, 3), np.nan)] * 2 + [1e-4 * np.eye(3)]))
     for odometry in (None, told):
         rows.push(seen_of(0), replace(nothing_given(), odometry=odometry), np.zeros(FRAME))
-    seen = rows.seen(rows.present(), np.zeros(0, np.int64))
+    seen, _ = rows.seen()
     np.testing.assert_array_equal(seen.motions.moved, (np.zeros(3), moved[2]))
     assert seen.free.tolist() == [True, False]
 
@@ -151,7 +152,7 @@ def test_places_not_known_yet_are_filled_in() -> None:
     rows.places[1, 0] = truth.positions[1, 0]
     rows.numbers[:, 0] = np.log(truth.heights)
     places = rows.places.copy()
-    fill(places, rows.frames, rows.seen(np.arange(3), np.zeros(0, np.int64)), rows.numbers)
+    fill(places, rows.frames, rows.seen()[0], rows.numbers)
     assert not np.isnan(places).any()
     np.testing.assert_allclose(places[2, 0], 2.0 * truth.positions[1, 0] - truth.positions[0, 0])
     np.testing.assert_allclose(places[3, 2], truth.positions[3, 2], atol=0.02)  # as high as the box says
@@ -183,7 +184,7 @@ def test_memory_is_that_of_the_window(forgets: bool) -> None:
     for t in range(frames):
         if forgets and t % 7 == 0:
             tracking.forget(np.arange(t % 5, people, 5))
-        answers.append(tracking.step(boxes[t], window_of(given, t)))
+        answers.append(tracking.step(boxes[t], given_at(given, t)))
         widest = max(widest, tracking.rows.places.shape[1])
     at_once = max(np.count_nonzero((~np.isnan(boxes[t : t + 8, :, 2])).any(axis=0)) for t in range(frames - 8))
     assert widest <= (2 * at_once if forgets else at_once + 2)
@@ -198,7 +199,7 @@ def test_the_window_slides_as_a_whole() -> None:
     made = made_drive(drive(2, frames=12))
     tracking = Tracking(Settings(window=5), made.problem)
     for t, boxes in enumerate(made.sequence.observations):
-        tracking.step(boxes, window_of(made.sequence.given, t))
+        tracking.step(boxes, given_at(made.sequence.given, t))
         newest = np.nan_to_num(bearings_of(LEVEL, boxes).size)
         here = tracking.rows.column[newest > 0.0]
         np.testing.assert_array_equal(tracking.rows.boxes.size[-1, here], newest[newest > 0.0])

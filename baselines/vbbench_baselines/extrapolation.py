@@ -13,7 +13,7 @@ import numpy as np
 from vbbench.geometry import IntArray, relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.cold_start import PEOPLE_SPEED
-from vbbench_baselines.common.drift import RUNNING, TURN, UNRELIABLE, Drift
+from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift
 from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
 from vbbench_baselines.common.facts import TUNED, UNTUNED
 from vbbench_baselines.common.motion import History, Spreads
@@ -22,10 +22,6 @@ from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, Straig
 
 EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
 """The expectation is the answer; its uncertainty does not matter."""
-
-
-ACCELERATION = 0.6
-"""In m/s², standard deviation about constant velocity, as in `vbbench_baselines.view_birdification`."""
 
 
 class ConstantVelocity:

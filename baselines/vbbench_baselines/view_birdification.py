@@ -18,7 +18,7 @@ from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, pr
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift
-from vbbench_baselines.common.drift import RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
+from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
 from vbbench_baselines.common.motion import History, Spreads
@@ -87,7 +87,7 @@ class Birdifier(ABC):
     facts: ClassVar[Mapping[str, str]] = TUNED
 
     ego_prior: bool = True
-    acceleration_std: float = 0.6
+    acceleration_std: float = ACCELERATION
     speed_std: float = 0.9
     estimate_std: float = 0.05
     height_limits: tuple[float, float] = (1.4, 2.0)

@@ -14,7 +14,7 @@ import threading
 import uuid
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -32,6 +32,9 @@ PATIENCE = 10
 
 PARTS_A_CORE = 16
 """Parts per core that are sent at a time: the most results, of about 1 MB each, that wait here to be written."""
+
+TELLINGS = 5
+"""Times that all workers are told what to do, if some leave meanwhile."""
 
 PACKAGES = ("vbbench", "numpy", "scipy", "numba")
 """Packages that results may depend on: all workers must have the same versions."""
@@ -200,7 +203,10 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
 
 @contextmanager
 def _published(client: Any, work: Work) -> Iterator[str]:
-    """Send the work to every worker once, also to those that join later; tasks refer to it by this name."""
+    """Send the work to every worker once, also to those that join later; tasks refer to it by this name.
+
+    A worker that leaves while all are told makes Dask's call fail: the others are told again.
+    """
     from distributed import WorkerPlugin
     from distributed.protocol.pickle import dumps
 
@@ -217,12 +223,20 @@ def _published(client: Any, work: Work) -> Iterator[str]:
             sys.path.remove(self.place)
 
     name = f"vbbench-{uuid.uuid4().hex}"
-    client.register_plugin(Published(dumps(work), os.getcwd()), name=name)  # noqa: PTH109
+    published = Published(dumps(work), os.getcwd())  # noqa: PTH109
+    for further in reversed(range(TELLINGS)):
+        try:
+            client.register_plugin(published, name=name)
+            break
+        except OSError:
+            if not further:
+                raise
     try:
         yield name
     finally:
         if client.status == "running":
-            client.unregister_worker_plugin(name)
+            with suppress(OSError):  # what is no longer there has nothing to forget
+                client.unregister_worker_plugin(name)
 
 
 def _check_workers(client: Any) -> None:

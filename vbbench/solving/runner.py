@@ -62,10 +62,15 @@ def reveal(given: Given, observed: BoolArray, truth: Truth) -> Given:
 def frames_of(sequence: Sequence, given: Given, known: Given) -> Iterator[Frame]:
     """The frames as a solver sees them: ``known`` of the two before each, ``given`` of the frame itself."""
     for t in range(sequence.frames):
-        poses, positions = _window(known.poses, given.poses, t), _window(known.positions, given.positions, t)
-        odometry = None if given.odometry is None else window_of_odometry(given.odometry, t)
-        given_now = Given(poses=poses, positions=positions, odometry=odometry)
-        yield Frame(index=t, observations=sequence.observations[t].copy(), given=given_now)
+        yield Frame(index=t, observations=sequence.observations[t].copy(), given=given_at(given, t, known))
+
+
+def given_at(given: Given, t: int, known: Given | None = None) -> Given:
+    """What a solver is shown of frame ``t`` and the two before it: what is ``given``, and ``known`` of the past."""
+    known = given if known is None else known
+    poses, positions = _window(known.poses, given.poses, t), _window(known.positions, given.positions, t)
+    odometry = None if given.odometry is None else window_of_odometry(given.odometry, t)
+    return Given(poses=poses, positions=positions, odometry=odometry)
 
 
 def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:

@@ -28,6 +28,9 @@ FASTER = 1.5
 RUNNING = 12.0
 """In m/s; nobody runs faster (100 m in 9.58 s, at most 12.4 m/s)."""
 
+ACCELERATION = 0.6
+"""In m/s², standard deviation of the acceleration of people, and of an observer whom nobody shows."""
+
 TURN = 0.2
 """In rad, standard deviation of how far an observer turns within a second, where nobody shows it."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
-from vbbench.solving.runner import WINDOW, window_of_odometry
+from vbbench.solving.runner import given_at
 from vbbench_baselines.common.cold_start import add_drift, begins_cold
 from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
@@ -32,7 +32,7 @@ from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, 
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, deviance_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 from vbbench_baselines.joint_map.real_camera.choice import is_rough
-from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.settings import Settings, settings_of
 from vbbench_baselines.joint_map.real_camera.smoothing import smooth
 
 START_WINDOW, START_ROUNDS = 6, 1
@@ -70,8 +70,9 @@ class MapBatch:
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
         observations = usable(observations)
-        if self.real is not None and self.feet and self.ego_prior and is_rough(problem, observations, given):
-            return smooth(replace(self.real, heads=self.prior), problem, observations, given)
+        settings = settings_of(self.real, self.prior, promised=not (self.feet and self.ego_prior))
+        if settings is not None and is_rough(problem, observations, given):
+            return smooth(settings, problem, observations, given)
         cold = len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)
@@ -185,11 +186,5 @@ def _answer_of(settled: Settled, joint: JointProblem, causal: FloatArray, covari
 def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:
     """The causal solver's answer."""
     start.start(replace(task.problem, covariances=covariances))
-    before = [np.full((WINDOW, *rows.shape[1:]), np.nan) for rows in (task.given.poses, task.given.positions)]
-    poses, positions = map(np.concatenate, zip(before, (task.given.poses, task.given.positions), strict=True))
-    answers = []
-    for t, boxes in enumerate(map(Sightings, *task.seen)):
-        shown = slice(t, t + WINDOW + 1)
-        odometry = None if task.given.odometry is None else window_of_odometry(task.given.odometry, t)
-        answers.append(start.advance(boxes, Given(poses=poses[shown], positions=positions[shown], odometry=odometry)))
-    return Estimate.of_frames(answers)
+    frames = enumerate(map(Sightings, *task.seen))
+    return Estimate.of_frames([start.advance(boxes, given_at(task.given, t)) for t, boxes in frames])

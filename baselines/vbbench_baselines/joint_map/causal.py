@@ -34,7 +34,7 @@ from vbbench_baselines.joint_map.optimiser.marginalisation import (
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
 from vbbench_baselines.joint_map.prior import Prior, get_prior, variants_held_out
 from vbbench_baselines.joint_map.real_camera.choice import RoughCamera
-from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.settings import Settings, settings_of
 
 CROWD = 30
 """A sequence with more tracks is a crowd."""
@@ -94,9 +94,7 @@ class MapCausal:
     @property
     def settings(self) -> Settings | None:
         """What is assumed of a rough camera; ``None`` if every camera is taken for exact."""
-        if self.real is None or not (self.feet and self.ego_prior):
-            return None
-        return replace(self.real, heads=self.prior)
+        return settings_of(self.real, self.prior, promised=not (self.feet and self.ego_prior))
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""

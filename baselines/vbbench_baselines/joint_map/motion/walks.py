@@ -144,15 +144,8 @@ def reweigh(track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, va
     The scale is looked for about ``sigma`` in m, from ``variance`` on; the deviance is −ln of the prior density, up to
     a constant.
     """
-    return reweigh_some(track, walk, sigma, weights, variance, np.ones(len(track), np.bool_))
-
-
-@kernel
-def reweigh_some(
-    track: FloatArray, walk: Walk, sigma: float, weights: FloatArray, variance: float, counted: BoolArray
-) -> tuple[float, float]:
-    """`reweigh` by the innovations of the frames ``counted`` [n] alone; the others' weights are zero."""
-    return reweigh_continued(track, walk, sigma, weights, variance, counted, 0, np.zeros(2))
+    all_frames = np.ones(len(track), np.bool_)
+    return reweigh_continued(track, walk, sigma, weights, variance, all_frames, 0, np.zeros(2))
 
 
 @kernel
@@ -166,9 +159,10 @@ def reweigh_continued(
     held: int,
     tally: FloatArray,
 ) -> tuple[float, float]:
-    """`reweigh_some` of a walk that began before: innovations of its first ``held`` frames are accounted for.
+    """`reweigh` by the innovations of the frames ``counted`` [n] alone; the others' weights are zero.
 
-    Of those that are gone ``tally`` [2] holds the number and Σ u m² in m².
+    Of a walk that began before, the innovations of its first ``held`` frames are accounted for; of those that are gone
+    ``tally`` [2] holds the number and Σ u m² in m².
     """
     n, count = len(track), tally[0]
     for i in range(2, n):

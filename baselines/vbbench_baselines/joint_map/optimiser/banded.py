@@ -32,14 +32,27 @@ def factor(band: FloatArray) -> None:
 @kernel
 def solve(lower: FloatArray, right: FloatArray) -> None:
     """Put A⁻¹ right [n] in the place of ``right``; ``lower`` as `factor` leaves it."""
+    forward(lower, right, BAND)
+    backward(lower, right, BAND)
+
+
+@kernel
+def forward(lower: FloatArray, right: FloatArray, width: int) -> None:
+    """Put L⁻¹ right [n] in the place of ``right``; ``width`` is the half-bandwidth."""
     n = len(right)
     for j in range(n):
         right[j] *= lower[j, 0]
-        for d in range(1, min(BAND, n - 1 - j) + 1):
+        for d in range(1, min(width, n - 1 - j) + 1):
             right[j + d] -= lower[j, d] * right[j]
+
+
+@kernel
+def backward(lower: FloatArray, right: FloatArray, width: int) -> None:
+    """The same with L⁻ᵀ."""
+    n = len(right)
     for j in range(n - 1, -1, -1):
         total = right[j]
-        for d in range(1, min(BAND, n - 1 - j) + 1):
+        for d in range(1, min(width, n - 1 - j) + 1):
             total -= lower[j, d] * right[j + d]
         right[j] = total * lower[j, 0]
 
@@ -93,17 +106,9 @@ def factor_wide(band: FloatArray) -> bool:
 @kernel
 def solve_wide(lower: FloatArray, right: FloatArray) -> None:
     """Put A⁻¹ right [n] in the place of ``right``; ``lower`` as `factor_wide` leaves it."""
-    n, width = len(right), lower.shape[1] - 1
-    for j in range(n):
-        column = lower[j]
-        right[j] *= column[0]
-        for d in range(1, min(width, n - 1 - j) + 1):
-            right[j + d] -= column[d] * right[j]
-    for j in range(n - 1, -1, -1):
-        column, total = lower[j], right[j]
-        for d in range(1, min(width, n - 1 - j) + 1):
-            total -= column[d] * right[j + d]
-        right[j] = total * column[0]
+    width = lower.shape[1] - 1
+    forward(lower, right, width)
+    backward(lower, right, width)
 
 
 @kernel

@@ -5,7 +5,6 @@ Poses (c_t, θ_t) fixed, a person's track x, in the world, has the energy
     ½ Σ_t (x_t − y_t)ᵀ M_t (x_t − y_t) + ½ (Dx)ᵀ W (Dx) + ½ Σ_t ‖x_t − g_t‖²/ε²  + ½ (s − μ)²/σ_s²,
 
 y_t = c_t + R_t z_t the measured places, M_t = R_t N_t⁻¹ R_tᵀ, g_t the given places (ε = 1 mm) and s the stature, by
-which
 which z_t = s ρ_t scales; of a walk that began before, frames that are gone tell ½ dᵀQd + qᵀd besides, d the distance of
 its first places from x̄ (`measurement.window.Continued`). It is least at A x = M y + g/ε² + Qx̄ − q, with the banded
 matrix A = DᵀWD + M + E + Q (half-bandwidth 8, see `optimiser.banded`). With x eliminated the energy of the y has the

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, shorter_way
 
 BORDER = 5.0
 """In px: boxes that end nearer to the picture's first or last row may go on beyond it."""
@@ -61,8 +61,8 @@ def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
         _, stature = camera.statures(boxes)
         foot = camera.mount_height * length / stature
     azimuth = np.arctan2(ray[..., 0], ray[..., 1])
-    aside = np.arctan2(shifted[..., 0], shifted[..., 1]) - azimuth
-    width = np.abs(aside + 2.0 * np.pi * (aside < -np.pi) - 2.0 * np.pi * (aside > np.pi)) * boxes[..., 2]
+    aside = shorter_way(np.arctan2(shifted[..., 0], shifted[..., 1]) - azimuth, 2.0 * np.pi)
+    width = np.abs(aside) * boxes[..., 2]
     nobody = ~np.isfinite(azimuth + foot + length + width) | ~(length > 0.0)
     azimuth, foot, length, size, width = np.where(nobody, np.nan, (azimuth, foot, length, boxes[..., 2], width))
     return Bearings(azimuth, foot, length, size, width, _cut(camera, boxes))

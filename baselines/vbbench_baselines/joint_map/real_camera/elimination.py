@@ -22,7 +22,7 @@ from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
-from vbbench_baselines.joint_map.optimiser.banded import BAND, factor
+from vbbench_baselines.joint_map.optimiser.banded import BAND, factor, forward
 from vbbench_baselines.joint_map.real_camera.cholesky import padded
 from vbbench_baselines.joint_map.real_camera.cues import (
     CUES,
@@ -35,7 +35,7 @@ from vbbench_baselines.joint_map.real_camera.cues import (
     Residuals,
     Whitened,
 )
-from vbbench_baselines.joint_map.real_camera.spreading import fill_spread, forward, remaining, sides_of
+from vbbench_baselines.joint_map.real_camera.spreading import fill_spread, remaining, sides_of
 
 SOMEWHERE = 1e-4
 """In 1/m²: keeps a place of which nothing is known."""
@@ -98,7 +98,7 @@ def eliminate(
     for i in range(2 * n):
         lower[i, 0] = lower[i, 0] * (1.0 + damping) + SOMEWHERE
     factor(lower)
-    forward(lower, pull)
+    forward(lower, pull, BAND)
     across, sides = sides_of(found, white, lower, pull)
     spread = np.zeros((2 * n + 2 * BAND, padded(CUES * m)))
     filled = fill_spread(found, white, lower, spread)

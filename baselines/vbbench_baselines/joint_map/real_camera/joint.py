@@ -11,10 +11,17 @@ from vbbench_baselines.common.odometry import Motions, measured, stray
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.joint_map.real_camera.bearings import Bearings
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, solve
-from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, residuals_of, whiten
+from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
-from vbbench_baselines.joint_map.real_camera.observer import LAWS, Observer, add_observer, level_deviance, shares_of
+from vbbench_baselines.joint_map.real_camera.observer import (
+    LAWS,
+    VEHICLE,
+    Observer,
+    add_observer,
+    level_deviance,
+    shares_of,
+)
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
@@ -41,7 +48,7 @@ class Seen(NamedTuple):
     boxes : rows [T, K].
     given : [T, K, 2] places in m, NaN = not given.
     fixed : [T] whether the pose is given.
-    free : [T] whether nothing measures the step into the frame, and its pose is not given either.
+    free : [T] whether nothing measures the step into the frame surely.
     first, last : [K] frames between which a person is followed; last < first for nobody.
     motions : the observer's odometry.
     """
@@ -62,7 +69,6 @@ class Model(NamedTuple):
     people: PeoplePrior
     walk: Walk
     observer: Observer
-    normalisers: FloatArray
     drift: Drift
     odds: FloatArray
     dt: float
@@ -91,11 +97,19 @@ class System(NamedTuple):
 
 
 @kernel
+def boxes_of(k: int, point: Point, seen: Seen, model: Model) -> tuple[FloatArray, Residuals]:
+    """The track [n, 2] of person ``k``, and the residuals of its boxes."""
+    first, last = int(seen.first[k]), int(seen.last[k])
+    track = point.places[first : last + 1, k].copy()
+    return track, residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
+
+
+@kernel
 def deviance_of(point: Point, seen: Seen, model: Model) -> float:
     """−ln of the posterior density at a point, up to a constant; its variances are renewed."""
     frames = point.frames
-    shares, total = shares_of(frames, seen.free, model.observer, model.odds, model.normalisers)
-    total += drift_deviance(frames, model.drift) + level_deviance(frames, seen.free, model.observer, shares[0])
+    shares, total = shares_of(frames, seen.free, model.observer, model.odds)
+    total += drift_deviance(frames, model.drift) + level_deviance(frames, seen.free, model.observer, shares[VEHICLE])
     for t in range(1, len(frames)):
         if measured(seen.motions.information[t]):
             error, _ = stray(frames[t - 1], frames[t], seen.motions.moved[t])
@@ -106,8 +120,8 @@ def deviance_of(point: Point, seen: Seen, model: Model) -> float:
         first, last = int(seen.first[k]), int(seen.last[k])
         if last < first:
             continue
-        track, weights = point.places[first : last + 1, k].copy(), np.zeros(last - first + 1)
-        found = residuals_of(k, first, seen.boxes, frames, track, point.people[k], model.noise)
+        track, found = boxes_of(k, point, seen, model)
+        weights = np.zeros(len(track))
         total += whiten(found, model.noise, model.dt).deviance
         point.variances[k], walked = reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         total += walked
@@ -126,7 +140,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     frames = point.frames
     size = frames.size
     gradient, hessian = np.zeros(size), np.zeros((size, size))
-    shares, _ = shares_of(frames, seen.free, model.observer, model.odds, model.normalisers)
+    shares, _ = shares_of(frames, seen.free, model.observer, model.odds)
     add_observer(frames, seen.free, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)
@@ -135,8 +149,8 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         first, last = int(seen.first[k]), int(seen.last[k])
         if last < first:
             continue
-        track, weights = point.places[first : last + 1, k].copy(), np.zeros(last - first + 1)
-        found = residuals_of(k, first, seen.boxes, frames, track, point.people[k], model.noise)
+        track, found = boxes_of(k, point, seen, model)
+        weights = np.zeros(len(track))
         white = whiten(found, model.noise, model.dt)
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()

@@ -65,7 +65,10 @@ def densities(found: Residuals, sizes: FloatArray, i: int, nu: FloatArray, dt: f
                 told[j, a, b] -= np.log(now * spread) + 0.5 * (nu[j] + 1.0) * np.log(1.0 + added * added / nu[j])
 
 
+@kernel
 def sizes_of(size: FloatArray, first: int, frame: IntArray) -> FloatArray:
     """[m] box heights in px of one person's rows ``size`` [T]."""
-    sizes: FloatArray = size[first + frame]
+    sizes = np.empty(len(frame))
+    for i in range(len(frame)):
+        sizes[i] = size[first + frame[i]]
     return sizes

@@ -18,7 +18,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, Head, strays, turn
+from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, strays, turn
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 
@@ -37,30 +37,32 @@ class Observer(NamedTuple):
     Attributes
     ----------
     change, nu : [3] scales in m, m and rad of changes of F, S and ω from frame to frame, and degrees of freedom.
+    normalisers : [3] −ln of their densities at 0, for scales of 1.
     level, drag : [3] scales of S, ω and ‖step‖, in m, rad and m; and the weight of the last.
     pace : standard deviation in m of a component of the first step.
-    walk, head : of a pedestrian.
+    walk : of a pedestrian, with the head.
     odds : [4] ln of how probable each law is at first.
     """
 
     change: FloatArray
     nu: FloatArray
+    normalisers: FloatArray
     level: FloatArray
     drag: float
     pace: float
     walk: Walk
-    head: Head
     odds: FloatArray
 
 
 class Step(NamedTuple):
-    """F, S and ω, and the slopes [6] of F and S by both poses, the earlier first."""
+    """F, S and ω, and the slopes [6] of each by both poses, the earlier first."""
 
     forward: float
     right: float
     turned: float
     forward_by: FloatArray
     right_by: FloatArray
+    turned_by: FloatArray
 
 
 @kernel
@@ -75,7 +77,9 @@ def step_of(before: FloatArray, now: FloatArray) -> Step:
     right_by[0], right_by[1], right_by[3], right_by[4] = -sin, cos, sin, -cos
     forward_by[2] = forward_by[5] = -0.5 * right
     right_by[2] = right_by[5] = 0.5 * forward
-    return Step(forward, right, turned, forward_by, right_by)
+    turned_by = np.zeros(6)
+    turned_by[2], turned_by[5] = -1.0, 1.0
+    return Step(forward, right, turned, forward_by, right_by, turned_by)
 
 
 def normaliser(nu: float) -> float:
@@ -84,16 +88,16 @@ def normaliser(nu: float) -> float:
 
 
 @kernel
-def surprises(frames: FloatArray, t: int, observer: Observer, normalisers: FloatArray) -> FloatArray:
-    """[4] −ln of the density of the step into frame ``t`` ≥ 2 under each law; ``normalisers`` [3] of the changes."""
+def surprises(frames: FloatArray, t: int, observer: Observer) -> FloatArray:
+    """[4] −ln of the density of the step into frame ``t`` ≥ 2 under each law."""
     told = np.zeros(LAWS)
     now, before = step_of(frames[t - 1], frames[t]), step_of(frames[t - 2], frames[t - 1])
     changes = (now.forward - before.forward, now.right - before.right, now.turned - before.turned)
     for a in range(3):
         nu, scale = observer.nu[a], observer.change[a]
         told[VEHICLE] += 0.5 * (nu + 1.0) * np.log(1.0 + (changes[a] / scale) ** 2 / nu) + np.log(scale)
-        told[VEHICLE] += normalisers[a]
-    walk, head = observer.walk, observer.head
+        told[VEHICLE] += observer.normalisers[a]
+    walk, head = observer.walk, observer.walk.head
     order = min(t, REACH)
     scale = walk.sigma * walk.spreads[order]
     walked = innovation(frames[:, :2], t, walk) / walk.sigma**2
@@ -107,14 +111,12 @@ def surprises(frames: FloatArray, t: int, observer: Observer, normalisers: Float
 
 
 @kernel
-def shares_of(
-    frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray, normalisers: FloatArray
-) -> tuple[FloatArray, float]:
+def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray) -> tuple[FloatArray, float]:
     """π [4], and −ln of the density of all steps into ``free`` frames, of whichever law."""
     told = -(observer.odds + odds)
     for t in range(2, len(frames)):
         if free[t]:
-            told += surprises(frames, t, observer, normalisers)
+            told += surprises(frames, t, observer)
     least = np.min(told)
     shares = np.exp(least - told)
     total = np.sum(shares)
@@ -154,8 +156,6 @@ def add_observer(
         if not free[t]:
             continue
         step = step_of(frames[t - 1], frames[t])
-        turned = np.zeros(6)
-        turned[2], turned[5] = -1.0, 1.0
         slip, swing, slow = observer.level
         length = step.forward**2 + step.right**2
         still = share * observer.drag * 2.0 / (slow * slow + length) + observer.walk.own_rest
@@ -164,7 +164,7 @@ def add_observer(
         sideways = still + share * 2.0 / (slip * slip + step.right**2)
         _add(step.forward_by, t - 1, still, step.forward, gradient, hessian)
         _add(step.right_by, t - 1, sideways, step.right, gradient, hessian)
-        _add(turned, t - 1, share * 2.0 / (swing * swing + step.turned**2), step.turned, gradient, hessian)
+        _add(step.turned_by, t - 1, share * 2.0 / (swing * swing + step.turned**2), step.turned, gradient, hessian)
         if t < 2:
             continue
         if share > NEGLIGIBLE:
@@ -179,10 +179,9 @@ def _add_vehicle(
 ) -> None:
     """What the changes of a vehicle's step into frame ``t`` add, by its ``share``."""
     step, before = step_of(frames[t - 1], frames[t]), step_of(frames[t - 2], frames[t - 1])
-    row, turned = np.empty(9), np.zeros(6)
-    turned[2], turned[5] = -1.0, 1.0
+    row = np.empty(9)
     for a in range(3):
-        now, then, changed = turned, turned, step.turned - before.turned
+        now, then, changed = step.turned_by, before.turned_by, step.turned - before.turned
         if a == 0:
             now, then, changed = step.forward_by, before.forward_by, step.forward - before.forward
         elif a == 1:
@@ -203,7 +202,7 @@ def _add_pedestrian(
     frames: FloatArray, t: int, observer: Observer, shares: FloatArray, gradient: FloatArray, hessian: FloatArray
 ) -> None:
     """What a pedestrian's step and turn into frame ``t`` add, by the shares."""
-    walk, head, order = observer.walk, observer.head, min(t, REACH)
+    walk, head, order = observer.walk, observer.walk.head, min(t, REACH)
     square = innovation(frames[:, :2], t, walk)
     weight = (1.0 - shares[VEHICLE]) * (walk.nu + 2.0) / (walk.nu * walk.sigma**2 + square) / walk.spreads[order] ** 2
     for a in range(2):
@@ -220,10 +219,9 @@ def _add_pedestrian(
             off, _, slopes = turn(frames[t - 1], frames[t], head, law)
             scale = head.following[law]
             _add(slopes, t - 1, 2.0 * shares[1 + law] / (scale * scale + off * off), off, gradient, hessian)
-    turned = np.zeros(6)
-    turned[2], turned[5] = -1.0, 1.0
-    moved = frames[t, 2] - frames[t - 1, 2]
-    _add(turned, t - 1, 2.0 * shares[-1] / (head.wandering**2 + moved * moved), moved, gradient, hessian)
+    step = step_of(frames[t - 1], frames[t])
+    wandering = 2.0 * shares[-1] / (head.wandering**2 + step.turned**2)
+    _add(step.turned_by, t - 1, wandering, step.turned, gradient, hessian)
 
 
 @kernel

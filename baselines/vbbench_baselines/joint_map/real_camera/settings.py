@@ -4,22 +4,20 @@ They were chosen on the KITTI recordings 0015, 0017 and 0019 together and on tie
 recording; docs/real-cameras.md says what each is worth.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vbbench.solver import Problem
-from vbbench_baselines.joint_map.motion.heads import head_of
 from vbbench_baselines.joint_map.motion.walks import Walk, walk_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.real_camera.cues import Noise
 from vbbench_baselines.joint_map.real_camera.drift import Drift
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior
-from vbbench_baselines.joint_map.real_camera.observer import Observer
+from vbbench_baselines.joint_map.real_camera.observer import Observer, normaliser
 
 REFERENCE = 0.4
 """In s: the constants are those of frames so far apart."""
-
 
 TOLD_MEMORY = 0.1
 """In s: τ where the noise is told, which then is a detector's."""
@@ -110,13 +108,8 @@ class Settings:
 
     def walk(self, dt: float, cold: bool) -> Walk:
         """How people walk."""
-        prior = self._prior(dt)
-        return walk_of(prior, dt, cold=cold)
-
-    def _prior(self, dt: float) -> Prior:
-        base = self.heads
-        ratio = dt / REFERENCE
-        return Prior(
+        base, ratio = self.heads, dt / REFERENCE
+        prior = Prior(
             dt=dt,
             b=(0.0, 0.0),
             sigma=self.walk_std * ratio**self.walk_growth,
@@ -128,20 +121,24 @@ class Settings:
             following=base.following,
             speed=self.first_speed,
         )
+        return walk_of(prior, dt, cold=cold)
 
-    def observer(self, dt: float, cold: bool) -> Observer:
-        """How the camera moves."""
+    def observer(self, dt: float, walk: Walk) -> Observer:
+        """How the camera moves; a pedestrian who carries it walks as others do."""
         ratio = dt / REFERENCE
-        walk = self.walk(dt, cold)
-        head = head_of(self._prior(dt))
         share = np.array((*self.laws, 1.0 - sum(self.laws)))
         return Observer(
             change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
             nu=np.array(self.vehicle_nu),
+            normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=np.array((self.slip, self.turn, self.slow)) * ratio,
             drag=self.drag * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
-            head=head,
             odds=np.log(share),
         )
+
+
+def settings_of(real: Settings | None, prior: Prior, *, promised: bool) -> Settings | None:
+    """What a solver with this ``prior`` assumes; nothing if it is ``promised`` that every camera is exact."""
+    return None if real is None or promised else replace(real, heads=prior)

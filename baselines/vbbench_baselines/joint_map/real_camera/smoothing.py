@@ -7,18 +7,16 @@ import numpy as np
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, FrameEstimate, Problem
-from vbbench.solving.runner import WINDOW, window_of_odometry
-from vbbench_baselines.joint_map.real_camera.bearings import bearings_of
+from vbbench.solving.runner import given_at
+from vbbench_baselines.joint_map.optimiser.descent import unwrapped
+from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
 from vbbench_baselines.joint_map.real_camera.joint import Point, settle
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.tracking import Tracking, covariances_of, fill
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window, cut
+from vbbench_baselines.joint_map.real_camera.tracking import HELD, Tracking, fill
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 BLOCK, STRIDE = 80, 40
 """Frames that are solved together, and from one block to the next."""
-
-HELD = 2
-"""Frames of a later block whose poses stay as the block before found them."""
 
 ROUNDS, TOLERANCE = 20, 1e-4
 """Of the descent, as of `Tracking`."""
@@ -31,30 +29,17 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
     rows = Window(size, len(problem.tracks), tracking.model.people.mean, tracking.model.walk.sigma**2)
     columns: list[np.ndarray] = []
     for t in range(size):
-        shown = window_of(given, t)
+        shown = given_at(given, t)
         answers.append(tracking.step(boxes[t], shown))
         frames.append(tracking.rows.frames[-1].copy())
-        rows.push(bearings_of(problem.camera, boxes[t]), shown, frames[-1])
+        rows.push(tracking.bearings, shown, frames[-1])
         rows.begin_anew(tracking.jumped)
         columns.append(rows.column.copy())
-    rows.frames = np.array(frames)
-    turns = np.round(np.diff(rows.frames[:, 2], prepend=rows.frames[0, 2]) / (2.0 * np.pi))
-    rows.frames[:, 2] -= 2.0 * np.pi * np.cumsum(turns)
+    rows.frames = unwrapped(np.array(frames))
     for t, answer in enumerate(answers):
         here = ~np.isnan(answer.positions[:, 0]) & (columns[t] != NOBODY)
         rows.places[t, columns[t][here]] = answer.positions[here]
     return _settle_blocks(tracking, rows, np.array(columns), answers, problem)
-
-
-def window_of(given: Given, t: int) -> Given:
-    """What is given of frame ``t`` and the two before it."""
-    rows = []
-    for values in (given.poses, given.positions):
-        shown = np.full((WINDOW + 1, *values.shape[1:]), np.nan)
-        shown[WINDOW - min(t, WINDOW) :] = values[max(t - WINDOW, 0) : t + 1]
-        rows.append(shown)
-    odometry = None if given.odometry is None else window_of_odometry(given.odometry, t)
-    return Given(poses=rows[0], positions=rows[1], odometry=odometry)
 
 
 def _settle_blocks(
@@ -62,12 +47,11 @@ def _settle_blocks(
 ) -> Estimate:
     """Solve block after block; a later one overwrites an earlier one."""
     size, people = columns.shape
-    converged, spread, places_spread = np.zeros(size, np.bool_), np.full((size, 3, 3), np.nan), None
-    places_spread = np.full((size, people, 2, 2), np.nan)
-    everybody, first = rows.seen(np.arange(rows.places.shape[1]), np.zeros(0, np.int64)), 0
+    converged, first = np.zeros(size, np.bool_), 0
+    spread, places_spread = np.full((size, 3, 3), np.nan), np.full((size, people, 2, 2), np.nan)
     while True:
         block = slice(first, min(first + BLOCK, size))
-        seen, chosen = cut(everybody, block, HELD if first else 0)
+        seen, chosen = rows.seen(block, HELD if first else 0)
         places = rows.places[block].take(chosen, axis=1)
         fill(places, rows.frames[block], seen, rows.numbers[chosen])
         point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])

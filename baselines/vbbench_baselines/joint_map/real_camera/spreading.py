@@ -4,19 +4,9 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.optimiser.banded import BAND
+from vbbench_baselines.joint_map.optimiser.banded import BAND, forward
 from vbbench_baselines.joint_map.real_camera.cholesky import ROWS, column_of, padded, take_rows
 from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, Residuals, Whitened
-
-
-@kernel
-def forward(lower: FloatArray, right: FloatArray) -> None:
-    """Put L⁻¹ right [2n] in the place of ``right``."""
-    n = len(right)
-    for row in range(n):
-        right[row] *= lower[row, 0]
-        for e in range(1, min(BAND, n - 1 - row) + 1):
-            right[row + e] -= lower[row, e] * right[row]
 
 
 @kernel
@@ -52,7 +42,7 @@ def sides_of(found: Residuals, white: Whitened, lower: FloatArray, pull: FloatAr
         for i in range(m):
             for j in range(CUES):
                 across[a, CUES * i + j] = weighed[i, j]
-        forward(lower, side)
+        forward(lower, side, BAND)
         for row in range(n):
             sides[row, a] = side[row]
     for row in range(n):

@@ -13,16 +13,26 @@ from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.motion.walks import innovation
 from vbbench_baselines.joint_map.real_camera.bearings import bearings_of
-from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, residuals_of
-from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, Settled, linearise, settle
-from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities
-from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, normaliser, step_of, surprises
-from vbbench_baselines.joint_map.real_camera.recovery import place_covariance
+from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
+from vbbench_baselines.joint_map.real_camera.cues import CUES
+from vbbench_baselines.joint_map.real_camera.joint import (
+    Model,
+    Point,
+    Seen,
+    Settled,
+    boxes_of,
+    settle,
+)
+from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprises
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, Window
 
 ROUNDS, TOLERANCE = 8, 1e-3
 """Of a frame's descent: most rounds, and the step in m and rad that is short enough."""
+
+HELD = 2
+"""Frames at the beginning of a window that has left others behind whose poses stay as they were found."""
 
 LATE = 2
 """Frames after which a residual teaches the noise: by then later frames have told where the box should be."""
@@ -35,9 +45,6 @@ COLD_FRAMES = 5
 MOST_JUMPS = 0.34
 """The share of people in view who may be somebody else at once."""
 
-LEAST = 1e-12
-"""In m² and rad²; no variance is told to be less."""
-
 JUMP, FASTEST = 100.0, 6.0
 """A track begins anew where column and walk are so many squared standard deviations off, or at so many m/s."""
 
@@ -49,13 +56,20 @@ class Tracking:
     ----------
     settings : the constants.
     problem : tells camera, frame rate, and the prior of heights.
+
+    Attributes
+    ----------
+    rows : the window.
+    learner : of the boxes' noise.
+    age : frames that came.
+    bearings, jumped : of the newest frame: what boxes tell, and tracks that began anew.
     """
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
         self._settings, self._problem = settings, problem
         self._cold, self.age, self._astray = False, 0, 0.0
         self._odds = np.zeros(LAWS)
-        self.jumped: list[int] = []
+        self.bearings, self.jumped = NOTHING, list[int]()
         first = settings.noise_at_first(problem)
         self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
         self._people, self._drift = settings.people(problem), settings.drift(problem)
@@ -64,9 +78,8 @@ class Tracking:
         self._shares = np.exp(self._observer.odds)
 
     def _dress(self, cold: bool) -> None:
-        dt = self._problem.dt
-        self._walk, self._observer = self._settings.walk(dt, cold), self._settings.observer(dt, cold)
-        self._normalisers = np.array([normaliser(nu) for nu in self._settings.vehicle_nu])
+        self._walk = self._settings.walk(self._problem.dt, cold)
+        self._observer = self._settings.observer(self._problem.dt, self._walk)
 
     @property
     def model(self) -> Model:
@@ -76,7 +89,6 @@ class Tracking:
             self._people,
             self._walk,
             self._observer,
-            self._normalisers,
             self._drift,
             self._odds,
             self._problem.dt,
@@ -89,10 +101,11 @@ class Tracking:
             self._cold = True
             self._dress(cold=True)
         if len(rows.frames) == rows.size and self._nothing_given(2):
-            self._odds += surprises(rows.frames, 2, self._observer, self._normalisers) * -1.0
+            self._odds -= surprises(rows.frames, 2, self._observer)
             self._odds -= self._odds.max()
         rows.leave()
-        rows.push(bearings_of(self._problem.camera, boxes), given, self._expected())
+        self.bearings = bearings_of(self._problem.camera, boxes)
+        rows.push(self.bearings, given, self._expected())
         self.age += 1
         if self.age > 1 and (given.odometry is None or np.isnan(given.odometry.motions[-1, 0])):
             self._astray += self._problem.dt
@@ -101,7 +114,7 @@ class Tracking:
         if self.jumped:
             rows.begin_anew(self.jumped)
             settled, seen, columns = self._settle()
-        self._learn(settled, seen)
+        self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
         return self._answer(settled, seen, columns)
 
     def forget(self, columns: IntArray) -> None:
@@ -131,9 +144,8 @@ class Tracking:
 
     def _settle(self) -> tuple[Settled, Seen, IntArray]:
         """Solve the window; what is found is kept in its rows."""
-        rows, columns = self.rows, self.rows.present()
-        full = len(rows.frames) == rows.size and self.age > rows.size
-        seen = rows.seen(columns, np.arange(2 if full else 0))
+        rows = self.rows
+        seen, columns = rows.seen(held=HELD if self.age > rows.size else 0)
         starts = [rows.frames]
         if self._cold and 1 < self.age <= COLD_FRAMES:
             starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
@@ -172,23 +184,19 @@ class Tracking:
             jumped += np.flatnonzero(self.rows.column == column).tolist()
         return jumped
 
-    def _learn(self, settled: Settled, seen: Seen) -> None:
-        told = residual_densities(settled.point, seen, self.model, len(self.rows.frames) - 1 - LATE)
-        self.learner.learn(told)
-
     def _answer(self, settled: Settled, seen: Seen, columns: IntArray) -> FrameEstimate:
-        rows = self.rows
+        rows, column = self.rows, self.rows.column
         pose = rows.frames[-1, :3].copy()
         pose[2] = wrap_angle(pose[2])
-        here = (rows.column != NOBODY) & ~np.isnan(self._newest(rows.boxes.azimuth))
-        places = np.full((len(rows.column), 2), np.nan)
-        places[here] = rows.places[-1, rows.column[here]]
+        known = np.flatnonzero(column != NOBODY)
+        heights: FloatArray = np.full(len(column), self._problem.height_mean)
+        heights[known] = np.exp(rows.numbers[column[known], 0])
+        here = known[~np.isnan(rows.boxes.azimuth[-1, column[known]])]
+        places = np.full((len(column), 2), np.nan)
+        places[here] = rows.places[-1, column[here]]
         report: dict[str, Any] = {}
         if self._problem.covariances:
             report = self._covariances(settled, seen, columns, here)
-        known = rows.column != NOBODY
-        heights: FloatArray = np.full(len(known), self._problem.height_mean)
-        heights[known] = np.exp(rows.numbers[rows.column[known], 0])
         return FrameEstimate(pose=pose, positions=places, converged=settled.converged, heights=heights, **report)
 
     def add_drift(self, poses: FloatArray, places: FloatArray) -> None:
@@ -196,18 +204,10 @@ class Tracking:
         if self._cold:
             add_common_drift(poses, places, np.array(self._astray))
 
-    def _newest(self, rows: FloatArray) -> FloatArray:
-        """[K] the newest row by track, NaN for those who are nowhere."""
-        column = self.rows.column
-        newest: FloatArray = np.append(rows[-1], np.nan)[column]  # nobody is the last
-        return newest
-
-    def _covariances(self, settled: Settled, seen: Seen, columns: IntArray, here: FloatArray) -> dict[str, Any]:
+    def _covariances(self, settled: Settled, seen: Seen, columns: IntArray, here: IntArray) -> dict[str, Any]:
         pose, some = (rows[0] for rows in covariances_of(settled.point, seen, self.model, len(self.rows.frames) - 1))
         everyone = np.full((len(self.rows.column), 2, 2), np.nan)
-        order = {int(column): i for i, column in enumerate(columns)}
-        for track in np.flatnonzero(here):
-            everyone[track] = some[order[int(self.rows.column[track])]]
+        everyone[here] = some[np.searchsorted(columns, self.rows.column[here])]
         self.add_drift(pose, everyone)
         return {"pose_covariance": pose, "position_covariances": everyone}
 
@@ -245,15 +245,15 @@ def jumps(point: Point, seen: Seen, model: Model) -> BoolArray:
         first = int(seen.first[k])
         if int(seen.last[k]) != last or first == last:
             continue
-        track, before = point.places[first:, k].copy(), last - 1
+        before = last - 1
         while before > first and np.isnan(seen.boxes.azimuth[before, k] + seen.given[before, k, 0]):
             before -= 1
-        moved = track[-1] - track[before - first]
+        moved = point.places[last, k] - point.places[before, k]
         told = not np.isnan(seen.given[last, k, 0] + seen.given[before, k, 0])
         if told and np.sqrt(moved[0] ** 2 + moved[1] ** 2) > FASTEST * model.dt * (last - before):
             jumped[k] = True
-        elif len(track) > 2 and seen.boxes.cut[last, k] == 0 and not np.isnan(seen.boxes.azimuth[last, k]):
-            found = residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
+        elif last - first > 1 and seen.boxes.cut[last, k] == 0 and not np.isnan(seen.boxes.azimuth[last, k]):
+            track, found = boxes_of(k, point, seen, model)
             off = found.value[-1, 0] ** 2 + innovation(track, len(track) - 1, model.walk) / point.variances[k]
             jumped[k] = off > JUMP
     return jumped
@@ -267,34 +267,9 @@ def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatA
         first, last = int(seen.first[k]), int(seen.last[k])
         if t < 0 or not first <= t <= last or np.isnan(seen.boxes.azimuth[t, k]):
             continue
-        track = point.places[first : last + 1, k].copy()
-        found = residuals_of(k, first, seen.boxes, point.frames, track, point.people[k], model.noise)
-        sizes = seen.boxes.size[first:, k][found.frame]
+        _, found = boxes_of(k, point, seen, model)
+        sizes = sizes_of(seen.boxes.size[:, k], first, found.frame)
         for i in range(len(found.frame)):
             if first + found.frame[i] == t:
                 densities(found, sizes, i, model.noise.nu, model.dt, told)
     return told
-
-
-@kernel
-def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[FloatArray, FloatArray]:
-    """[n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on, NaN where no box is."""
-    system = linearise(point, seen, model, 0.0)
-    frames = len(point.frames)
-    matrix = system.hessian
-    for p in range(len(matrix)):
-        matrix[p, p] += SOFTEST
-        matrix[p, p + 1 :] = matrix[p + 1 :, p]
-    covariance = np.ascontiguousarray(np.linalg.inv(matrix))
-    for t in range(frames):
-        if seen.fixed[t]:
-            covariance[FRAME * t : FRAME * t + 3] = 0.0
-            covariance[:, FRAME * t : FRAME * t + 3] = 0.0
-    poses, places = np.empty((frames - since, 3, 3)), np.full((frames - since, len(seen.first), 2, 2), np.nan)
-    for t in range(since, frames):
-        poses[t - since] = covariance[FRAME * t : FRAME * t + 3, FRAME * t : FRAME * t + 3] + LEAST * np.eye(3)
-        for person in system.people:
-            k = person.number
-            if person.first <= t <= int(seen.last[k]) and not np.isnan(seen.boxes.azimuth[t, k]):
-                places[t - since, k] = place_covariance(person, t - person.first, covariance)
-    return poses, places

@@ -11,7 +11,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given
-from vbbench_baselines.common.odometry import Motions, motions_of, unmeasured
+from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.joint_map.real_camera.bearings import Bearings, each
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
@@ -115,31 +115,21 @@ class Window:
         gone[self.present()] = False
         self.column[gone[self.column]] = NOBODY
 
-    def seen(self, columns: IntArray, fixed: IntArray) -> Seen:
-        """The rows of ``columns`` [M] as kernels take them; besides given poses those of frames ``fixed`` hold."""
-        boxes = each(lambda rows: rows.take(columns, axis=1), self.boxes)
-        given = self.given.take(columns, axis=1)
-        known = ~np.isnan(boxes.azimuth) | ~np.isnan(given[..., 0])
-        first = np.argmax(known, axis=0)
-        last = np.where(known.any(axis=0), len(known) - 1 - np.argmax(known[::-1], axis=0), -1)
-        held = ~np.isnan(self.given_poses[:, 0])
-        held[fixed] = True
-        motions = motions_of(self.motions, self.covariances)
-        return Seen(boxes, given, held, unmeasured(motions), first, last, motions)
+    def seen(self, block: slice = slice(None), held: int = 0) -> tuple[Seen, IntArray]:
+        """The frames of a ``block`` as kernels take them, and the columns [M] of whom anything is known in them.
 
-
-def cut(seen: Seen, block: slice, held: int) -> tuple[Seen, IntArray]:
-    """The frames of a ``block``, of which the first few are ``held``, and the people [M] of whom they tell."""
-    known = ~np.isnan(seen.boxes.azimuth[block]) | ~np.isnan(seen.given[block, :, 0])
-    chosen = np.flatnonzero(known.any(axis=0))
-    known = known[:, chosen]
-    boxes = each(lambda rows: rows[block].take(chosen, axis=1), seen.boxes)
-    fixed = seen.fixed[block].copy()
-    fixed[:held] = True
-    motions = Motions(seen.motions.moved[block], seen.motions.information[block])
-    first, last = np.argmax(known, axis=0), len(known) - 1 - np.argmax(known[::-1], axis=0)
-    given = seen.given[block].take(chosen, axis=1)
-    return Seen(boxes, given, fixed, unmeasured(motions), first, last, motions), chosen
+        Besides given poses those of the first ``held`` frames stay.
+        """
+        known = (~np.isnan(self.boxes.azimuth) | ~np.isnan(self.given[..., 0]))[block]
+        columns = np.flatnonzero(known.any(axis=0))
+        known = known[:, columns]
+        boxes = each(lambda rows: rows[block].take(columns, axis=1), self.boxes)
+        first, last = np.argmax(known, axis=0), len(known) - 1 - np.argmax(known[::-1], axis=0)
+        fixed = ~np.isnan(self.given_poses[block, 0])
+        fixed[:held] = True
+        motions = motions_of(self.motions[block], self.covariances[block])
+        given = self.given[block].take(columns, axis=1)
+        return Seen(boxes, given, fixed, unmeasured(motions), first, last, motions), columns
 
 
 def _longer(rows: Any) -> Any:
