@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vbbench.geometry import FloatArray
-from vbbench.reproduction.agreement import Errors, agreement, alike, regret, separated, spearman
+from vbbench.reproduction.transfer.agreement import Errors, agreement, alike, regret, separated, spearman
 from vbbench.scoring.timeline import Timeline
 
 NOBODY = np.zeros(4, bool)

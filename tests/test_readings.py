@@ -13,8 +13,9 @@ from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Options, Plan
 from vbbench.generation.thinning import thinned
 from vbbench.registry import load, make_solver
-from vbbench.reproduction import readings
-from vbbench.reproduction.readings import (
+from vbbench.reproduction.readings import study as readings
+from vbbench.reproduction.readings.figure import plot_readings, readings_report, readings_values
+from vbbench.reproduction.readings.study import (
     Reading,
     Readings,
     ReadingsStudy,
@@ -22,7 +23,6 @@ from vbbench.reproduction.readings import (
     measure_readings,
     paper_figures,
 )
-from vbbench.reproduction.readings_report import plot_readings, readings_table, readings_values
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_generators.recordings.eligibility import Rules
@@ -89,7 +89,7 @@ def test_figures_on_hotel(found: Readings) -> None:
 
 
 def test_the_table_has_a_row_a_reading(found: Readings) -> None:
-    table = readings_table(found)
+    table = readings_report(found).markdown
     rows = [line.split("|") for line in table.splitlines() if line.startswith("|")]
     assert len(rows) == 3 + len(few())
     assert {len(cells) for cells in rows} == {len(rows[0])}

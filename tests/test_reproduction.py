@@ -9,7 +9,10 @@ import pytest
 
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
-from vbbench.reproduction.sigma import (
+from vbbench.reproduction.making import Making
+from vbbench.reproduction.report import shown, write_report
+from vbbench.reproduction.sigma.figure import COLUMNS, plot_sigma, sigma_report
+from vbbench.reproduction.sigma.study import (
     PANELS,
     PEOPLE,
     SIGMAS,
@@ -19,7 +22,6 @@ from vbbench.reproduction.sigma import (
     dataset_folder,
     measure_sigma,
 )
-from vbbench.reproduction.sigma_report import COLUMNS, plot_sigma, reproduce_sigma, sigma_table
 from vbbench.scoring import score
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.metrics import METRICS
@@ -106,7 +108,8 @@ def test_only_what_is_missing_is_made_again(figure: SigmaFigure, out: Path) -> N
 
 
 def test_files_hold_every_number(figure: SigmaFigure, out: Path) -> None:
-    printed = reproduce_sigma(STUDY, out)
+    report = sigma_report(measure_sigma(STUDY, out))
+    printed = shown(report, write_report(report, out))
     assert printed.endswith("\n".join(str(out / f"figure-sigma{suffix}") for suffix in (".md", ".csv", ".png")))
     assert printed.startswith((out / "figure-sigma.md").read_text("utf-8"))
     table = pd.read_csv(out / "figure-sigma.csv")
@@ -123,7 +126,7 @@ def test_files_hold_every_number(figure: SigmaFigure, out: Path) -> None:
 
 
 def test_table_tells_units_and_change(figure: SigmaFigure) -> None:
-    table = sigma_table(figure)
+    table = sigma_report(figure).markdown
     assert table.count("| Δr (rad) |") == table.count("| Δx̃ (m) |") == len(SOLVERS) * 2
     first, last = (point.statistics["dt"] for point in figure.solvers[FREE][1].points)
     change = f"{last.mean / first.mean - 1:+.0%} ({last.median / first.median - 1:+.0%})"
@@ -152,7 +155,7 @@ def test_another_definition_is_refused_unless_it_may_overwrite(tmp_path: Path) -
     other = SigmaStudy(**{**vars(SMALL), "seed": 1})
     with pytest.raises(VbbenchError, match=r"is dataset \w{16}, wanted is \w{16}; .* set overwrite to replace it"):
         measure_sigma(other, out)
-    assert measure_sigma(other, out, overwrite=True).study == other
+    assert measure_sigma(other, out, Making(overwrite=True)).study == other
 
 
 def test_an_answer_to_something_else_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.generate_command import generate_command
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.reproduction.reuse import ensure_dataset
+from vbbench.reproduction.making import Making
 
 
 def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
@@ -48,7 +48,7 @@ def test_footage_and_strides_that_are_none_are_refused(tmp_path: Path, capsys: p
 
 def test_a_dataset_of_every_third_sequence_is_used_again(tmp_path: Path) -> None:
     options = Options(limit=8, stride=3)
-    made = ensure_dataset("demo", tmp_path / "part", options)
-    assert ensure_dataset("demo", tmp_path / "part", options).info.id == made.info.id
+    made = Making().dataset("demo", tmp_path / "part", options)
+    assert Making().dataset("demo", tmp_path / "part", options).info.id == made.info.id
     with pytest.raises(VbbenchError, match="choose another folder"):
-        ensure_dataset("demo", tmp_path / "part", Options(limit=8))
+        Making().dataset("demo", tmp_path / "part", Options(limit=8))

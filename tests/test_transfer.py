@@ -13,7 +13,10 @@ from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.registry import load, make_solver
-from vbbench.reproduction.transfer import (
+from vbbench.reproduction.making import Making
+from vbbench.reproduction.report import shown, write_report
+from vbbench.reproduction.transfer.figure import TARGETS, plot_transfer, spoken, transfer_report
+from vbbench.reproduction.transfer.study import (
     Case,
     Comparison,
     TransferStudy,
@@ -21,8 +24,7 @@ from vbbench.reproduction.transfer import (
     measure_transfer,
     people_as_text,
 )
-from vbbench.reproduction.transfer_report import TARGETS, plot_transfer, reproduce_transfer, spoken
-from vbbench.reproduction.variants import Variant, registered_variants
+from vbbench.reproduction.transfer.variants import Variant, registered_variants
 from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solver import FrameSolver, Problem
@@ -95,7 +97,8 @@ def test_what_is_there_is_taken_over_and_files_hold_every_number(
     study: TransferStudy, found: list[Comparison], out: Path
 ) -> None:
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*") if path.is_file()}
-    printed = reproduce_transfer(study, out)
+    report = transfer_report(study, measure_transfer(study, out))
+    printed = shown(report, write_report(report, out))
     assert {path: path.stat().st_mtime_ns for path in before} == before
     assert printed.endswith("\n".join(str(out / f"transfer{suffix}") for suffix in (".md", ".json", ".png")))
     assert printed.startswith((out / "transfer.md").read_text("utf-8"))
@@ -115,7 +118,7 @@ def test_numbers_do_not_depend_on_the_number_of_processes(
 ) -> None:
     few = {name: study.variants[name] for name in NAMES[:3]}
     one = replace(study, variants=few, protocols=("one-step",))
-    (dx, _), (same, _) = (measure_transfer(one, tmp_path / str(jobs), jobs=jobs) for jobs in (1, 2))
+    (dx, _), (same, _) = (measure_transfer(one, tmp_path / str(jobs), Making(jobs=jobs)) for jobs in (1, 2))
     np.testing.assert_array_equal(dx.made.values, same.made.values)
     np.testing.assert_array_equal(dx.real.values, found[2].real.values[:3])
     assert dx.agreement.spearman == same.agreement.spearman

@@ -20,7 +20,7 @@ from functools import partial
 from typing import Any
 
 from vbbench.geometry import FloatArray
-from vbbench.reproduction.variants import Variant
+from vbbench.reproduction.transfer.variants import Variant
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 from vbbench_baselines.joint_map.batch import MapBatch
@@ -125,7 +125,7 @@ def _relies_on_feet(name: str) -> bool:
 VARIANTS = {name: Variant(solver=name, feet=_relies_on_feet(name)) for name in _SOLVERS} | {
     name: Variant(solver=f"{__name__}:{name}", feet=_relies_on_feet(name)) for name in FACTORIES
 }
-"""What `vbbench.reproduction.transfer` ranks: the solvers as they are, and their variants."""
+"""What `vbbench.reproduction.transfer.study` ranks: the solvers as they are, and their variants."""
 
 
 def __getattr__(name: str) -> Make:

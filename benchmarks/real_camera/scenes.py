@@ -14,7 +14,7 @@ from vbbench.generation.thinning import thinned
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import arrivals_given
 from vbbench.registry import load
-from vbbench.reproduction.reuse import ensure_planned
+from vbbench.reproduction.making import Making
 from vbbench.sequence import Sequence, Truth
 from vbbench_generators.footage.kitti.labels import WALKERS
 from vbbench_generators.footage.kitti.split import KittiSplit
@@ -65,14 +65,14 @@ class Scenes:
         asked = FootageOptions(sequences=(recording,), every=every, poses=self.kitti / "poses", boxes=boxes)
         split = KittiSplit(classes=WALKERS if seated else ("Pedestrian",))
         name = f"kitti-{recording}-{every}{'-seated' * seated}{'-found' * found}"
-        return ensure_planned(split.plan(Options(source=self.kitti, footage=asked)), self.cache / name, jobs=self.jobs)
+        return Making(jobs=self.jobs).planned(split.plan(Options(source=self.kitti, footage=asked)), self.cache / name)
 
     def board(self, split: str, tier: str) -> Dataset:
         """Some sequences of a board; in tier `field` a vehicle watches, as on the boards."""
         observer: Observer = "vehicle" if tier == "field" else "walker"
         stride = (FIELD_STRIDES if tier == "field" else STRIDES)[split]
         plan = load("generator", split).plan(Options(tier=tier, observer=observer))
-        return ensure_planned(thinned(plan, stride), self.cache / f"{split}-{tier}", jobs=self.jobs)
+        return Making(jobs=self.jobs).planned(thinned(plan, stride), self.cache / f"{split}-{tier}")
 
 
 def stands(truth: Truth) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vbbench import __version__
-from vbbench.cli import birdify, data, evaluation, exchange, reproduce, views
+from vbbench.cli import birdify, data, evaluation, exchange, reproduce, reproduce_figures, reproduce_tables, views
 from vbbench.cli.mistakes import in_options
 from vbbench.cli.parsing import parse
 from vbbench.cli.plugins import plugin_commands
@@ -37,9 +37,9 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "detect": exchange.detect,
     "birdify": birdify.birdify,
     "demo": views.demo,
-    "reproduce figure-sigma": reproduce.figure_sigma,
-    "reproduce readings": reproduce.readings,
-    "reproduce table4": reproduce.table4,
+    "reproduce figure-sigma": reproduce_figures.figure_sigma,
+    "reproduce readings": reproduce_tables.readings,
+    "reproduce table4": reproduce_tables.table4,
     "reproduce transfer": reproduce.transfer,
     "export csv": exchange.export_csv,
     "export mot": exchange.export_mot,

@@ -1,7 +1,8 @@
 """The study of transfer: whether datasets of tier `field` rank solvers as a real camera does, here KITTI's.
 
 Solvers and variants of them answer both: KITTI's recordings, every 4th frame and every frame, and trajectories seen by
-a vehicle's camera in tier `field` at the same frame times. `vbbench.reproduction.agreement` says how alike they rank.
+a vehicle's camera in tier `field` at the same frame times. `vbbench.reproduction.transfer.agreement` says how alike
+they rank.
 """
 
 import io
@@ -26,9 +27,9 @@ from vbbench.geometry import BoolArray
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
-from vbbench.reproduction.agreement import Agreement, Errors, agreement
-from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
-from vbbench.reproduction.variants import Variant, registered_variants
+from vbbench.reproduction.making import Making
+from vbbench.reproduction.transfer.agreement import Agreement, Errors, agreement
+from vbbench.reproduction.transfer.variants import Variant, registered_variants
 from vbbench.scene import Scene
 from vbbench.scoring.scorecard import Score
 
@@ -118,9 +119,7 @@ class Comparison:
     agreement: Agreement
 
 
-def measure_transfer(
-    study: TransferStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False
-) -> list[Comparison]:
+def measure_transfer(study: TransferStudy, out: Path | str, making: Making = Making()) -> list[Comparison]:  # noqa: B008
     """Generate, solve, score and compare every case.
 
     Datasets and submissions are kept in ``out``; complete ones are reused.
@@ -133,40 +132,40 @@ def measure_transfer(
     study.check()
     out = Path(out)
     with loose_files(out):
-        return [found for every in study.every for found in _compare(study, every, out, jobs, overwrite)]
+        return [found for every in study.every for found in _compare(study, every, out, making)]
 
 
-def _compare(study: TransferStudy, every: int, out: Path, jobs: int, overwrite: bool) -> Iterator[Comparison]:
+def _compare(study: TransferStudy, every: int, out: Path, making: Making) -> Iterator[Comparison]:
     folders = {name: out / f"{name}-{every}" / "dataset" for name in (REAL, TIER)}
-    real = ensure_dataset(REAL, folders[REAL], study.real(every), jobs=jobs, overwrite=overwrite)
+    real = making.dataset(REAL, folders[REAL], study.real(every))
     split, options = _people(study, every, out)
-    made = ensure_dataset(split, folders[TIER], options, jobs=jobs, overwrite=overwrite)
+    made = making.dataset(split, folders[TIER], options)
     feet = np.array([variant.feet for variant in study.variants.values()])
     solvers = [variant.solver for variant in study.variants.values()]
     for protocol in study.protocols:
-        scores = [_scores(dataset, solvers, protocol, jobs, overwrite) for dataset in (made, real)]
+        scores = [_scores(dataset, solvers, protocol, making) for dataset in (made, real)]
         for metric in METRICS:
             mine, theirs = (errors_of(found, metric) for found in scores)
             found = agreement(mine, theirs, feet)
             yield Comparison(case=Case(every, protocol, metric), made=mine, real=theirs, agreement=found)
 
 
-def _scores(dataset: Dataset, solvers: list[str], protocol: str, jobs: int, overwrite: bool) -> list[Score]:
+def _scores(dataset: Dataset, solvers: list[str], protocol: str, making: Making) -> list[Score]:
     """The solvers' scores in their order; as many solvers as there are ``jobs`` run side by side."""
-    scored, calls = partial(_score, dataset, protocol, overwrite), [(solver,) for solver in solvers]
+    scored, calls = partial(_score, dataset, protocol, making.here), [(solver,) for solver in solvers]
     found: list[Score] = []
     with progress_bar(len(calls), f"{dataset.info.split} {dataset.info.dt:g} s {protocol}", unit="solver") as bar:
-        for one in starmap(scored, calls) if jobs == 1 else in_parallel(scored, calls, jobs):
+        for one in starmap(scored, calls) if making.jobs == 1 else in_parallel(scored, calls, making.jobs):
             found.append(one)
             bar.update()
     return found
 
 
-def _score(dataset: Dataset, protocol: str, overwrite: bool, solver: str) -> Score:
+def _score(dataset: Dataset, protocol: str, making: Making, solver: str) -> Score:
     """One solver's score, without a progress bar of its own; what is said else is said when it is done."""
     said = io.StringIO()
     with redirect_stderr(said):
-        ((_, found),) = ensure_scores(dataset, [solver], protocol, overwrite=overwrite)
+        ((_, found),) = making.scores(dataset, [solver], protocol)
     sys.stderr.write(said.getvalue())
     return found
 

@@ -19,7 +19,7 @@ from vbbench.generation.generator import Generator, Options
 from vbbench.generation.thinning import thinned
 from vbbench.paper import the_paper
 from vbbench.registry import load
-from vbbench.reproduction.reuse import ensure_planned, ensure_scores
+from vbbench.reproduction.making import Making
 from vbbench.scoring.metrics import section
 from vbbench.scoring.statistics import Summary
 
@@ -150,7 +150,7 @@ def paper_figures(split: str) -> Mapping[str, float]:
     return row.figures
 
 
-def measure_readings(study: ReadingsStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False) -> Readings:
+def measure_readings(study: ReadingsStudy, out: Path | str, making: Making = Making()) -> Readings:  # noqa: B008
     """Generate, solve and score every reading on every split.
 
     Datasets and submissions are kept in ``out``; complete ones are reused.
@@ -165,12 +165,12 @@ def measure_readings(study: ReadingsStudy, out: Path | str, *, jobs: int = 1, ov
     sequences, out, readings = {}, Path(out), all_readings()
     with loose_files(out):
         for split, height_std, scaled in itertools.product(study.splits, (SIGMA_H, 0.0), (False, True)):
-            dataset = _dataset(study, split, height_std, scaled, out, jobs, overwrite)
+            dataset = _dataset(study, split, height_std, scaled, out, making)
             sequences[split] = len(dataset)
             chosen = [one for one in readings if (one.height_std, one.scaled) == (height_std, scaled)]
             for protocol in PROTOCOLS:
                 own = {one.solver: one for one in chosen if one.protocol == protocol}
-                for solver, score in ensure_scores(dataset, tuple(own), protocol, jobs=jobs, overwrite=overwrite):
+                for solver, score in making.scores(dataset, tuple(own), protocol):
                     found[own[solver], split] = {name: score.summaries[name] for name in section("metrics")}
     rows = [
         MeasuredReading(reading=one, summaries={split: found[one, split] for split in study.splits}) for one in readings
@@ -178,9 +178,7 @@ def measure_readings(study: ReadingsStudy, out: Path | str, *, jobs: int = 1, ov
     return Readings(study=study, sequences=sequences, rows=tuple(rows))
 
 
-def _dataset(
-    study: ReadingsStudy, split: str, height_std: float, scaled: bool, out: Path, jobs: int, overwrite: bool
-) -> Dataset:
+def _dataset(study: ReadingsStudy, split: str, height_std: float, scaled: bool, out: Path, making: Making) -> Dataset:
     generator = load("generator", split)
     if scaled:
         if not isinstance(generator, ScalableGenerator):
@@ -188,4 +186,4 @@ def _dataset(
         generator = generator.scaled(HALF_WIDTH)
     plan = thinned(generator.plan(Options(height_std=height_std, seed=study.seed)), study.every)
     folder = out / f"{split}-{'scaled' if scaled else 'metres'}-sigma-{height_std:g}" / "dataset"
-    return ensure_planned(plan, folder, jobs=jobs, overwrite=overwrite)
+    return making.planned(plan, folder)

@@ -1,7 +1,5 @@
-"""The readings of the paper as files: a Markdown table, JSON, and a picture with a row a reading."""
+"""The readings of the paper as a report: a table, every number, and a picture with a row a reading."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +9,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
-from vbbench.reproduction.readings import (
+from vbbench.reproduction.readings.study import (
     HALF_WIDTH,
     HEADLINE,
     PAPER_SOLVER,
@@ -19,49 +17,36 @@ from vbbench.reproduction.readings import (
     MeasuredReading,
     Reading,
     Readings,
-    ReadingsStudy,
-    measure_readings,
     paper_figures,
 )
-from vbbench.reproduction.report_files import write_report
+from vbbench.reproduction.report import Report, Table
 from vbbench.scoring.metrics import METRICS, section
 
 NAME = "readings"
 _WHAT_IS_KNOWN = {"learned": "learned", "known": "known", "prior": "N(μ, σ²)"}
 
 
-def reproduce_readings(
-    study: ReadingsStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False
-) -> tuple[str, str]:
-    """Measure, write ``readings.md``, ``.json`` and ``.png`` into ``out``; the table with their paths, and the JSON.
-
-    Raises
-    ------
-    VbbenchError
-        As `vbbench.reproduction.readings.measure_readings` does.
-    """
-    found = measure_readings(study, out, jobs=jobs, overwrite=overwrite)
-    values = json.dumps(readings_values(found), indent=2, ensure_ascii=False)
-    return write_report(out, NAME, readings_table(found), (".json", f"{values}\n"), plot_readings(found)), values
-
-
-def readings_table(found: Readings) -> str:
+def readings_report(found: Readings) -> Report:
     """A row a reading: Δx averaged over sequences and over frames, and how many times the paper's it is."""
     splits, label = found.study.splits, METRICS[HEADLINE].label
-    lines = [
-        f"# Every reading of the paper's {PAPER_SOLVER}, tier ideal, {conditions(found)}",
-        "",
+    printed = [f"{paper_figures(split)[HEADLINE]:.3f}" for split in splits]
+    table = Table(
+        head=["protocol", "heights", "observer walks", "field", "solver", *splits, "times the paper's"],
+        rows=[["the paper", "", "", "", PAPER_SOLVER, *printed, "1"], *map(_row, found.rows)],
+        names=5,
+    )
+    facts = (
         f"{label}: mean over sequences / over frames. Last column: geometric mean over splits of the same by the "
         f"paper's. Scaled: to [−{HALF_WIDTH:g}, {HALF_WIDTH:g}] m, in metres of the scaled field.",
-        "",
-        f"| protocol | heights | observer walks | field | solver | {' | '.join(splits)} | times the paper's |",
-        f"|---|---|---|---|---|{'---:|' * (len(splits) + 1)}",
-        f"| the paper | | | | {PAPER_SOLVER} | "
-        + " | ".join(f"{paper_figures(split)[HEADLINE]:.3f}" for split in splits)
-        + " | 1 |",
-        *(_row(row) for row in found.rows),
-    ]
-    return "\n".join(lines) + "\n"
+    )
+    return Report(
+        name=NAME,
+        title=f"Every reading of the paper's {PAPER_SOLVER}, tier ideal, {conditions(found)}",
+        facts=facts,
+        tables=[table],
+        values=readings_values(found),
+        pictures={"": plot_readings(found)},
+    )
 
 
 def conditions(found: Readings) -> str:
@@ -97,13 +82,13 @@ def readings_values(found: Readings) -> dict[str, Any]:
     }
 
 
-def _row(row: MeasuredReading) -> str:
+def _row(row: MeasuredReading) -> list[str]:
     one = row.reading
     cells = [f"{own[HEADLINE].mean:.3f} / {own[HEADLINE].frame_mean:.3f}" for own in row.summaries.values()]
     times = f"{row.times_the_paper():.2f} / {row.times_the_paper(frames=True):.2f}"
     facts = [one.protocol, _WHAT_IS_KNOWN[one.heights], "yes" if one.ego_prior else "no"]
     name = f"`{one.solver}`" if one.literal or one.solver == SOLVER else f"`{SOLVER}`, changed"
-    return f"| {' | '.join([*facts, 'scaled' if one.scaled else 'metres', name, *cells, times])} |"
+    return [*facts, "scaled" if one.scaled else "metres", name, *cells, times]
 
 
 _LEFT, _PANEL, _GAP, _LINE = 3.6, 2.6, 0.25, 0.2  # inches: names, width of a panel, between panels, height of a row

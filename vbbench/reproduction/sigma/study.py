@@ -16,7 +16,7 @@ from vbbench.generation.generator import Generator, Options, Simulation
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
-from vbbench.reproduction.reuse import ensure_dataset, ensure_scores
+from vbbench.reproduction.making import Making
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench.scoring.statistics import known
@@ -163,7 +163,7 @@ class SigmaFigure:
         return {name: [curve for curve in self.curves if curve.solver == name] for name in names}
 
 
-def measure_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False) -> SigmaFigure:
+def measure_sigma(study: SigmaStudy, out: Path | str, making: Making = Making()) -> SigmaFigure:  # noqa: B008
     """Generate, solve and score for every σ_h and solver.
 
     Datasets and submissions are kept in ``out``; complete ones are reused.
@@ -176,9 +176,7 @@ def measure_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrit
     study.check()
     out = Path(out)
     with loose_files(out):
-        curves = [
-            curve for sigma_h in dict.fromkeys(study.sigmas) for curve in _curves(study, sigma_h, out, jobs, overwrite)
-        ]
+        curves = [curve for sigma_h in dict.fromkeys(study.sigmas) for curve in _curves(study, sigma_h, out, making)]
     camera = DatasetInfo.read(dataset_folder(out, study.sigmas[0])).camera.kind
     return SigmaFigure(study=study, camera=camera, curves=tuple(curves))
 
@@ -188,10 +186,10 @@ def dataset_folder(out: Path, sigma_h: float) -> Path:
     return out / f"sigma-{sigma_h:g}" / "dataset"
 
 
-def _curves(study: SigmaStudy, sigma_h: float, out: Path, jobs: int, overwrite: bool) -> list[Curve]:
+def _curves(study: SigmaStudy, sigma_h: float, out: Path, making: Making) -> list[Curve]:
     folder = dataset_folder(out, sigma_h)
-    dataset = ensure_dataset(SPLIT, folder, study.options(sigma_h), jobs=jobs, overwrite=overwrite)
-    scores = ensure_scores(dataset, study.solvers, study.protocol, jobs=jobs, overwrite=overwrite)
+    dataset = making.dataset(SPLIT, folder, study.options(sigma_h))
+    scores = making.scores(dataset, study.solvers, study.protocol)
     return [
         Curve(solver=solver, sigma_h=sigma_h, fallback_frames=found.fallback_frames, points=_points(found, dataset))
         for solver, found in scores

@@ -1,9 +1,8 @@
-"""The figure over σ_h as files: a Markdown table, CSV, and a picture with a row of panels per solver."""
+"""The figure over σ_h as a report: tables, every number, and a picture with a row of panels per solver."""
 
 import csv
 import io
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,57 +11,57 @@ from matplotlib.ticker import MaxNLocator
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
-from vbbench.reproduction.report_files import write_report
-from vbbench.reproduction.sigma import PANELS, Curve, SigmaFigure, SigmaStudy, Statistic, measure_sigma, title_of
+from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.sigma.study import PANELS, Curve, SigmaFigure, Statistic, title_of
 from vbbench.scoring.metrics import METRICS
 
 NAME = "figure-sigma"
 COLUMNS = ("solver", "sigma_h", "people", "sequences", "seen", "coverage", "metric", "mean", "low", "high", "median")
 
 
-def reproduce_sigma(study: SigmaStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False) -> str:
-    """Measure, write ``figure-sigma.md``, ``.csv`` and ``.png`` into ``out``, and return the table and their paths.
-
-    Raises
-    ------
-    VbbenchError
-        As `vbbench.reproduction.sigma.measure_sigma` does.
-    """
-    figure = measure_sigma(study, out, jobs=jobs, overwrite=overwrite)
-    return write_report(out, NAME, sigma_table(figure), (".csv", sigma_csv(figure)), plot_sigma(figure))
-
-
-def sigma_table(figure: SigmaFigure) -> str:
-    """A Markdown table per solver: a row for each metric and σ_h, a column for each K."""
-    heading = [
-        f"# Errors over the number of people: {figure.conditions}",
+def sigma_report(figure: SigmaFigure) -> Report:
+    """A table per solver, a row for each metric and σ_h, a column for each K; every number also as CSV."""
+    facts = (
         "Mean over sequences [95 % bootstrap interval] by the number K of people in the scene, the observer included. "
         "Last column: change of the mean (of the median) from the fewest people to the most.",
-    ]
-    return "\n\n".join([*heading, *(_solver_table(name, curves) for name, curves in figure.solvers.items())]) + "\n"
+    )
+    return Report(
+        name=NAME,
+        title=f"Errors over the number of people: {figure.conditions}",
+        facts=facts,
+        tables=[_solver_table(name, curves) for name, curves in figure.solvers.items()],
+        values={"rows": [dict(zip(COLUMNS, row, strict=True)) for row in _rows(figure)]},
+        pictures={"": plot_sigma(figure)},
+        texts={".csv": sigma_csv(figure)},
+    )
 
 
 def sigma_csv(figure: SigmaFigure) -> str:
     """Every number of the figure: a row for each solver, σ_h (m), K and metric (m, rad)."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerows([COLUMNS, *_rows(figure)])
+    return text.getvalue()
+
+
+def _rows(figure: SigmaFigure) -> Iterator[tuple[str | float, ...]]:
+    """Of `COLUMNS`."""
     for curve in figure.curves:
         for point in curve.points:
             head = (curve.solver, curve.sigma_h, point.people, point.sequences, point.seen, point.coverage)
             for metric, s in point.statistics.items():
-                writer.writerow([*head, metric, s.mean, s.low, s.high, s.median])
-    return text.getvalue()
+                yield (*head, metric, s.mean, s.low, s.high, s.median)
 
 
-def _solver_table(solver: str, curves: list[Curve]) -> str:
+def _solver_table(solver: str, curves: list[Curve]) -> Table:
     points = curves[0].points
-    lines = [
-        f"| | σ_h (m) | {' | '.join(f'K = {point.people}' for point in points)} | change |",
-        f"|---|---|{'---|' * (len(points) + 1)}",
-        *(_row(metric, curve) for metric in PANELS for curve in curves),
-    ]
-    return "\n\n".join([f"## {title_of(solver)}", "\n".join(_facts(solver, curves)), "\n".join(lines)])
+    return Table(
+        title=title_of(solver),
+        facts=["\n".join(_facts(solver, curves))],
+        head=["", "σ_h (m)", *(f"K = {point.people}" for point in points), "change"],
+        rows=[_row(metric, curve) for metric in PANELS for curve in curves],
+        names=2,
+    )
 
 
 def _facts(solver: str, curves: list[Curve]) -> Iterator[str]:
@@ -77,10 +76,10 @@ def _facts(solver: str, curves: list[Curve]) -> Iterator[str]:
         yield f"- coverage: {coverage:.1%} at least; missing answers are held, not left out"
 
 
-def _row(metric: str, curve: Curve) -> str:
+def _row(metric: str, curve: Curve) -> list[str]:
     own = [point.statistics[metric] for point in curve.points]
-    cells = " | ".join(f"{one.mean:.4f} [{one.low:.4f}, {one.high:.4f}]" for one in own)
-    return f"| {METRICS[metric].label} | {curve.sigma_h:g} | {cells} | {_change(own[0], own[-1])} |"
+    cells = [f"{one.mean:.4f} [{one.low:.4f}, {one.high:.4f}]" for one in own]
+    return [METRICS[metric].label, f"{curve.sigma_h:g}", *cells, _change(own[0], own[-1])]
 
 
 def _change(first: Statistic, last: Statistic) -> str:

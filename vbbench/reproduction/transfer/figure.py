@@ -1,9 +1,7 @@
-"""The study of transfer as files: a Markdown table, every number as JSON, and a picture of error against error."""
+"""The study of transfer as a report: tables, every number, and a picture of error against error."""
 
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +11,9 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import lay_out
-from vbbench.reproduction.agreement import Agreement, Estimate
-from vbbench.reproduction.report_files import write_report
-from vbbench.reproduction.transfer import Case, Comparison, TransferStudy, measure_transfer
+from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.transfer.agreement import Agreement, Estimate
+from vbbench.reproduction.transfer.study import Case, Comparison, TransferStudy
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.statistics import finite_or_none
 
@@ -31,63 +29,53 @@ TARGETS = {
 """Titles of the figures of `Agreement`, and what is fair to ask of each."""
 
 
-def reproduce_transfer(study: TransferStudy, out: Path | str, *, jobs: int = 1, overwrite: bool = False) -> str:
-    """Measure, write ``transfer.md``, ``.json`` and ``.png`` into ``out``, and return the table and their paths.
-
-    Raises
-    ------
-    VbbenchError
-        As `vbbench.reproduction.transfer.measure_transfer` does.
-    """
-    found = measure_transfer(study, out, jobs=jobs, overwrite=overwrite)
-    values = json.dumps(transfer_values(study, found), indent=1, ensure_ascii=False) + "\n"
-    return write_report(out, NAME, transfer_table(study, found), (".json", values), plot_transfer(study, found))
-
-
 def spoken(case: Case) -> str:
     """A case as text."""
     frames = "every frame" if case.every == 1 else f"every {case.every}th frame"
     return f"{frames}, {case.protocol}, {METRICS[case.metric].label}"
 
 
-def transfer_table(study: TransferStudy, found: Sequence[Comparison]) -> str:
+def transfer_report(study: TransferStudy, found: Sequence[Comparison]) -> Report:
     """How alike they rank, a row a case, and below every variant's errors."""
-    heads = " | ".join(title for title, _ in TARGETS.values())
-    asked = " | ".join(target for _, target in TARGETS.values())
-    lines = [
-        f"# Does tier field rank as KITTI does? {len(study.variants)} solvers and variants, seed {study.seed}",
-        "",
-        f"| | {heads} | KITTI's halves | pairs that KITTI separates | blocks, field and KITTI |",
-        f"|---|{'---|' * (len(TARGETS) + 3)}",
-        f"| asked | {asked} | | | |",
-        *(_agreement_row(one) for one in found),
-        "",
-        "In brackets: 95 % intervals by blocks of time of both datasets. "
-        "KITTI's halves: Spearman of its odd runs with its even ones.",
-        "",
-        *_errors_table(study, found),
-    ]
-    return "\n".join(lines) + "\n"
+    heads = [title for title, _ in TARGETS.values()]
+    asked = [target for _, target in TARGETS.values()]
+    ranks = Table(
+        title="How alike they rank",
+        facts=[
+            "In brackets: 95 % intervals by blocks of time of both datasets. "
+            "KITTI's halves: Spearman of its odd runs with its even ones."
+        ],
+        head=["", *heads, "KITTI's halves", "pairs that KITTI separates", "blocks, field and KITTI"],
+        rows=[["asked", *asked, "", "", ""], *map(_agreement_row, found)],
+    )
+    errors = Table(
+        title="Errors",
+        head=["field / KITTI, capped means", *(spoken(one.case) for one in found)],
+        rows=[_errors_row(n, name, found) for n, name in enumerate(study.variants)],
+    )
+    return Report(
+        name=NAME,
+        title=f"Does tier field rank as KITTI does? {len(study.variants)} solvers and variants, seed {study.seed}",
+        tables=[ranks, errors],
+        values=transfer_values(study, found),
+        pictures={"": plot_transfer(study, found)},
+    )
 
 
-def _agreement_row(one: Comparison) -> str:
+def _agreement_row(one: Comparison) -> list[str]:
     values: Agreement = one.agreement
-    cells = " | ".join(_cell(getattr(values, name)) for name in TARGETS)
+    cells = [_cell(getattr(values, name)) for name in TARGETS]
     count = len(one.real.values)
     pairs = f"{values.separated} of {count * (count - 1) // 2}"
-    return f"| {spoken(one.case)} | {cells} | {values.halves:.2f} | {pairs} | {values.blocks[0]}, {values.blocks[1]} |"
+    return [spoken(one.case), *cells, f"{values.halves:.2f}", pairs, f"{values.blocks[0]}, {values.blocks[1]}"]
+
+
+def _errors_row(row: int, name: str, found: Sequence[Comparison]) -> list[str]:
+    return [f"`{name}`", *(f"{one.made.means[row]:.3f} / {one.real.means[row]:.3f}" for one in found)]
 
 
 def _cell(figure: Estimate) -> str:
     return "–" if np.isnan(figure.value) else f"{figure.value:.2f} [{figure.low:.2f}, {figure.high:.2f}]"
-
-
-def _errors_table(study: TransferStudy, found: Sequence[Comparison]) -> Iterator[str]:
-    yield f"| field / KITTI, capped means | {' | '.join(spoken(one.case) for one in found)} |"
-    yield f"|---|{'---|' * len(found)}"
-    for row, name in enumerate(study.variants):
-        cells = (f"{one.made.means[row]:.3f} / {one.real.means[row]:.3f}" for one in found)
-        yield f"| `{name}` | {' | '.join(cells)} |"
 
 
 def transfer_values(study: TransferStudy, found: Sequence[Comparison]) -> dict[str, Any]:

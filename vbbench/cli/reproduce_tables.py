@@ -1,0 +1,57 @@
+"""Commands that reproduce the paper's tables."""
+
+from pathlib import Path
+
+from tyro.conf import OmitArgPrefixes
+
+from vbbench.cli.showing import making, show
+from vbbench.reproduction.work import Work
+
+
+def table4(
+    out: Path = Path("table4"),
+    solver: tuple[str, ...] = ("vb-sf", "vb-cv"),
+    sequences: int | None = None,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    json: bool = False,
+) -> None:
+    """Make a table of errors on split street with exact and with tracked boxes, beside the paper's.
+
+    Args:
+        out: Folder for table4.md, datasets and submissions; what it holds is reused.
+        solver: Registered names or module:attribute.
+        sequences: Number of sequences; default: the scenario's ten.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+        json: Print every number as JSON instead of the tables.
+    """
+    from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+
+    study = Table4Study(solvers=solver, sequences=sequences, seed=seed)
+    show(table4_report(measure_table4(study, out, making(work))), out, json)
+
+
+def readings(
+    out: Path = Path("readings"),
+    split: tuple[str, ...] = ("hotel", "eth", "students"),
+    every: int = 1,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    json: bool = False,
+) -> None:
+    """Make a table and a picture of the errors under every reading of the paper, beside the paper's.
+
+    Args:
+        out: Folder for readings.md, .json and .png, and for datasets and submissions; what it holds is reused.
+        split: Of the paper's Table 2.
+        every: Only every so-many-th sequence of each split.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+        json: Print every number as JSON instead of the tables.
+    """
+    from vbbench.reproduction.readings.figure import readings_report
+    from vbbench.reproduction.readings.study import ReadingsStudy, measure_readings
+
+    study = ReadingsStudy(splits=split, every=every, seed=seed)
+    show(readings_report(measure_readings(study, out, making(work))), out, json)

@@ -1,0 +1,1 @@
+"""Table 2 under every reading of the paper."""

@@ -1,0 +1,104 @@
+"""What a study found, as files: tables as Markdown, every number as JSON, and pictures."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.pictures.plotting.style import save_png
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Rows of text; the first ``names`` columns name a row, the others are its figures.
+
+    Parameters
+    ----------
+    title : what it shows; "" if the report's title says so.
+    facts : conditions and explanations, a paragraph each, above it.
+    """
+
+    title: str = ""
+    facts: Sequence[str] = ()
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    names: int = 1
+
+    def markdown(self) -> Iterator[str]:
+        """Its lines."""
+        if self.title:
+            yield from (f"## {self.title}", "")
+        for fact in self.facts:
+            yield from (fact, "")
+        yield _line(self.head)
+        yield f"|{'---|' * self.names}{'---:|' * (len(self.head) - self.names)}"
+        yield from map(_line, self.rows)
+        yield ""
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"|{'|'.join(f' {cell} ' if cell else ' ' for cell in cells)}|"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What a study found.
+
+    Parameters
+    ----------
+    name : of its command and its files.
+    title : one line.
+    facts : what the paper says, what was done, what differs and why: a paragraph each.
+    values : every number, for JSON; no NaN in it.
+    pictures : by what follows ``name`` in the file's name; "" for the first.
+    texts : further files by their ending, such as ``.csv``.
+    """
+
+    name: str
+    title: str
+    facts: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    values: Mapping[str, Any]
+    pictures: Mapping[str, Figure] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def markdown(self) -> str:
+        """Title, facts and tables."""
+        lines = [f"# {self.title}", ""]
+        for fact in self.facts:
+            lines += [fact, ""]
+        for table in self.tables:
+            lines += table.markdown()
+        return "\n".join(lines)
+
+    @property
+    def json(self) -> str:
+        """Every number."""
+        return json.dumps(self.values, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def picture_name(self, key: str) -> str:
+        """The name of a picture's file."""
+        return f"{self.name}{'-' if key else ''}{key}.png"
+
+
+def write_report(report: Report, out: Path | str) -> list[Path]:
+    """Write ``NAME.md``, ``NAME.json``, pictures and further texts into ``out``; their paths."""
+    out = Path(out)
+    texts = {".md": report.markdown, ".json": report.json, **report.texts}
+    paths = [out / f"{report.name}{ending}" for ending in texts]
+    for path, text in zip(paths, texts.values(), strict=True):
+        write_text_atomically(path, text)
+    for key, figure in report.pictures.items():
+        paths.append(out / report.picture_name(key))
+        save_png(figure, paths[-1])
+    return paths
+
+
+def shown(report: Report, paths: Sequence[Path], *, as_json: bool = False) -> str:
+    """What a command prints: the tables with the paths of their files, or every number as JSON."""
+    return report.json.rstrip() if as_json else "\n".join([report.markdown, *map(str, paths)])

@@ -1,0 +1,1 @@
+"""Whether tier `field` ranks solvers as a real camera does."""
