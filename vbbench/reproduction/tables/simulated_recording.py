@@ -32,8 +32,8 @@ class SimulatedRecording:
 
 
 STAND_INS = {
-    "shibuya01": SimulatedRecording(people=575, every=200),
-    "shibuya02": SimulatedRecording(people=390, every=140),
+    "shibuya01": SimulatedRecording(people=575, every=100),
+    "shibuya02": SimulatedRecording(people=390, every=60),
 }
 """As many people at a time as the paper's sequences are long and many: 257 and 174."""
 

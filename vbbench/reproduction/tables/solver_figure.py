@@ -111,4 +111,4 @@ def _draw_legend(axes: Axes, found: SolverTable) -> None:
         if sigma_h != SIGMA_H:
             ring: dict[str, Any] = {"marker": "o", "color": style.TRUTH, "fillstyle": "none", "markersize": _RING}
             axes.plot([], [], label=f"σ_h = {sigma_h:g} m", **nothing, **ring)
-    axes.plot([], [], color=style.ESTIMATE, linewidth=2.4, label="the paper's figure")
+    axes.plot([], [], color=style.ESTIMATE, linewidth=2.4, label=f"the paper's, over frames, σ_h = {SIGMA_H:g} m")

@@ -66,9 +66,10 @@ def _facts(found: SolverTable) -> Iterator[str]:
         "letter and learns no height: with σ_h = 0 it is told them all."
     )
     yield (
-        "`cv` and `sf` never look at a box. The paper's CV and SF fit no reading: ours are below them under "
-        "`one-step`, which asks for one frame, and above them under `sequential`, where a straight line goes on to "
-        "the end of the sequence. `vb-sf-literal`, `map-causal` and `map-batch` are compared with the paper's VB-SF."
+        "`cv` and `sf` look at a box only to place somebody of whom nothing else is known. The paper's CV and SF fit "
+        "no reading: ours are below them under `one-step`, which asks for one frame, and above them under "
+        "`sequential`, where a straight line goes on to the end of the sequence. `vb-sf-literal`, `map-causal` and "
+        "`map-batch` are compared with the paper's VB-SF."
     )
     if "map-batch" in found.study.solvers:
         yield (
@@ -152,7 +153,9 @@ def _intervals(rows: Sequence[SolverRow]) -> str:
     blocks = [row.summaries[HEADLINE].blocks for row in rows]
     if all(np.isnan(row.summaries[HEADLINE].ci95).any() for row in rows):
         return f"No intervals: {max(blocks):.1f} blocks of time are too few for honest ones."
-    return f"Intervals are from a block bootstrap over time, with {min(blocks):.0f} to {max(blocks):.0f} blocks."
+    least, most = f"{min(blocks):.0f}", f"{max(blocks):.0f}"
+    count = least if least == most else f"{least} to {most}"
+    return f"Intervals are from a block bootstrap over time, with {count} blocks."
 
 
 def _names(row: SolverRow) -> list[str]:
