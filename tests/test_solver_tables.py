@@ -214,7 +214,7 @@ def test_a_simulated_crowd_stands_in_for_a_missing_recording(no_data: Path, tmp_
     found = measure_solver_table(study, tmp_path / "out")
     own = found.measured["shibuya02"]
     assert own.simulated
-    assert "a simulated crowd of 40 people" in own.title
+    assert own.title == "Simulated crowd of 40 people, lifted like shibuya02"
     assert found.name("shibuya02") == "shibuya02 (simulated)"
     report = solver_table_report(found)
     assert "**`shibuya02` is a stand-in**" in report.markdown

@@ -28,7 +28,7 @@ class SimulatedRecording:
 
     def title(self, split: str) -> str:
         """What stands in for ``split``."""
-        return f"a simulated crowd of {self.people} people, lifted like {split}"
+        return f"Simulated crowd of {self.people} people, lifted like {split}"
 
 
 STAND_INS = {

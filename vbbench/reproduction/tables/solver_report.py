@@ -86,9 +86,10 @@ def _facts(found: SolverTable) -> Iterator[str]:
     for split, own in found.measured.items():
         if own.simulated:
             yield (
-                f"**`{split}` is a stand-in**: {own.title}, because CroHD is not here: `vbbench fetch {split}` gets "
-                "it. These figures reproduce nothing of the paper's. They say what this table is like on a crowd of "
-                "that kind, and the ratios are for scale only."
+                f"**`{split}` is a stand-in**, because CroHD is not here (`vbbench fetch {split}` gets it): a crowd was "
+                "simulated, recorded by a camera above it, annotated as CroHD is, and lifted like it. These figures "
+                "reproduce nothing of the paper's. They say what this table is like on a crowd of that kind; a "
+                "simulated crowd walks more evenly than a real one, and the ratios are for scale only."
             )
     yield from found.missing.values()
 
@@ -100,8 +101,8 @@ def _at_a_glance(found: SolverTable) -> Table:
     rows = []
     for solver in found.study.solvers:
         own = [found.one(split, protocol, SIGMA_H, solver) for protocol, split in combinations]
-        cells = [_with_ratio(f"{row.summaries[HEADLINE].frame_mean:.3f}", row.times_the_paper()) for row in own]
-        times = [_plain(found.times_the_paper(protocol, solver)) for protocol in protocols]
+        cells = [_with_ratio(f"{_size(row.summaries[HEADLINE].frame_mean)}", row.times_the_paper()) for row in own]
+        times = [_ratio(found.times_the_paper(protocol, solver)) for protocol in protocols]
         rows.append([f"`{solver}`", counterpart(solver), *cells, *times])
     return Table(
         title=f"{_DX} at a glance, σ_h = {SIGMA_H:g} m",
@@ -165,24 +166,30 @@ def _names(row: SolverRow) -> list[str]:
 
 def _frames_cell(row: SolverRow, metric: str) -> str:
     own = row.summaries[metric]
-    return _with_ratio(f"{own.frame_mean:.4f} ± {own.frame_std:.4f}", row.times_the_paper(metric))
+    return _with_ratio(f"{_size(own.frame_mean)} ± {_size(own.frame_std)}", row.times_the_paper(metric))
 
 
 def _sequence_cells(row: SolverRow) -> Iterator[str]:
     for metric in COLUMNS:
         own = row.summaries[metric]
-        yield f"{own.mean:.4f}" if np.isnan(own.ci95).any() else f"{own.mean:.4f} [{interval_text(own.ci95)}]"
+        yield _size(own.mean) if np.isnan(own.ci95).any() else f"{_size(own.mean)} [{interval_text(own.ci95)}]"
     own = row.summaries[HEADLINE]
-    yield f"{own.capped:.4f}"
+    yield _size(own.capped)
     yield f"{own.failure_rate:.1%}"
 
 
+def _size(value: float) -> str:
+    """Four decimals; two digits of what is smaller than 0.001."""
+    return f"{value:.4f}" if value >= 0.001 else f"{value:.2g}"
+
+
 def _with_ratio(text: str, ratio: float) -> str:
-    return text if np.isnan(ratio) else f"{text} ({ratio:.2f})"
+    return f"{text} ({_ratio(ratio)})" if _ratio(ratio) else text
 
 
-def _plain(ratio: float) -> str:
-    return "" if np.isnan(ratio) else f"{ratio:.2f}"
+def _ratio(value: float) -> str:
+    """Two decimals; two digits of what is smaller than 0.1; nothing where the paper has no figure."""
+    return "" if np.isnan(value) else f"{value:.2f}" if value >= 0.1 else f"{value:.2g}"
 
 
 def _three(value: float | None) -> str:
