@@ -35,7 +35,7 @@ STAND_INS = {
     "shibuya01": SimulatedRecording(people=575, every=100),
     "shibuya02": SimulatedRecording(people=390, every=60),
 }
-"""As many people at a time as the paper's sequences are long and many: 257 and 174."""
+"""So that 254 and 178 people are seen at a time; by the paper's Table 1 it is 806 · 317 / 1000 = 256 and 170."""
 
 
 def record_crowd(what: SimulatedRecording, folder: Path, seed: int, making: Making) -> Path:

@@ -86,10 +86,10 @@ def _facts(found: SolverTable) -> Iterator[str]:
     for split, own in found.measured.items():
         if own.simulated:
             yield (
-                f"**`{split}` is a stand-in**, because CroHD is not here (`vbbench fetch {split}` gets it): a crowd was "
-                "simulated, recorded by a camera above it, annotated as CroHD is, and lifted like it. These figures "
-                "reproduce nothing of the paper's. They say what this table is like on a crowd of that kind; a "
-                "simulated crowd walks more evenly than a real one, and the ratios are for scale only."
+                f"**`{split}` is a stand-in**, because CroHD is not here (`vbbench fetch {split}` gets it): a crowd "
+                "was simulated, recorded by a camera above it, annotated as CroHD is, and lifted like it. These "
+                "figures reproduce nothing of the paper's. They say what this table is like on a crowd of that kind, "
+                "and the ratios are for scale only."
             )
     yield from found.missing.values()
 
@@ -180,7 +180,7 @@ def _sequence_cells(row: SolverRow) -> Iterator[str]:
 
 def _size(value: float) -> str:
     """Four decimals; two digits of what is smaller than 0.001."""
-    return f"{value:.4f}" if value >= 0.001 else f"{value:.2g}"
+    return f"{value:.4f}" if value >= 0.001 else _two_digits(value)
 
 
 def _with_ratio(text: str, ratio: float) -> str:
@@ -189,7 +189,11 @@ def _with_ratio(text: str, ratio: float) -> str:
 
 def _ratio(value: float) -> str:
     """Two decimals; two digits of what is smaller than 0.1; nothing where the paper has no figure."""
-    return "" if np.isnan(value) else f"{value:.2f}" if value >= 0.1 else f"{value:.2g}"
+    return "" if np.isnan(value) else f"{value:.2f}" if value >= 0.1 else _two_digits(value)
+
+
+def _two_digits(value: float) -> str:
+    return "< 0.00001" if value < 1e-5 else np.format_float_positional(value, 2, fractional=False, trim="-")
 
 
 def _three(value: float | None) -> str:
