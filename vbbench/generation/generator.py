@@ -128,6 +128,9 @@ class Options:
         ``None`` for the tier's own.
     observer : who carries the camera; a vehicle looks where it drives.
     detector : whether boxes are those of a detector, in tiers that leave the choice.
+    noise : standard deviation in px of columns, tops and bottoms of boxes, in the tier `noisy`; ``None`` for its own.
+    least_track : fewest frames of a track that counts, in tiers whose boxes are those of a tracker; ``None`` for the
+        tracker's own. The paper's "more than three" is 4.
     source : file or folder that holds the source files; ``None`` to search the usual places.
     dt : seconds per frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
@@ -149,6 +152,8 @@ class Options:
     look: Look | None = None
     observer: Observer = "walker"
     detector: bool = True
+    noise: Annotated[float, Within(0.001, 100.0, "px", "the noise of boxes")] | None = None
+    least_track: Annotated[int, Within(1, 10**6)] | None = None
     source: Path | None = None
     dt: Annotated[float, FRAME_TIME] | None = None
     homography: Path | None = None
