@@ -10,25 +10,28 @@ from vbbench.reproduction.work import Work
 
 def table4(
     out: Path = Path("table4"),
-    solver: tuple[str, ...] = ("vb-sf", "vb-cv"),
+    solver: tuple[str, ...] = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal"),
+    jitter: tuple[float, ...] = (0.0, 1.0, 2.0),
     sequences: int | None = None,
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
-    """Make a table of errors on split street with exact and with tracked boxes, beside the paper's.
+    """Make tables and a picture of errors on split street with centre lines and with tracked boxes, beside the paper's.
 
     Args:
-        out: Folder for table4.md, datasets and submissions; what it holds is reused.
+        out: Folder for table4.md, .json and .png, and for datasets and submissions; what it holds is reused.
         solver: Registered names or module:attribute.
+        jitter: Standard deviations in px of the hands that draw centre lines; 0 draws them exactly.
         sequences: Number of sequences; default: the scenario's ten.
         seed: Seed of all random numbers.
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
     """
-    from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+    from vbbench.reproduction.tables.table4.report import table4_report
+    from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
 
-    study = Table4Study(solvers=solver, sequences=sequences, seed=seed)
+    study = Table4Study(solvers=solver, jitter=jitter, sequences=sequences, seed=seed)
     show(table4_report(measure_table4(study, out, making(work))), out, json)
 
 
