@@ -152,7 +152,7 @@ class Options:
     look: Look | None = None
     observer: Observer = "walker"
     detector: bool = True
-    noise: Annotated[float, Within(0.001, 100.0, "px", "the noise of boxes")] | None = None
+    noise: Annotated[float, Within(0.001, 100.0, "px")] | None = None
     least_track: Annotated[int, Within(1, 10**6)] | None = None
     source: Path | None = None
     dt: Annotated[float, FRAME_TIME] | None = None
