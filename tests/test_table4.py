@@ -41,7 +41,7 @@ def found(folder: Path) -> Table4:
 
 def test_inputs_are_lines_by_hand_and_tracks_by_the_papers_rule() -> None:
     assert [one.name for one in Table4Study().inputs] == [
-        *("cline-0px", "cline-1px", "cline-2px", "tracked-4", "tracked", "linked-4")
+        *("cline-0px", "cline-1px", "cline-2px", "cline-4px", "tracked-4", "tracked", "linked-4")
     ]
     assert (LINE.options(0, None).tier, ROUGH.options(0, None).tier) == ("ideal", "noisy")
     assert (ROUGH.options(0, None).noise, TRACKED.options(0, None).least_track) == (2.0, 4)

@@ -11,7 +11,7 @@ from vbbench.reproduction.work import Work
 def table4(
     out: Path = Path("table4"),
     solver: tuple[str, ...] = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal"),
-    jitter: tuple[float, ...] = (0.0, 1.0, 2.0),
+    jitter: tuple[float, ...] = (0.0, 1.0, 2.0, 4.0),
     sequences: int | None = None,
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen

@@ -118,7 +118,7 @@ def _draw_panel(axes: Axes, metric: str, found: Table4, paper: Mapping[str, floa
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xlim(-0.5, len(inputs) - 0.5)
     names = [f"{one.jitter:g} px" if one.jitter else "exact" for one in study.lines]
-    axes.set_xticks(places, [*names, "tracked", "true ids"], fontsize=7.0)
+    axes.set_xticks(places, [*names, "tracked", "true\nids"], fontsize=7.0)
     axes.set_title(METRICS[metric].label, fontsize=10.0, loc="left", color=style.INK)
     axes.grid(color=style.FAINT, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -20,8 +20,8 @@ from vbbench.sequence import NOBODY
 
 SPLIT, PROTOCOLS = "street", ("one-step", "sequential")
 SOLVERS = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal")
-JITTER = (0.0, 1.0, 2.0)
-"""Standard deviations in px of column, top and bottom of centre lines: exact, and drawn by careful hands or hasty."""
+JITTER = (0.0, 1.0, 2.0, 4.0)
+"""Standard deviations in px of column, top and bottom of centre lines: exact, and drawn by hands ever more hasty."""
 LEAST_TRACK = 4
 """The paper keeps who is tracked in more than three frames."""
 COLUMNS = ("dx_rel", "dx", "dr", "dt")
