@@ -92,5 +92,5 @@ def test_a_real_study_on_the_page(tmp_path: Path) -> None:
 def test_unknown_studies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, _, errors = run(capsys, "reproduce", "all", "--study", "table44", "--out", tmp_path / "out")
     assert status == 2
-    assert "unknown study 'table44'; did you mean 'table4'" in errors
+    assert "no study is called 'table44'; did you mean 'table4'?" in errors
     assert list(the_parts(only=("figure-sigma",))) == ["figure-sigma"]
