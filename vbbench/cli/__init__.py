@@ -29,6 +29,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "verify": data.verify,
     "solvers": evaluation.solvers,
     "solve": evaluation.solve,
+    "check": evaluation.check,
     "score": evaluation.score,
     "compare": evaluation.compare,
     "plot": views.plot,
