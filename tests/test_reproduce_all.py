@@ -14,7 +14,8 @@ from vbbench.paper import the_paper
 from vbbench.reproduction.everything import DONE, PAGE, Part, reproduce_all, the_parts
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import Report, Table
-from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+from vbbench.reproduction.tables.table4.report import table4_report
+from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
 
 TABLE = Table(title="Of `cv`", head=["who", "Δx < 1 m"], rows=[["**us**", "0.5"], ["the paper", ""]])
 
@@ -82,11 +83,13 @@ def test_what_was_missing_is_made_once_it_is_there(parts: dict[str, Part], count
 
 
 def test_a_real_study_on_the_page(tmp_path: Path) -> None:
-    study = Table4Study(solvers=("cv",), sequences=1)
+    study = Table4Study(solvers=("cv",), jitter=(1.0,), sequences=1)
     part = Part(study=study, make=lambda out, making: table4_report(measure_table4(study, out, making)))
     html = reproduce_all({"table4": part}, tmp_path / "out").read_text("utf-8")
     values = json.loads((tmp_path / "out" / "table4" / "table4.json").read_text("utf-8"))
-    assert f'<td class="figure">{values["means"]["tracked"]["cv"]["dx"]:.4f}</td>' in html
+    assert f'<td class="figure">{values["paper"]["ratio"]["dx"]:.2f}</td>' in html
+    (ratio,) = (one["tracked"]["dx"] for one in values["ratios"] if one["protocol"] == "one-step")
+    assert f'<td class="figure">{ratio["sequences"]:.2f} / {ratio["frames"]:.2f}</td>' in html
 
 
 def test_unknown_studies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,8 @@ from vbbench.reproduction.readings.study import ReadingsStudy, measure_readings
 from vbbench.reproduction.report import Report, Table, write_report
 from vbbench.reproduction.sigma.figure import sigma_report
 from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
-from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+from vbbench.reproduction.tables.table4.report import table4_report
+from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
 
 PAGE = "index.html"
 DONE = "done.json"
