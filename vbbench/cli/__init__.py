@@ -39,6 +39,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "demo": views.demo,
     "reproduce figure-sigma": reproduce_figures.figure_sigma,
     "reproduce readings": reproduce_tables.readings,
+    "reproduce table1": reproduce_tables.table1,
     "reproduce table4": reproduce_tables.table4,
     "reproduce transfer": reproduce.transfer,
     "export csv": exchange.export_csv,
