@@ -35,7 +35,7 @@ class Tally:
     @cached_property
     def row(self) -> dict[str, Any]:
         """What ``vbbench info`` says of the dataset: its row of Table 1."""
-        counts = {
+        counts: dict[str, float] = {
             "sequences": len(self.frames),
             "frames": int(self.frames.sum()),
             "observations": int(self.seen.sum()),
@@ -47,7 +47,7 @@ class Tally:
     @property
     def in_a_frame(self) -> IntArray:
         """[F] people in each frame that counts; with the observer where the split's recipe says so."""
-        return self.seen + (self.row["people_min"] - int(self.seen.min()))
+        return self.seen + (int(self.row["people_min"]) - int(self.seen.min()))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Table 1 as a picture: how many people there are and how long sequences are, with the paper's figures beneath."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -78,24 +79,27 @@ def _draw_names(drawn: Figure, row: Row, tally: Tally | None, middle: float) -> 
 def _draw_people(axes: Axes, row: Row, tally: Tally | None) -> None:
     axes.axhline(0.0, color=style.TRUTH_FAINT, linewidth=0.8)
     if tally is None:
+        look: dict[str, Any] = {"fontsize": style.TEXT_SIZE, "style": "italic", "color": style.TRUTH}
         command = how_to_get(row.split).replace("`", "")
-        axes.text(0.5, 0.62, f"missing: {command}", ha="center", transform=axes.transAxes, **_note())
+        axes.text(0.5, 0.62, f"missing: {command}", ha="center", transform=axes.transAxes, **look)
     else:
-        edges = _edges()
-        axes.stairs(
-            _heights(tally.in_a_frame, edges), edges, fill=True, color=style.GIVEN, alpha=0.3, label="in a frame"
-        )
-        look = {"color": style.GIVEN, "linewidth": 1.0, "label": "seen during a sequence"}
-        axes.stairs(_heights(tally.passing, edges), edges, baseline=None, **look)
-        if row.counted == "of the scene" and tally.crowd is not None:
-            sizes, often = np.unique(tally.crowd, return_counts=True)
-            heights = 0.95 * often / often.max()
-            axes.vlines(sizes, 0.0, heights, color=style.INK, linewidth=2.0, label="in the scene")
+        _draw_crowd(axes, row, tally)
         people = row.people(tally)
         _draw_range(axes, _OURS, (people.min(), people.mean(), people.max()), style.GIVEN, "o", "ours")
         _write(axes, _OURS, f"{people.min()} / {people.mean():.2f} / {people.max()}", style.GIVEN)
     _draw_range(axes, _PAPERS, row.printed.bounds, style.ESTIMATE, "D", "the paper's")
     _write(axes, _PAPERS, row.printed.people, style.ESTIMATE)
+
+
+def _draw_crowd(axes: Axes, row: Row, tally: Tally) -> None:
+    edges, blue = _edges(), style.GIVEN
+    axes.stairs(_heights(tally.in_a_frame, edges), edges, fill=True, color=blue, alpha=0.3, label="in a frame")
+    passing = _heights(tally.passing, edges)
+    axes.stairs(passing, edges, baseline=None, color=blue, linewidth=1.0, label="seen during a sequence")
+    if row.counted == "of the scene" and tally.crowd is not None:
+        sizes, often = np.unique(tally.crowd, return_counts=True)
+        heights = 0.95 * often / often.max()
+        axes.vlines(sizes, 0.0, heights, color=style.INK, linewidth=2.0, label="in the scene")
 
 
 def _draw_frames(axes: Axes, row: Row, tally: Tally | None) -> None:
@@ -160,7 +164,3 @@ def _write(axes: Axes, height: float, text: str, colour: str) -> None:
     """A figure to the right of its range."""
     where = axes.get_yaxis_transform()
     axes.text(1.02, height, text, transform=where, fontsize=style.TEXT_SIZE, color=colour, va="center_baseline")
-
-
-def _note() -> dict[str, object]:
-    return {"fontsize": style.TEXT_SIZE, "style": "italic", "color": style.TRUTH}
