@@ -38,6 +38,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "birdify": birdify.birdify,
     "demo": views.demo,
     "reproduce figure-sigma": reproduce_figures.figure_sigma,
+    "reproduce figure-trajectories": reproduce_figures.figure_trajectories,
     "reproduce readings": reproduce_tables.readings,
     "reproduce table1": reproduce_tables.table1,
     "reproduce table4": reproduce_tables.table4,
