@@ -30,7 +30,8 @@ def trajectories_report(found: Trajectories) -> Report:
     table = Table(
         facts=(
             f"Every sequence as `{study.solver}` answers it under protocol `{study.protocol}`, seed {study.seed}, each "
-            "split with its own camera and exact boxes (footage: its own boxes). Errors are means over the sequence.",
+            "split with its own camera and exact boxes; footage has its own boxes and, where not all of its truth is "
+            "known, is solved from a cold start. Errors are means over the sequence.",
             RULE,
         ),
         head=["split", "sequence", "frames", "seconds", "people", *(METRICS[name].label for name in COLUMNS)],
@@ -60,7 +61,13 @@ def _row(one: Example) -> list[str]:
 
 
 def _values(one: Example) -> dict[str, Any]:
-    counts = {"sequence": one.number, "frames": one.frames, "seconds": one.seconds, "people": one.people}
+    counts = {
+        "sequence": one.number,
+        "protocol": one.protocol,
+        "frames": one.frames,
+        "seconds": one.seconds,
+        "people": one.people,
+    }
     return {"split": one.name, **counts, "dataset": one.replay.info.id, "errors": dict(one.errors)}
 
 
@@ -77,12 +84,12 @@ def plot_trajectories(found: Trajectories) -> Figure:
     sheet = lay_out(size, panels)
     for axes, one in zip(sheet.axes, found.examples, strict=True):
         draw_map(axes, one.replay)
-        _write_title(sheet, panels[one.name], one)
+        _write_title(sheet, panels[one.name], one, found.study.protocol)
     left = _LEFT / size[0]
-    title = "Where people and observer walked, and where the solver says: an example of every split"
+    title = "Where people and observer walk, and where the solver says: an example of every split"
     sheet.text(left, 1.0 - 0.36 / size[1], title, fontsize=12.5, weight="bold", color=style.INK)
     look: dict[str, Any] = {"frameon": False, "fontsize": style.TEXT_SIZE, "borderpad": 0.0, "borderaxespad": 0.0}
-    handles = map_legend(f"{found.study.solver}, {found.study.protocol}")
+    handles = map_legend(f"{found.study.solver} ({found.study.protocol})")
     sheet.legend(
         handles=handles, loc="upper left", bbox_to_anchor=(left, 1.0 - 0.48 / size[1]), ncols=len(handles), **look
     )
@@ -93,22 +100,21 @@ def plot_trajectories(found: Trajectories) -> Figure:
 
 
 def _layout(examples: tuple[Example, ...], notes: int) -> tuple[tuple[float, float], Rectangles]:
-    columns = min(_COLUMNS, max(len(examples), 3))  # the title needs the width of three
-    rows = -(-len(examples) // columns)
+    rows = -(-len(examples) // _COLUMNS)
     foot = _FOOT + notes * _LINE
     panels = {}
     for number, one in enumerate(examples):
-        row, column = divmod(number, columns)
+        row, column = divmod(number, _COLUMNS)
         panels[one.name] = (_LEFT + column * _STEP[0], foot + (rows - 1 - row) * _STEP[1], *_PANEL)
-    width = _LEFT + columns * _STEP[0] + _LEFT - (_STEP[0] - _PANEL[0])
+    width = _LEFT + _COLUMNS * _STEP[0] + _LEFT - (_STEP[0] - _PANEL[0])
     return (width, foot + rows * _STEP[1] + _HEAD - (_STEP[1] - _PANEL[1] - 0.5)), panels
 
 
-def _write_title(sheet: Figure, panel: tuple[float, float, float, float], one: Example) -> None:
+def _write_title(sheet: Figure, panel: tuple[float, float, float, float], one: Example, protocol: str) -> None:
     width, height = sheet.get_size_inches()
     left, top = panel[0] / width, (panel[1] + panel[3]) / height
     sheet.text(left, top + 0.27 / height, one.name, fontsize=10.0, weight="bold", color=style.INK)
-    counts = f"{one.people} people, {one.frames} frames"
+    counts = ", ".join([f"{one.people} people", f"{one.frames} frames", *({one.protocol} - {protocol})])
     sheet.text(left, top + 0.09 / height, counts, fontsize=style.TEXT_SIZE, color=style.TRUTH)
     errors = [f"{METRICS[name].symbol} {one.errors[name]:.2f}" for name in _shown_errors(one)]
     text = f"{'  '.join(errors)} m" if errors else "no truth"

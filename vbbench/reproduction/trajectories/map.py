@@ -12,7 +12,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.plotting import style
 from vbbench.pictures.replay import Replay
 
-MOST_PEOPLE = 30
+MOST_PEOPLE = 20
 """In larger crowds only so many are drawn: those who come nearest to the observer."""
 _MARGIN = 0.06
 """Free space on each side of a map, in parts of it."""
@@ -48,19 +48,12 @@ def draw_map(axes: Axes, replay: Replay) -> None:
 
 def map_legend(answered: str) -> list[Line2D]:
     """What every line means; ``answered`` says by whom and under which protocol."""
+    person: dict[str, Any] = {"color": _PERSON, "linewidth": 1.0, "marker": "o", "markersize": 3.0}
     return [
         Line2D([], [], color=style.TRUTH, linewidth=3.4, label="observer, truth"),
-        Line2D([], [], color=style.ESTIMATE, linewidth=1.5, label=f"observer, {answered}"),
+        Line2D([], [], color=style.ESTIMATE, linewidth=1.5, label=f"observer, estimate of {answered}"),
         Line2D([], [], color=_TRUE_PERSON, linewidth=3.0, label="people, truth"),
-        Line2D(
-            [],
-            [],
-            color=_PERSON,
-            linewidth=1.0,
-            marker="o",
-            markersize=3.0,
-            label="people, the same; a dot where each is seen last",
-        ),
+        Line2D([], [], label="people, estimate; a dot where each is last", **person),
     ]
 
 

@@ -36,7 +36,7 @@ class TrajectoriesStudy:
     ----------
     splits : names; none for all that `vbbench splits` lists, but for the user's own recordings.
     solver : registered name or ``module:attribute``.
-    protocol : which truth it is given, and when.
+    protocol : which truth it is given, and when; footage whose truth is not known in full is solved from a cold start.
     at_hand : where the user's own downloads are.
     seed : of the datasets.
     """
@@ -72,6 +72,11 @@ class Example:
     number: int
     replay: Replay
     errors: Mapping[str, float]
+
+    @property
+    def protocol(self) -> str:
+        """The protocol that it was solved under."""
+        return "" if self.replay.answer is None else self.replay.answer.protocol.name
 
     @property
     def frames(self) -> int:
@@ -139,8 +144,9 @@ def _like_shibuya(study: TrajectoriesStudy, out: Path, making: Making) -> Plan:
 def _example(name: str, plan: Plan, study: TrajectoriesStudy, folder: Path, making: Making) -> Example:
     number = typical_sequence(plan)
     dataset = making.planned(single(plan, number), folder / "dataset")
-    ((_, score),) = making.scores(dataset, [study.solver], study.protocol)
-    submission = submission_folder(dataset, study.solver, study.protocol)
+    protocol = study.protocol if dataset.info.truth == "whole" else "cold-start"
+    ((_, score),) = making.scores(dataset, [study.solver], protocol)
+    submission = submission_folder(dataset, study.solver, protocol)
     return Example(name=name, number=number, replay=load_replay(dataset, 0, [submission]), errors=_errors(score))
 
 
