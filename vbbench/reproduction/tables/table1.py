@@ -115,7 +115,7 @@ def table1_report(found: Table1) -> Report:
     )
     why = Table(
         title="What differs, and why",
-        head=["", ""],
+        head=["split", "difference"],
         rows=[[one.row.title, one.row.differs] for one in found.rows],
         names=2,
     )
@@ -125,6 +125,7 @@ def table1_report(found: Table1) -> Report:
         tables=[numbers, why],
         values={"seed": found.study.seed, "rows": [_values(one) for one in found.rows]},
         pictures={"": plot_table1([(one.row, one.tally) for one in found.rows])},
+        whole=all(one.tally is not None for one in found.rows),
     )
 
 

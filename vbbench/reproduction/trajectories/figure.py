@@ -52,6 +52,7 @@ def trajectories_report(found: Trajectories) -> Report:
             "missing": {split: how.replace("`", "") for split, how in found.missing.items()},
         },
         pictures={"": plot_trajectories(found)},
+        whole=not found.missing,
     )
 
 
