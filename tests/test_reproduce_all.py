@@ -76,6 +76,13 @@ def test_a_study_that_is_done_is_kept(parts: dict[str, Part], counted: Counted, 
     assert counted.times == 3
 
 
+def test_a_study_that_waits_for_a_source_is_made_again(counted: Counted, tmp_path: Path) -> None:
+    waits = Part(study="seed 0", make=lambda out, making: replace(counted(out, making), whole=False))
+    reproduce_all({"counted": waits}, tmp_path / "out")
+    reproduce_all({"counted": waits}, tmp_path / "out")
+    assert counted.times == 2
+
+
 def test_what_was_missing_is_made_once_it_is_there(parts: dict[str, Part], counted: Counted, tmp_path: Path) -> None:
     reproduce_all(parts, tmp_path / "out")
     html = reproduce_all(parts | {"missing": Part(study="none", make=counted)}, tmp_path / "out").read_text("utf-8")

@@ -1,5 +1,7 @@
 """The figures that the paper prints, from ``paper.toml``: quoted, never measured here."""
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -33,6 +35,29 @@ class Counts:
     frames: str
     people: str
 
+    @property
+    def bounds(self) -> tuple[float, float, float]:
+        """Least, mean and most people; NaN for a mean that is not printed."""
+        numbers = [float(number) for number in re.findall(r"[0-9.]+", self.people)]
+        return numbers[0], numbers[1] if len(numbers) == 3 else math.nan, numbers[-1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Photorealistic:
+    """The crowd that the paper renders with a game engine.
+
+    Parameters
+    ----------
+    people, frames : how many.
+    field : width and length in m.
+    view : of the observer's camera, in degrees.
+    """
+
+    people: int
+    frames: int
+    field: tuple[float, float]
+    view: float
+
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
@@ -41,6 +66,7 @@ class Paper:
     source: str
     link: str
     table1: Mapping[str, Counts]
+    photorealistic: Photorealistic
     rows: tuple[Quoted, ...]
 
     def select(self, split: str, tier: str = "ideal") -> tuple[Quoted, ...]:

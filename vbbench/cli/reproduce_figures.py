@@ -47,3 +47,40 @@ def figure_sigma(
         seed=seed,
     )
     show(sigma_report(measure_sigma(study, out, making(work))), out, json)
+
+
+def figure_trajectories(
+    out: Path = Path("figure-trajectories"),
+    split: tuple[str, ...] = (),
+    solver: str = "vb-sf",
+    protocol: ProtocolName = "sequential",
+    kitti: Path | None = None,
+    jrdb: Path | None = None,
+    motsynth: Path | None = None,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    json: bool = False,
+) -> None:
+    """Make one sheet with an example of every split: true and estimated trajectories of people and observer.
+
+    Args:
+        out: Folder for figure-trajectories.md, .json and .png, and for the examples' datasets and submissions; what it
+            holds is reused.
+        split: Only these splits; default: all whose source is here.
+        solver: Registered name or module:attribute.
+        protocol: Which truth the solver is given, and when.
+        kitti: Folder of KITTI's tracking benchmark, as for 'vbbench generate kitti --source'.
+        jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
+        motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+        json: Print every number as JSON instead of the tables.
+    """
+    from vbbench.reproduction.at_hand import AtHand
+    from vbbench.reproduction.trajectories.figure import trajectories_report
+    from vbbench.reproduction.trajectories.study import TrajectoriesStudy, measure_trajectories
+
+    named = {"kitti": kitti, "jrdb": jrdb, "motsynth": motsynth}
+    at_hand = AtHand(folders={name: folder for name, folder in named.items() if folder is not None})
+    study = TrajectoriesStudy(splits=split, solver=solver, protocol=protocol, at_hand=at_hand, seed=seed)
+    show(trajectories_report(measure_trajectories(study, out, making(work))), out, json)

@@ -10,7 +10,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.sources import Source
-from vbbench.geometry import IntArray
+from vbbench.geometry import BoolArray, IntArray
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -212,6 +212,14 @@ class SizedPlan(Plan, Protocol):
     @property
     def expected_rows(self) -> IntArray:
         """[N] observations of each sequence, or about so many."""
+
+
+@runtime_checkable
+class ForesightedPlan(Plan, Protocol):
+    """A plan that may know who is seen before any box is made: large splits are then counted in no time."""
+
+    def seen(self, index: int) -> BoolArray | None:
+        """[T, K] who is seen in each frame of a sequence; ``None`` where only making it tells."""
 
 
 @runtime_checkable
