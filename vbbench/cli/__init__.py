@@ -43,6 +43,8 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "reproduce figure-trajectories": reproduce_figures.figure_trajectories,
     "reproduce readings": reproduce_tables.readings,
     "reproduce table1": reproduce_tables.table1,
+    "reproduce table2": reproduce_tables.table2,
+    "reproduce table3": reproduce_tables.table3,
     "reproduce table4": reproduce_tables.table4,
     "reproduce transfer": reproduce.transfer,
     "export csv": exchange.export_csv,

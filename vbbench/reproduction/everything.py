@@ -20,6 +20,9 @@ from vbbench.reproduction.readings.study import ReadingsStudy, measure_readings
 from vbbench.reproduction.report import Report, Table, write_report
 from vbbench.reproduction.sigma.figure import sigma_report
 from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
+from vbbench.reproduction.tables.simulated_recording import STAND_INS
+from vbbench.reproduction.tables.solver_report import solver_table_report
+from vbbench.reproduction.tables.solver_tables import SPLITS, SolverTableStudy, measure_solver_table
 from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
 from vbbench.reproduction.tables.table4.report import table4_report
 from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
@@ -55,6 +58,8 @@ def the_parts(*, every: int = 10, seed: int = 0, only: Sequence[str] = ()) -> di
     """
     parts = {
         "table1": _part(Table1Study(seed=seed), measure_table1, table1_report),
+        "table2": _part(_solver_table(2, every, seed), measure_solver_table, solver_table_report),
+        "table3": _part(_solver_table(3, None, seed), measure_solver_table, solver_table_report),
         "table4": _part(Table4Study(seed=seed), measure_table4, table4_report),
         "figure-sigma": _part(SigmaStudy(seed=seed), measure_sigma, sigma_report),
         "readings": _part(ReadingsStudy(every=every, seed=seed), measure_readings, readings_report),
@@ -64,6 +69,11 @@ def the_parts(*, every: int = 10, seed: int = 0, only: Sequence[str] = ()) -> di
         if name not in parts:
             raise UnknownNameError("study", name, parts)
     return {name: part for name, part in parts.items() if name in only or not only}
+
+
+def _solver_table(table: int, every: int | None, seed: int) -> SolverTableStudy:
+    stand_ins = STAND_INS if table == 3 else {}
+    return SolverTableStudy(table=table, splits=SPLITS[table], every=every, seed=seed, stand_ins=stand_ins)
 
 
 def _part(study: Any, measure: Callable[[Any, Path, Making], Any], report: Callable[[Any], Report]) -> Part:

@@ -16,15 +16,21 @@ SCENARIO = "shibuya"
 RECORDING = "HT21-03-like"
 
 
-def shibuya_like_recording(out: Path, making: Making, *, seed: int = 0) -> Path:
+def shibuya_like_recording(out: Path, making: Making, *, people: int | None = None, seed: int = 0) -> Path:
     """The folder of the recording below ``out``; it is made unless it is there.
+
+    Parameters
+    ----------
+    people : in the crowd; ``None`` for as many as the scenario has. The camera above it sees less than half of them at
+        a time.
 
     Raises
     ------
     VbbenchError
         If the crowd beside it is of another seed.
     """
-    options = Options(seed=seed, simulation=Simulation(scenario=SCENARIO, sequences=1))
+    simulation = Simulation(scenario=SCENARIO, sequences=1, people=None if people is None else (people,))
+    options = Options(seed=seed, simulation=simulation)
     crowd = making.dataset("sim", out / "crowd", options)
     folder, camera = out / RECORDING, HeadOptions()
     wanted = {"dataset": crowd.info.id, "seed": seed, "options": asdict(camera)}
