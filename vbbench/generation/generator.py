@@ -175,7 +175,8 @@ def refuse_footage(options: Options, split: str) -> None:
     """Raise VbbenchError if something is asked that only footage has."""
     if options.footage is not None:
         raise VbbenchError(
-            f"--every, --longest, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; {split} is not"
+            "--every, --longest, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; "
+            f"{split} is not"
         )
 
 

@@ -1,11 +1,11 @@
 """How far an estimated way drifts from the true one over a distance: relative errors of segments of it.
 
-As KITTI's odometry benchmark measures (Geiger, Lenz, Urtasun, CVPR 2012; ``evaluate_odometry`` of its devkit, there with
-100 to 800 m): from every frame i to the first frame j by which the camera has gone L m, along the true way,
+As KITTI's odometry benchmark measures (Geiger, Lenz, Urtasun, CVPR 2012; ``evaluate_odometry`` of its devkit, there
+with 100 to 800 m): from every frame i to the first frame j by which the camera has gone L m along the true way,
 
-    e = ‖(x_j − x_i)^ − (x_j − x_i)*‖ / L  in the axes of frame i,    r = |wrap((yaw_j − yaw_i)^ − (yaw_j − yaw_i)*)| / L,
+    shift = ‖(x_j − x_i)^ − (x_j − x_i)*‖ / L, in the axes of frame i;   turn = |wrap((ψ_j − ψ_i)^ − (ψ_j − ψ_i)*)| / L
 
-so that where the map lies, and how it is turned, does not count.
+with places x, yaws ψ, estimates ^ and truth *. Where the map lies, and how it is turned, does not count.
 """
 
 from dataclasses import dataclass
