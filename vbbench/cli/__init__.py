@@ -37,6 +37,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "detect": exchange.detect,
     "birdify": birdify.birdify,
     "demo": views.demo,
+    "reproduce all": reproduce.everything,
     "reproduce figure-robot": reproduce_figures.figure_robot,
     "reproduce figure-sigma": reproduce_figures.figure_sigma,
     "reproduce readings": reproduce_tables.readings,

@@ -1,4 +1,4 @@
-"""Commands of studies that are not of the paper."""
+"""Commands that reproduce the whole paper, and studies that are not of it."""
 
 from pathlib import Path
 
@@ -7,6 +7,29 @@ from tyro.conf import OmitArgPrefixes
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.showing import making, show
 from vbbench.reproduction.work import Work
+
+
+def everything(
+    out: Path = Path("reproduced"),
+    study: tuple[str, ...] = (),
+    every: int = 10,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+) -> None:
+    """Make every table and figure of the paper, and one page that shows them all beside what the paper prints.
+
+    A study that is done is kept: run the command again after an interruption.
+
+    Args:
+        out: Folder for index.html, and a folder for each study.
+        study: Names of studies, such as table2 figure-sigma; default: all.
+        every: Only every so-many-th sequence of recordings; 1 takes hours.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+    """
+    from vbbench.reproduction.everything import reproduce_all, the_parts
+
+    print(reproduce_all(the_parts(every=every, seed=seed, only=study), out, making(work)))
 
 
 def transfer(

@@ -78,8 +78,8 @@ def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> Drive:
     walk : [T, 2] in m where the person is, ``dt`` seconds apart.
     """
     model = get_robot()
-    times: FloatArray = STEP * np.arange(round((len(walk) - 1) * dt / STEP) + 1)
-    frames: FloatArray = dt * np.arange(len(walk))
+    times = np.asarray(STEP * np.arange(round((len(walk) - 1) * dt / STEP) + 1), np.float64)
+    frames = np.asarray(dt * np.arange(len(walk)), np.float64)
     ahead = times + model.lead
     goals = np.stack([np.interp(ahead, frames, axis) for axis in walk.T], axis=-1)
     limits = model.top_speed, model.acceleration, model.turn_rate, model.turn_time, model.lead

@@ -140,8 +140,8 @@ class RobotStudy:
             reference="GPS and IMU against stereo SLAM",
             other=None if other is None else Options(source=self.kitti, footage=other),
             about="KITTI has no odometry. Truth is what keeps parked cars in place better, GPS and IMU or, where poses "
-            "are named, stereo SLAM; how far the two drift apart bounds what can be measured. The model of real cameras "
-            f"in `{SOLVER}` was fitted on recordings 0015, 0017 and 0019.",
+            "are named, stereo SLAM; how far the two drift apart bounds what can be measured. The model of real "
+            f"cameras in `{SOLVER}` was fitted on recordings 0015, 0017 and 0019.",
         )
 
     @property
