@@ -56,6 +56,7 @@ def figure_robot(
     kitti: Path | None = None,
     poses: Path | None = None,
     sequences: int = 6,
+    tier: str = "field",
     solver: tuple[str, ...] = (),
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
@@ -71,6 +72,7 @@ def figure_robot(
             $VBBENCH_DATA, then the cache folder.
         poses: Folder of the camera's poses, as for 'vbbench generate kitti --poses'; default: kitti/poses there.
         sequences: Number of sequences of the simulated robot, a minute each.
+        tier: How the simulated robot's boxes are corrupted; 'vbbench tiers' lists them.
         solver: Further solvers, without odometry and with it: registered names or module:attribute.
         seed: Seed of all random numbers.
         work: Where the work is done.
@@ -87,6 +89,7 @@ def figure_robot(
         kitti=kitti,
         poses=poses,
         sequences=sequences,
+        tier=tier,
         seed=seed,
         entrants=(*default_entrants(), *more),
     )

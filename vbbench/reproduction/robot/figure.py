@@ -19,12 +19,16 @@ def robot_report(found: Robot) -> Report:
     """A table and a picture for each recording."""
     return Report(
         name=NAME,
-        title=f"A camera whose motion nobody tells: drift over the distance gone, seed {found.study.seed}",
+        title=f"A camera whose motion nobody tells: drift over the distance gone; {_conditions(found)}",
         facts=tuple(_facts(found)),
         tables=[_table(course) for course in found.courses],
         values=robot_values(found),
         pictures={course.recording.name: plot_course(course, found.study) for course in found.courses},
     )
+
+
+def _conditions(found: Robot) -> str:
+    return f"simulated robot in tier {found.study.tier}, seed {found.study.seed}"
 
 
 def _facts(found: Robot) -> Iterator[str]:
@@ -84,6 +88,7 @@ def robot_values(found: Robot) -> dict[str, Any]:
     """Every figure: a recording with its rows, each with drift at every length and all metrics."""
     return {
         "seed": found.study.seed,
+        "tier": found.study.tier,
         "missing": list(found.missing),
         "recordings": [
             {

@@ -15,7 +15,7 @@ from vbbench.generation.generator import FootagePlan, Plan
 from vbbench.geometry import FloatArray
 from vbbench.registry import load
 from vbbench.reproduction.making import Making
-from vbbench.reproduction.robot.drift import LENGTHS, Drift, dead_reckoning, distances, drift
+from vbbench.reproduction.robot.drift import LENGTHS, Drift, begun_at, dead_reckoning, distances, drift
 from vbbench.reproduction.robot.silent import CameraAlone
 from vbbench.reproduction.robot.study import Entrant, Recording, RobotStudy
 from vbbench.scoring.statistics import Summary
@@ -175,14 +175,14 @@ class _Measuring:
         NaN where that is the truth itself.
         """
         sequences = list(whole.sequences())
+        truths = [whole.truth(sequence).poses for sequence in sequences]
         if self.recording.other is None:
-            measured = [one.given.odometry for one in sequences]
-            starts = [whole.truth(one).poses[0] for one in sequences]
-            pairs = zip(measured, starts, strict=True)
-            return [dead_reckoning(moved, start) for moved, start in pairs if moved is not None]
+            measured = [(one.given.odometry, truth[0]) for one, truth in zip(sequences, truths, strict=True)]
+            return [dead_reckoning(moved, start) for moved, start in measured if moved is not None]
         other = self.making.dataset(self.recording.split, self.out / "other" / "dataset", self.recording.other)
-        pairs_of_poses = [(other.truth(one).poses, whole.truth(one).poses) for one in sequences]
-        return [np.where(np.array_equal(mine, own), np.nan, mine) for mine, own in pairs_of_poses]
+        ways = [other.truth(sequence).poses for sequence in sequences]
+        pairs = list(zip(ways, truths, strict=True))
+        return [np.full(way.shape, np.nan) if np.array_equal(way, own) else begun_at(way, own[0]) for way, own in pairs]
 
 
 def _drifts(ways: list[FloatArray], truths: list[Truth]) -> tuple[Drift, ...]:

@@ -67,6 +67,7 @@ class RobotStudy:
     kitti, poses : KITTI's folder, and that of the camera's poses as somebody else found them; both are looked for in
         the data folders where no ``kitti`` is named.
     sequences : of the simulated robot, a minute each.
+    tier : of its boxes; in tier `field` they are drawn by hand, as JRDB's are.
     seed : of all random numbers.
     entrants : the solvers.
     protocols : names of protocols; maps show the first.
@@ -77,6 +78,7 @@ class RobotStudy:
     kitti: Path | None = None
     poses: Path | None = None
     sequences: int = 6
+    tier: str = "field"
     seed: int = 0
     entrants: Sequence[Entrant] = field(default_factory=default_entrants)
     protocols: Sequence[str] = PROTOCOLS
@@ -108,9 +110,9 @@ class RobotStudy:
     def _simulated(self) -> "Recording":
         options = Options(
             camera=robot_camera(),
-            tier="field",
+            tier=self.tier,
             observer="robot",
-            detector=False,
+            detector=self.tier != "field",
             seed=self.seed,
             simulation=Simulation(scenario=SCENARIO, sequences=self.sequences),
         )
