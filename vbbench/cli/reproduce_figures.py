@@ -57,6 +57,17 @@ def figure_trajectories(
     kitti: Path | None = None,
     jrdb: Path | None = None,
     motsynth: Path | None = None,
+
+
+def figure_robot(
+    out: Path = Path("figure-robot"),
+    jrdb: Path | None = None,
+    bags: Path | None = None,
+    kitti: Path | None = None,
+    poses: Path | None = None,
+    sequences: int = 6,
+    tier: str = "field",
+    solver: tuple[str, ...] = (),
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
     json: bool = False,
@@ -72,6 +83,18 @@ def figure_trajectories(
         kitti: Folder of KITTI's tracking benchmark, as for 'vbbench generate kitti --source'.
         jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
         motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
+    """Make tables and pictures of how far a camera drifts whose motion nobody tells: of a simulated robot, KITTI, JRDB.
+
+    Args:
+        out: Folder for figure-robot.md, .json and pictures, and for datasets and submissions; what it holds is reused.
+        jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
+        bags: Folder of JRDB's rosbags, which tell how the robot moved.
+        kitti: Folder of KITTI's tracking benchmark, as for 'vbbench generate kitti --source'; default: kitti in
+            $VBBENCH_DATA, then the cache folder.
+        poses: Folder of the camera's poses, as for 'vbbench generate kitti --poses'; default: kitti/poses there.
+        sequences: Number of sequences of the simulated robot, a minute each.
+        tier: How the simulated robot's boxes are corrupted; 'vbbench tiers' lists them.
+        solver: Further solvers, without odometry and with it: registered names or module:attribute.
         seed: Seed of all random numbers.
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
@@ -84,3 +107,19 @@ def figure_trajectories(
     at_hand = AtHand(folders={name: folder for name, folder in named.items() if folder is not None})
     study = TrajectoriesStudy(splits=split, solver=solver, protocol=protocol, at_hand=at_hand, seed=seed)
     show(trajectories_report(measure_trajectories(study, out, making(work))), out, json)
+    from vbbench.reproduction.robot.figure import robot_report
+    from vbbench.reproduction.robot.measuring import measure_robot
+    from vbbench.reproduction.robot.study import RobotStudy, default_entrants, with_and_without
+
+    more = [entrant for name in solver for entrant in with_and_without(name)]
+    study = RobotStudy(
+        jrdb=jrdb,
+        bags=bags,
+        kitti=kitti,
+        poses=poses,
+        sequences=sequences,
+        tier=tier,
+        seed=seed,
+        entrants=(*default_entrants(), *more),
+    )
+    show(robot_report(measure_robot(study, out, making(work))), out, json)

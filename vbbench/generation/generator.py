@@ -106,8 +106,8 @@ def parse_people(text: str) -> tuple[int, ...]:
 
 Look = Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"]
 """How the camera turns: the last four are the laws that ``natural`` draws from, each alone."""
-Observer = Literal["walker", "vehicle"]
-"""Who carries the camera: one of the people, or a vehicle among them."""
+Observer = Literal["walker", "vehicle", "robot"]
+"""Who carries the camera: one of the people, or a vehicle or a robot among them; a robot measures its own motion."""
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
 
@@ -126,7 +126,7 @@ class Options:
     stride : of these, only every so many-th; ``None`` for all.
     look : how the camera turns: along its bearer's past motion, wandering about that, or as people's heads do;
         ``None`` for the tier's own.
-    observer : who carries the camera; a vehicle looks where it drives.
+    observer : who carries the camera; vehicles and robots look where they drive.
     detector : whether boxes are those of a detector, in tiers that leave the choice.
     noise : standard deviation in px of columns, tops and bottoms of boxes, in the tier `noisy`; ``None`` for its own.
     least_track : fewest frames of a track that counts, in tiers whose boxes are those of a tracker; ``None`` for the
@@ -180,7 +180,8 @@ def refuse_footage(options: Options, split: str) -> None:
     """Raise VbbenchError if something is asked that only footage has."""
     if options.footage is not None:
         raise VbbenchError(
-            f"--every, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; {split} is not"
+            "--every, --longest, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; "
+            f"{split} is not"
         )
 
 

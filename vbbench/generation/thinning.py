@@ -4,7 +4,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.generator import FootagePlan, Plan, SizedPlan
 from vbbench.geometry import IntArray
 from vbbench.scene import Scene
@@ -31,6 +33,11 @@ class Thinned:
     def scenes(self) -> tuple[Scene, ...]:
         """The scenes that sequences share: all of the whole."""
         return self.whole.scenes
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """See `vbbench.generation.generator.FootagePlan.tables`: those of the whole."""
+        return self.whole.tables if isinstance(self.whole, FootagePlan) else ALWAYS
 
     def __len__(self) -> int:
         return -(-len(self.whole) // self.stride)
@@ -63,7 +70,7 @@ def thinned(plan: Plan, stride: int | None) -> Plan:
     """
     if stride is None or stride == 1:
         return plan
-    if isinstance(plan, FootagePlan):
+    if plan.info.tier == FOOTAGE:
         raise VbbenchError(f"--stride is not for footage such as {plan.info.split}; use --every or --limit")
     return ThinnedSized(plan, stride) if isinstance(plan, SizedPlan) else Thinned(plan, stride)
 

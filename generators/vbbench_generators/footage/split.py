@@ -1,7 +1,7 @@
 """A split of footage: a reader of recordings, and how they are cut into sequences."""
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures
@@ -57,16 +57,18 @@ class FootageSplit(ABC):
 
     def lay_out(self, found: Recordings, options: Options) -> FootageSequences:
         """The sequences of recordings that were read, by this split or by somebody else."""
-        every = (options.footage or FootageOptions()).every or self.every
+        asked = options.footage or FootageOptions()
+        every = asked.every or self.every
+        rules = self.rules if asked.longest is None else replace(self.rules, longest=asked.longest)
         footage = tuple(one.thinned(every) for one in found.footage)
         if len({round(one.dt, 6) for one in footage}) > 1:
             raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
-        runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, self.rules)]
+        runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, rules)]
         runs = runs[: options.limit]
         if not runs:
-            wanted = f"{self.rules.shortest} frames in a row, {every} apart, with {self.rules.fewest} people"
+            wanted = f"{rules.shortest} frames in a row, {every} apart, with {rules.fewest} people"
             raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another --every")
-        return FootageSequences(self._info(options, found, footage, runs, every), footage, tuple(runs))
+        return FootageSequences(self._info(options, found, footage, runs, every, rules), footage, tuple(runs))
 
     def _check(self, options: Options) -> None:
         refused = {
@@ -86,7 +88,13 @@ class FootageSplit(ABC):
             )
 
     def _info(
-        self, options: Options, found: Recordings, footage: tuple[Footage, ...], runs: list[Run], every: int
+        self,
+        options: Options,
+        found: Recordings,
+        footage: tuple[Footage, ...],
+        runs: list[Run],
+        every: int,
+        rules: RunRules,
     ) -> DatasetInfo:
         pictures = tuple(_pictures(footage[run.recording], run) for run in runs)
         return DatasetInfo(
@@ -108,7 +116,7 @@ class FootageSplit(ABC):
                 "every": every,
                 "limit": options.limit,
                 "count_observer": False,
-                "rules": asdict(self.rules),
+                "rules": asdict(rules),
                 **found.definition,
             },
             caution=found.caution or self.card.caution,

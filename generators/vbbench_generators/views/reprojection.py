@@ -128,6 +128,8 @@ def plan_reprojection(
             f"{card.name} has its own people"
         )
     refuse_footage(options, card.name)
+    if options.observer == "robot":
+        raise VbbenchError(f"a robot drives among simulated people: --observer robot is not for {card.name}")
     tier, heights = chosen_tier(options), chosen_heights(options)
     camera = options.camera or tier.own_camera or PanoramaCamera()
     look = options.look or tier.look
