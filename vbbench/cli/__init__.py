@@ -37,6 +37,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "detect": exchange.detect,
     "birdify": birdify.birdify,
     "demo": views.demo,
+    "reproduce figure-posterior": reproduce_figures.figure_posterior,
     "reproduce figure-sigma": reproduce_figures.figure_sigma,
     "reproduce readings": reproduce_tables.readings,
     "reproduce table4": reproduce_tables.table4,

@@ -47,3 +47,29 @@ def figure_sigma(
         seed=seed,
     )
     show(sigma_report(measure_sigma(study, out, making(work))), out, json)
+
+
+def figure_posterior(
+    out: Path = Path("figure-posterior"),
+    split: str = "eth",
+    every: int = 1,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    json: bool = False,
+) -> None:
+    """Draw posteriors of observer and people, their entropy by number of people and directions, and the worst cases.
+
+    Args:
+        out: Folder for figure-posterior.md, .json, .csv and pictures, and for a dataset and a submission; what it
+            holds is reused.
+        split: Of a recording; the paper's is eth.
+        every: Only every so-many-th sequence.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+        json: Print every number as JSON instead of the tables.
+    """
+    from vbbench.reproduction.posterior.figure import posterior_report
+    from vbbench.reproduction.posterior.study import PosteriorStudy, measure_posterior
+
+    study = PosteriorStudy(split=split, every=every, seed=seed)
+    show(posterior_report(measure_posterior(study, out, making(work))), out, json)

@@ -94,7 +94,7 @@ def _least(s_1: float, s_2: float, variance: float, n_1: float, n_2: float, soft
         v += step
         if abs(step) <= _FINE * v:
             break
-    return 0.5 * (s_1 / (variance * v + n_1) + s_2 / (variance * v + n_2) + v + squared / v)
+    return float(0.5 * (s_1 / (variance * v + n_1) + s_2 / (variance * v + n_2) + v + squared / v))
 
 
 @kernel

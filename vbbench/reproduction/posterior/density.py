@@ -99,8 +99,8 @@ def discrete_entropy(mass: FloatArray) -> float:
 def gaussian_entropy(covariance: FloatArray) -> FloatArray:
     """Differential entropy [...] in nats of normal densities with covariances [..., D, D]."""
     dimensions = covariance.shape[-1]
-    logarithm: FloatArray = np.linalg.slogdet(covariance)[1]
-    return 0.5 * (dimensions * np.log(2.0 * np.pi * np.e) + logarithm)
+    logarithm = np.linalg.slogdet(covariance)[1]
+    return np.asarray(0.5 * (dimensions * np.log(2.0 * np.pi * np.e) + logarithm))
 
 
 def moments(points: FloatArray, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -119,15 +119,20 @@ def find_density(energy: Energy, start: FloatArray, covariance: FloatArray, poin
     start, covariance : [D] the least point, and [D, D] a guess of the covariance, corrected until the grid fits.
     points : of the grid along each axis.
     """
-    centre, factor = start, np.linalg.cholesky(covariance)
+    centre, factor = start, _factor(covariance)
     for _ in range(_ROUNDS):
         mean, spread = _on_grid(energy, centre, factor, _COARSE).moments()
-        better = np.linalg.cholesky(spread)
+        better = _factor(spread)
         settled = np.all(np.abs(np.diag(better) / np.diag(factor) - 1.0) < _SETTLED)
         centre, factor = mean, better
         if settled:
             break
     return _on_grid(energy, centre, factor, points)
+
+
+def _factor(covariance: FloatArray) -> FloatArray:
+    """L, lower triangular, with LLᵀ the covariance [D, D]."""
+    return np.asarray(np.linalg.cholesky(covariance), np.float64)
 
 
 def _on_grid(energy: Energy, centre: FloatArray, factor: FloatArray, points: int) -> GridDensity:

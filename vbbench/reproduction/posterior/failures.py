@@ -15,6 +15,7 @@ from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS
 
 PROTOCOL, METRIC = "sequential", "dx"
+SYMBOL = METRICS[METRIC].symbol
 SHOWN = 6
 """Sequences that are drawn, none of which shares frames with another."""
 WORST = 0.1
@@ -127,7 +128,8 @@ def facts_of(walk: Walking, poses: FloatArray, dt: float) -> Facts:
 
 def _apart(dataset: Dataset, failures: Sequence[Failure]) -> list[Failure]:
     """The first `SHOWN` of which none shares frames of a scene with another."""
-    rows, chosen = dataset.rows, []
+    rows = dataset.rows
+    chosen: list[Failure] = []
     for one in failures:
         begin, end = _time(rows, one.sequence)
         taken = [
@@ -146,6 +148,3 @@ def _time(rows: Mapping[str, FloatArray], sequence: int) -> tuple[int, int]:
     """First frame of the scene, and the one after the last."""
     first = int(rows["first_frame"][sequence])
     return first, first + int(rows["frames"][sequence])
-
-
-LABEL = METRICS[METRIC].label

@@ -81,8 +81,8 @@ class PosteriorTable:
         """A table of rows in the order of its columns."""
         names = [field.name for field in fields(PosteriorTable)]
         columns = np.array(rows, dtype=np.float64).reshape(-1, len(names)).T
-        exact = {name: column.astype(np.int64) for name, column in zip(names[:2], columns, strict=False)}
-        return PosteriorTable(**exact, **dict(zip(names[2:], columns[2:], strict=True)))
+        sequence, frame = columns[:2].astype(np.int64)
+        return PosteriorTable(sequence=sequence, frame=frame, **dict(zip(names[2:], columns[2:], strict=True)))
 
 
 def posterior_rows(dataset: Dataset, solver: str, first: int, last: int) -> list[tuple[float, ...]]:
@@ -173,7 +173,7 @@ def yaw_entropy(density: GridDensity) -> float:
     width = density.factor[-1, -1] * (density.steps[1] - density.steps[0])
     yaw = density.points()[..., -1].ravel()
     bins = np.round((yaw - yaw.min()) / width).astype(np.int64)
-    return discrete_entropy(np.bincount(bins, density.mass.ravel())) + float(np.log(width))
+    return discrete_entropy(np.bincount(bins, density.mass.ravel()).astype(np.float64)) + float(np.log(width))
 
 
 def ray_entropy(places: FloatArray, probabilities: FloatArray) -> float:

@@ -85,6 +85,19 @@ def spreads(velocity: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return spread, lines, (known - count) / np.maximum(known, 1)
 
 
+def along_walk(path: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """What turns places [..., 2] in m into those along, and to the left of, the way from a path's first place [T, 2].
+
+    The way leads to its last place. Each sequence has a world of its own, turned at random; in these axes pictures of
+    several can be compared.
+    """
+    known = path[~np.isnan(path[:, 0])]
+    way = known[-1] - known[0]
+    angle = np.arctan2(way[1], way[0])
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return lambda places: (places - known[0]) @ turn
+
+
 @dataclass(frozen=True, kw_only=True)
 class Example:
     """Ten frames of a sequence, and what they are an example of.
