@@ -1,4 +1,4 @@
-"""The entropies as curves: over the number of people, and over the spread of directions at equal number."""
+"""The entropies as curves: over the number of people, and at equal number over how people walk and stand around."""
 
 from typing import Any
 
@@ -16,14 +16,16 @@ from vbbench.reproduction.posterior.study import REPORTED, SOLVER, Posteriors
 PEOPLE = ((2, 3), (4, 4), (5, 5), (6, 6), (7, 8), (9, 10), (11, 12), (13, 15), (16, 26))
 """Numbers of people seen that are taken together."""
 SPREADS = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 1.001)
-"""Ends of the spreads of directions that are taken together."""
+"""Ends of the spreads that are taken together."""
+_SPREADS_OF = ("spread", "bearings")
 _TICKS = (3, 4, 5, 7, 10, 15, 25)
 _TEXT = "the paper's text"
-_SIZE = (13.6, 5.2)
+_SIZE = (13.9, 4.75)
 _PANELS: Rectangles = {
-    "entropy": (0.75, 0.6, 3.7, 3.45),
-    "kurtosis": (5.2, 0.6, 3.7, 3.45),
-    "spread": (9.65, 0.6, 3.7, 3.45),
+    "entropy": (0.65, 0.55, 2.72, 2.95),
+    "kurtosis": (4.05, 0.55, 2.72, 2.95),
+    "spread": (7.5, 0.55, 2.72, 2.95),
+    "bearings": (10.95, 0.55, 2.72, 2.95),
 }
 
 
@@ -41,29 +43,38 @@ def spread_groups(spread: FloatArray) -> IntArray:
 
 
 def plot_curves(found: Posteriors) -> Figure:
-    """Draw entropy and kurtosis over the number of people, and entropy over the spread at equal number."""
+    """Draw entropy and kurtosis over the number of people, and entropy at equal number over both spreads."""
     figure = lay_out(_SIZE, _PANELS)
     parts = {axes.get_label(): axes for axes in figure.axes}
-    people, spread = found.walking["people"], found.walking["spread"]
-    number, stretch = groups_of(people, PEOPLE), spread_groups(spread)
+    people = found.walking["people"]
+    number = groups_of(people, PEOPLE)
     for solver, table in found.tables.items():
         own = solver == SOLVER
         look: dict[str, Any] = {"color": style.GIVEN if own else style.ESTIMATE, "label": SOLVER if own else _TEXT}
         _curve(parts["entropy"], found, table.pose, number, people, **look)
         _curve(parts["kurtosis"], found, table.kurtosis, number, people, **look)
-        _curve(parts["spread"], found, less_the_mean(table.pose, found.sample.people), stretch, spread, **look)
+        _draw_at_equal_number(parts, found, table.pose, **look)
     other: dict[str, Any] = {"color": style.TRUTH, "label": f"{REPORTED}: its covariance", "marker": "s"}
     _curve(parts["entropy"], found, found.reported, number, people, **other)
-    _curve(parts["spread"], found, less_the_mean(found.reported, found.sample.people), stretch, spread, **other)
+    _draw_at_equal_number(parts, found, found.reported, **other)
     for name in ("entropy", "kurtosis"):
         parts[name].set_xscale("log")
         parts[name].set_xticks(_TICKS, [f"{tick}" for tick in _TICKS])
         parts[name].xaxis.set_minor_formatter(NullFormatter())
-    for name in ("kurtosis", "spread"):
+    for name in ("kurtosis", *_SPREADS_OF):
         parts[name].axhline(0.0, color=style.INK, linewidth=0.8, linestyle=":")
     _describe(parts)
     _draw_head(figure, found, parts["entropy"])
     return figure
+
+
+def _draw_at_equal_number(parts: dict[Any, Axes], found: Posteriors, entropy: FloatArray, **look: Any) -> None:
+    """Entropy [F] less the mean of frames with as many people, over both spreads."""
+    known = ~np.isnan(entropy)
+    rest = np.full(len(entropy), np.nan)
+    rest[known] = less_the_mean(entropy[known], found.sample.people[known])
+    for name in _SPREADS_OF:
+        _curve(parts[name], found, rest, spread_groups(found.walking[name]), found.walking[name], **look)
 
 
 def _curve(axes: Axes, found: Posteriors, values: FloatArray, group: IntArray, along: FloatArray, **look: Any) -> None:
@@ -80,8 +91,9 @@ def _curve(axes: Axes, found: Posteriors, values: FloatArray, group: IntArray, a
 def _describe(parts: dict[Any, Axes]) -> None:
     titles = {
         "entropy": ("entropy of the observer's pose", "people seen", "nats of m² rad"),
-        "kurtosis": ("tails of its place", "people seen", "Mardia's kurtosis less that of a normal density"),
-        "spread": ("entropy at equal number of people", "spread of directions", "nats above the mean"),
+        "kurtosis": ("tails of its place", "people seen", "kurtosis less that of a normal density"),
+        "spread": ("at equal number of people", "spread of directions", "nats above the mean at that number"),
+        "bearings": ("at equal number of people", "spread of bearings", "nats above the mean at that number"),
     }
     for name, (title, along, up) in titles.items():
         axes = parts[name]
@@ -90,6 +102,17 @@ def _describe(parts: dict[Any, Axes]) -> None:
         axes.set_ylabel(up, fontsize=style.TEXT_SIZE)
         axes.grid(color=style.FAINT, linewidth=0.6)
         axes.set_axisbelow(True)
+        _keep_to_the_means(axes)
+    low, high = zip(*(parts[name].get_ylim() for name in _SPREADS_OF), strict=True)
+    for name in _SPREADS_OF:
+        parts[name].set_ylim(min(low), max(high))
+
+
+def _keep_to_the_means(axes: Axes) -> None:
+    """Let means, and not the widest of their intervals, say how far an axis goes."""
+    heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    axes.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
 
 
 def _draw_head(figure: Figure, found: Posteriors, axes: Axes) -> None:

@@ -67,12 +67,13 @@ def _draw_head(figure: Figure, found: Posteriors, half: float) -> None:
     text += "centred on the true place, in the axes of the map; a colour is a frame on both sides"
     figure.text(left, 1.0 - 0.58 / height, text, fontsize=style.TEXT_SIZE, color=style.INK)
     shares = zip(SHARES, _FILLED, strict=True)
-    handles: list[Any] = [Patch(color=colour, label=f"{share:.0%} of the posterior") for share, colour in shares]
+    handles: list[Any] = [Patch(color=colour, label=f"{share:.0%}") for share, colour in shares]
+    handles[-1].set_label(f"{SHARES[-1]:.0%} of the posterior")
     point: dict[str, Any] = {"linestyle": "none", "color": style.INK}
     handles += [
-        Line2D([], [], marker="+", markersize=7, label="true place of the observer", **point),
-        Line2D([], [], marker="o", markersize=2.6, label="true place of a person", **point),
-        Line2D([], [], color=style.TRUTH, linewidth=1.4, label="the observer's path"),
+        Line2D([], [], marker="+", markersize=7, label="observer, true", **point),
+        Line2D([], [], marker="o", markersize=2.6, label="person, true", **point),
+        Line2D([], [], color=style.TRUTH, linewidth=1.4, label="the observer's true path"),
         Line2D([], [], color=style.UNSEEN, linewidth=0.6, label="viewing rays of the last frame"),
     ]
     place = (left, 1.0 - 0.64 / height)

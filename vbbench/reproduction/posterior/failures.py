@@ -29,23 +29,26 @@ class Facts:
     Parameters
     ----------
     people : seen in a frame.
-    spread : of directions, over frames in which somebody moves.
+    spread, bearings : of directions, and of bearings, over frames that have them.
     standing : share of walkers who stand, the observer included.
+    arrivals : people in a frame who are seen for the first time.
     empty : frames in which nobody is seen.
-    observer : in m/s, the observer's mean speed.
     """
 
     people: float
     spread: float
+    bearings: float
     standing: float
+    arrivals: float
     empty: int
-    observer: float
 
 
 CAUSES: Mapping[str, tuple[str, Callable[[Facts], bool]]] = {
     "few": ("5 people or fewer are seen in the mean frame", lambda one: one.people <= 5.0),
+    "one side": ("the mean spread of bearings is below .15", lambda one: one.bearings < 0.15),
     "parallel": ("the mean spread of directions is below .1", lambda one: one.spread < 0.1),
     "standing": ("a quarter of the walkers stand", lambda one: one.standing >= 0.25),
+    "few new": ("fewer than one newcomer, whose place is given, in five frames", lambda one: one.arrivals < 0.2),
     "gap": ("in a frame, or more, nobody is seen", lambda one: one.empty > 0),
 }
 """What a failure may come from, by name: in words, and whether a sequence has it."""
@@ -98,7 +101,7 @@ def find_failures(dataset: Dataset, solver: str, walks: Sequence[Walking], out: 
     failures = []
     for row in np.lexsort((-np.nan_to_num(error), -np.fmin(np.nan_to_num(error), cap))):
         number = int(own.sequence[row])
-        facts = facts_of(walks[number], dataset.truth(dataset.sequence(number)).poses, dataset.info.dt)
+        facts = facts_of(walks[number])
         causes = tuple(name for name, (_, has) in CAUSES.items() if has(facts))
         failures.append(
             Failure(
@@ -113,17 +116,21 @@ def find_failures(dataset: Dataset, solver: str, walks: Sequence[Walking], out: 
     return Failures(solver=solver, failures=tuple(failures), shown=shown, cap=cap)
 
 
-def facts_of(walk: Walking, poses: FloatArray, dt: float) -> Facts:
-    """The facts of a sequence with the true poses [T, 3]."""
-    speed = np.hypot(*np.diff(poses[:, :2], axis=0).T) / dt
-    known = walk.spread[~np.isnan(walk.spread)]
+def facts_of(walk: Walking) -> Facts:
+    """The facts of a sequence that has scored frames."""
     return Facts(
         people=float(walk.people.mean()),
-        spread=float(known.mean()) if len(known) else 0.0,
+        spread=_known_mean(walk.spread),
+        bearings=_known_mean(walk.bearings),
         standing=float(walk.standing.mean()),
+        arrivals=float(walk.arrivals.mean()),
         empty=int((walk.people == 0).sum()),
-        observer=float(speed.mean()),
     )
+
+
+def _known_mean(values: FloatArray) -> float:
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if len(known) else 0.0
 
 
 def _apart(dataset: Dataset, failures: Sequence[Failure]) -> list[Failure]:

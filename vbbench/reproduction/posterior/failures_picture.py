@@ -68,8 +68,7 @@ def _draw_failure(axes: Axes, failure: Failure, replay: Replay) -> None:
     causes = ", ".join(failure.causes) or "no known cause"
     lines = [
         f"{SYMBOL} {failure.error:.2f} m, Δt {failure.observer_error:.2f} m; {causes}",
-        f"{facts.people:.1f} people seen, spread {facts.spread:.2f}, {facts.standing:.0%} stand, "
-        f"{facts.empty} frames without anybody",
+        f"{facts.people:.1f} people seen; spread of directions {facts.spread:.2f}, of bearings {facts.bearings:.2f}",
     ]
     axes.text(0.0, 1.02, "\n".join(lines), transform=axes.transAxes, fontsize=style.TEXT_SIZE, va="bottom")
     axes.text(

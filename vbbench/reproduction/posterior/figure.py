@@ -28,7 +28,7 @@ NAME = "figure-posterior"
 GAUSSIAN_BEYOND = float(np.exp(-4.5))
 """Probability of a normal density in the plane outside three standard deviations."""
 _FIGURES = ("pose", "gaussian", "place", "yaw", "beyond", "kurtosis", "people", "share", "error")
-_WALKING = ("people", "spread", "lines", "standing")
+_WALKING = ("people", "spread", "lines", "bearings", "standing")
 
 Statistic = Callable[..., float]
 CLAIMS: tuple[tuple[str, str, str, Statistic, tuple[str, str]], ...] = (
@@ -57,8 +57,15 @@ CLAIMS: tuple[tuple[str, str, str, Statistic, tuple[str, str]], ...] = (
         rank_correlation_at_equal_number,
         ("lines", "pose"),
     ),
+    (
+        "not the paper's: people all around, sharper",
+        "entropy of the pose",
+        "ρ with the spread of bearings at equal number",
+        rank_correlation_at_equal_number,
+        ("bearings", "pose"),
+    ),
 )
-"""The paper's claims: what each says, what is measured, and how."""
+"""The paper's claims and one beside them: what each says, what is measured, and how."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +120,7 @@ def _facts(found: Posteriors) -> Iterator[str]:
         "people's places minimised out; a person's is the belief of the message passing over samples along its ray. "
         "Entropies are in nats, of m² rad for the pose, m² for the place, rad for the yaw and m for people. The spread "
         "of directions is 1 less the length of the mean direction of everybody who moves, the observer among them; "
-        "that of lines counts opposite ways as one."
+        "that of lines counts opposite ways as one; that of bearings is of the directions under which people are seen."
     )
     for solver, what in measured_solvers().items():
         yield f"`{solver}`: {what}."
@@ -220,7 +227,18 @@ def _failure_tables(found: Posteriors) -> Iterator[Table]:
             f"`{failures.solver}`, {PROTOCOL}: the sequences of greatest {SYMBOL}, capped at {failures.cap:g} m; among "
             "those above the cap, of greatest error; none shares frames with one above it.",
         ),
-        head=["sequence", f"{SYMBOL} (m)", "Δt (m)", "people", "spread", "stand", "empty frames", "causes"],
+        head=[
+            "sequence",
+            f"{SYMBOL} (m)",
+            "Δt (m)",
+            "people",
+            "spread",
+            "of bearings",
+            "stand",
+            "new in a frame",
+            "empty frames",
+            "causes",
+        ],
         rows=rows,
     )
     worst, every = failures.worst, failures.failures
@@ -239,7 +257,8 @@ def _failure_tables(found: Posteriors) -> Iterator[Table]:
 def _failure_row(one: Failure) -> list[str]:
     facts = one.facts
     errors = [f"{one.error:.2f}", f"{one.observer_error:.2f}"]
-    kind = [f"{facts.people:.1f}", f"{facts.spread:.2f}", f"{facts.standing:.0%}", f"{facts.empty}"]
+    kind = [f"{facts.people:.1f}", f"{facts.spread:.2f}", f"{facts.bearings:.2f}", f"{facts.standing:.0%}"]
+    kind += [f"{facts.arrivals:.2f}", f"{facts.empty}"]
     return [f"{one.sequence}", *errors, *kind, ", ".join(one.causes) or "–"]
 
 

@@ -160,7 +160,7 @@ def _sample(
     dataset: Dataset, walks: Sequence[Walking], frames: list[tuple[int, int]]
 ) -> tuple[FrameSample, dict[str, FloatArray]]:
     """The frames on their timeline, and how people walk in them."""
-    rows, names = dataset.rows, ("people", "spread", "lines", "standing")
+    rows, names = dataset.rows, ("people", "spread", "lines", "bearings", "standing")
     columns = {
         (walk.sequence, frame): values
         for walk in walks

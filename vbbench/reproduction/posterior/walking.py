@@ -2,7 +2,9 @@
 
 The observer counts as one of the walkers. With the directions α of everybody who moves, the **spread of directions** is
 1 − |mean of exp(iα)|: 0 where all go one way, near 1 where as many come as go. The **spread of lines** is
-1 − |mean of exp(2iα)|: 0 also where people walk along one line in opposite ways, greater where paths cross.
+1 − |mean of exp(2iα)|: 0 also where people walk along one line in opposite ways, greater where paths cross. The
+**spread of bearings** is 1 − |mean of exp(iβ)| of the bearings β under which people are seen: 0 where all are on one
+side, near 1 where they are all around.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -34,7 +36,9 @@ class Walking:
     frame : numbers of the frames.
     people : how many people are seen.
     spread, lines : of directions and of lines, NaN where nobody moves.
+    bearings : their spread, NaN where nobody is seen.
     standing : share of the walkers who stand.
+    arrivals : how many are seen for the first time.
     """
 
     sequence: int
@@ -42,27 +46,32 @@ class Walking:
     people: IntArray
     spread: FloatArray
     lines: FloatArray
+    bearings: FloatArray
     standing: FloatArray
+    arrivals: IntArray
 
 
 def walking_of(dataset: Dataset) -> list[Walking]:
     """How people truly walk in each sequence."""
     found = []
     for sequence in dataset.sequences():
-        truth, seen = dataset.truth(sequence), sequence.observed[START_FRAMES:]
-        people = np.where(sequence.observed[..., None], truth.positions, np.nan)
-        paths = np.concatenate([people, truth.poses[:, None, :2]], axis=1)
-        velocity = np.diff(paths, axis=0)[START_FRAMES - 1 :] / dataset.info.dt
+        truth, observed = dataset.truth(sequence), sequence.observed
+        people = np.where(observed[..., None], truth.positions, np.nan)
+        places = truth.poses[:, None, :2]
+        velocity = np.diff(np.concatenate([people, places], axis=1), axis=0)[START_FRAMES - 1 :] / dataset.info.dt
         spread, lines, standing = spreads(velocity)
+        off = (people - places)[START_FRAMES:]
         frames = np.arange(START_FRAMES, sequence.frames)
         found.append(
             Walking(
                 sequence=sequence.index,
                 frame=frames,
-                people=seen.sum(axis=1),
+                people=observed[START_FRAMES:].sum(axis=1),
                 spread=spread,
                 lines=lines,
+                bearings=directional_spread(np.arctan2(off[..., 1], off[..., 0])),
                 standing=standing,
+                arrivals=np.bincount(observed.argmax(axis=0), minlength=sequence.frames)[START_FRAMES:],
             )
         )
     return found
@@ -78,11 +87,16 @@ def spreads(velocity: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     speed, angle = np.hypot(velocity[..., 0], velocity[..., 1]), np.arctan2(velocity[..., 1], velocity[..., 0])
     moving: BoolArray = speed >= STANDING
     count, known = moving.sum(axis=-1), (~np.isnan(speed)).sum(axis=-1)
-    spread, lines = (
-        1.0 - np.abs(np.where(moving, np.exp(1j * times * angle), 0.0).sum(axis=-1)) / np.where(count, count, np.nan)
-        for times in (1, 2)
-    )
-    return spread, lines, (known - count) / np.maximum(known, 1)
+    angle = np.where(moving, angle, np.nan)
+    return directional_spread(angle), directional_spread(2.0 * angle), (known - count) / np.maximum(known, 1)
+
+
+def directional_spread(angle: FloatArray) -> FloatArray:
+    """1 − |mean of exp(iα)| [F] of angles α [F, K] in rad, NaN = none."""
+    known = ~np.isnan(angle)
+    count = known.sum(axis=-1)
+    total = np.abs(np.where(known, np.exp(1j * angle), 0.0).sum(axis=-1))
+    return np.where(count > 0, 1.0 - total / np.maximum(count, 1), np.nan)
 
 
 def along_walk(path: FloatArray) -> Callable[[FloatArray], FloatArray]:
