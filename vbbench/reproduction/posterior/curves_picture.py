@@ -84,7 +84,7 @@ def _curve(axes: Axes, found: Posteriors, values: FloatArray, group: IntArray, a
     mean, interval = found.sample.means(values, group, count)
     x = np.array([along[there & (group == n)].mean() if (there & (group == n)).any() else np.nan for n in range(count)])
     known = ~np.isnan(mean) & ~np.isnan(x)
-    axes.fill_between(x[known], *interval[known].T, color=look["color"], alpha=0.15, linewidth=0)
+    axes.fill_between(x[known], *interval[known].T, color=look["color"], alpha=0.12, linewidth=0)
     axes.plot(x[known], mean[known], **{"linewidth": 1.6, "marker": "o", "markersize": 4.0, **look})
 
 
@@ -111,7 +111,10 @@ def _describe(parts: dict[Any, Axes]) -> None:
 def _keep_to_the_means(axes: Axes) -> None:
     """Let means, and not the widest of their intervals, say how far an axis goes."""
     heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
-    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    heights = heights[~np.isnan(heights)]
+    if not len(heights) or not np.ptp(heights):
+        return
+    low, high = heights.min(), heights.max()
     axes.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
 
 

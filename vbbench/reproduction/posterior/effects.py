@@ -58,7 +58,8 @@ class FrameSample:
             statistic(*(np.repeat(column, times) for column in values), np.repeat(people, times))
             for times in self._draws(columns[0])[:, sequence]
         ]
-        low, high = np.nanquantile(drawn, LEVEL)
+        known = np.array([one for one in drawn if not np.isnan(one)])
+        low, high = np.quantile(known, LEVEL) if len(known) else (np.nan, np.nan)
         return Estimate(value=statistic(*values, people), low=float(low), high=float(high))
 
     def _draws(self, values: FloatArray) -> IntArray:

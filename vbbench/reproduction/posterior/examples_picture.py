@@ -86,7 +86,7 @@ def _half_width(found: Posteriors) -> float:
     reaches = []
     for shown in found.examples:
         for one in shown.instants:
-            mean, covariance = one.density.marginal().moments()
+            mean, covariance = one.place.moments()
             off = np.abs(mean - shown.poses[one.frame, :2]).max()
             reaches.append(off + 2.0 * float(np.sqrt(np.diag(covariance).max())))
     return float(np.ceil(10.0 * np.quantile(reaches, 0.9)) / 10.0) if reaches else 1.0
@@ -167,7 +167,7 @@ def _draw_instant(axes: Axes, shown: ShownExample, n: int, half: float, colours:
     if not found:
         axes.text(0.5, 0.5, "nobody helps", ha="center", **words)
         return
-    place = found[0].density.marginal().finer()
+    place = found[0].place
     turned = along_walk(shown.poses[np.array(shown.example.frames), :2])
     points = turned(place.points()) - turned(shown.poses[frame, :2])
     levels = [density_level(place.mass, share) for share in SHARES]

@@ -2,20 +2,15 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
-from functools import cached_property
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.reproduction.posterior.claims import CLAIMS, estimate_claims
 from vbbench.reproduction.posterior.curves_picture import PEOPLE, groups_of, plot_curves
-from vbbench.reproduction.posterior.effects import (
-    rank_correlation,
-    rank_correlation_at_equal_number,
-    slope_at_equal_number,
-)
 from vbbench.reproduction.posterior.examples_picture import plot_examples
 from vbbench.reproduction.posterior.failures import CAUSES, PROTOCOL, SYMBOL, Failure
 from vbbench.reproduction.posterior.failures_picture import plot_failures
@@ -30,65 +25,10 @@ GAUSSIAN_BEYOND = float(np.exp(-4.5))
 _FIGURES = ("pose", "gaussian", "place", "yaw", "beyond", "kurtosis", "people", "share", "error")
 _WALKING = ("people", "spread", "lines", "bearings", "standing")
 
-Statistic = Callable[..., float]
-CLAIMS: tuple[tuple[str, str, str, Statistic, tuple[str, str]], ...] = (
-    ("few people, heavier tails", "kurtosis of the place", "ρ with people", rank_correlation, ("people", "kurtosis")),
-    ("few people, heavier tails", "mass beyond 3 σ", "ρ with people", rank_correlation, ("people", "beyond")),
-    ("few people, wider", "entropy of the pose", "ρ with people", rank_correlation, ("people", "pose")),
-    ("diverse, sharper", "entropy of the pose", "ρ with the spread", rank_correlation, ("spread", "pose")),
-    (
-        "diverse, sharper",
-        "entropy of the pose",
-        "ρ with the spread at equal number",
-        rank_correlation_at_equal_number,
-        ("spread", "pose"),
-    ),
-    (
-        "diverse, sharper",
-        "entropy of the pose",
-        "nats per unit of spread at equal number",
-        slope_at_equal_number,
-        ("spread", "pose"),
-    ),
-    (
-        "diverse, sharper",
-        "entropy of the pose",
-        "ρ with the spread of lines at equal number",
-        rank_correlation_at_equal_number,
-        ("lines", "pose"),
-    ),
-    (
-        "not the paper's: people all around, sharper",
-        "entropy of the pose",
-        "ρ with the spread of bearings at equal number",
-        rank_correlation_at_equal_number,
-        ("bearings", "pose"),
-    ),
-)
-"""The paper's claims and one beside them: what each says, what is measured, and how."""
-
-
-@dataclass(frozen=True)
-class _Findings:
-    """What the tables and the JSON share."""
-
-    found: Posteriors
-
-    @cached_property
-    def claims(self) -> dict[str, list[Estimate]]:
-        """By solver, an estimate for each of `CLAIMS`."""
-        return {
-            solver: [
-                self.found.sample.estimate(statistic, self.found.walking[along], getattr(table, what))
-                for *_, statistic, (along, what) in CLAIMS
-            ]
-            for solver, table in self.found.tables.items()
-        }
-
 
 def posterior_report(found: Posteriors) -> Report:
     """Claims, figures by number of people, examples and failures; a picture of each but the claims."""
-    findings = _Findings(found)
+    claims = estimate_claims(found)
     pictures = {"": plot_examples(found)} if found.examples else {}
     pictures |= {"curves": plot_curves(found)}
     pictures |= {"failures": plot_failures(found)} if found.failures.shown else {}
@@ -96,8 +36,8 @@ def posterior_report(found: Posteriors) -> Report:
         name=NAME,
         title=f"Posteriors of observer and people: split {found.study.split}, one-step, seed {found.study.seed}",
         facts=list(_facts(found)),
-        tables=[_claims_table(findings), *_number_tables(found), _examples_table(found), *_failure_tables(found)],
-        values=posterior_values(found, findings.claims),
+        tables=[_claims_table(claims), *_number_tables(found), _examples_table(found), *_failure_tables(found)],
+        values=posterior_values(found, claims),
         pictures=pictures,
         texts={".csv": posterior_csv(found)},
     )
@@ -118,7 +58,7 @@ def _facts(found: Posteriors) -> Iterator[str]:
     yield (
         "The observer's posterior is exp(−E_c) of the reference solver on a grid of (x, y, yaw) about its minimum, "
         "people's places minimised out; a person's is the belief of the message passing over samples along its ray. "
-        "Entropies are in nats, of m² rad for the pose, m² for the place, rad for the yaw and m for people. The spread "
+        "Entropies are in nats, of m² rad for the pose, m² for the place and m for people. The spread "
         "of directions is 1 less the length of the mean direction of everybody who moves, the observer among them; "
         "that of lines counts opposite ways as one; that of bearings is of the directions under which people are seen."
     )
@@ -126,10 +66,10 @@ def _facts(found: Posteriors) -> Iterator[str]:
         yield f"`{solver}`: {what}."
 
 
-def _claims_table(findings: _Findings) -> Table:
-    solvers = list(findings.claims)
+def _claims_table(claims: Mapping[str, list[Estimate]]) -> Table:
+    solvers = list(claims)
     rows = [
-        [claim, what, how, *(_estimate(findings.claims[solver][row]) for solver in solvers)]
+        [claim, what, how, *(_estimate(claims[solver][row]) for solver in solvers)]
         for row, (claim, what, how, *_) in enumerate(CLAIMS)
     ]
     return Table(
@@ -164,8 +104,8 @@ def _number_tables(found: Posteriors) -> Iterator[Table]:
             title=f"By number of people: {_short(solver)}",
             facts=(
                 "Means over sequences. Normal: of a normal density with the same covariance. Beyond 3 σ: mass of the "
-                f"place's marginal; {GAUSSIAN_BEYOND:.2%} for a normal one. True pose: how often it lies in the region "
-                "that holds 95 % of the posterior.",
+                f"place's marginal; {GAUSSIAN_BEYOND:.2%} for a normal one. True place: how often it lies in the "
+                "region that holds 95 % of the posterior.",
             ),
             head=[
                 "people seen",
@@ -174,11 +114,11 @@ def _number_tables(found: Posteriors) -> Iterator[Table]:
                 "normal",
                 f"`{REPORTED}`",
                 "place",
-                "yaw",
+                "σ of the yaw (°)",
                 "a person",
                 "beyond 3 σ",
                 "kurtosis",
-                "true pose",
+                "true place",
                 "Δt (m)",
             ],
             rows=rows,
@@ -187,7 +127,8 @@ def _number_tables(found: Posteriors) -> Iterator[Table]:
 
 def _number_row(n: int, frames: int, columns: dict[str, FloatArray]) -> list[str]:
     least, most = PEOPLE[n]
-    plain = [f"{columns[name][n]:.2f}" for name in ("pose", "gaussian", "reported", "place", "yaw", "people")]
+    plain = [f"{columns[name][n]:.2f}" for name in ("pose", "gaussian", "reported", "place")]
+    plain += [f"{np.degrees(columns['yaw'][n]):.2f}", f"{columns['people'][n]:.2f}"]
     tails = [f"{columns['beyond'][n]:.2%}", f"{columns['kurtosis'][n]:.2f}"]
     cells = [*plain, *tails, f"{columns['inside'][n]:.0%}", f"{columns['error'][n]:.3f}"]
     return [f"{least}" if least == most else f"{least}–{most}", f"{frames}", *(_dash(cell) for cell in cells)]
@@ -200,8 +141,11 @@ def _dash(cell: str) -> str:
 def _examples_table(found: Posteriors) -> Table:
     rows = []
     for shown in found.examples:
-        one, own = shown.example, [instant.density for instant in shown.instants]
-        pose, place = (np.mean([d.entropy for d in kind]) for kind in (own, [d.marginal() for d in own]))
+        one = shown.example
+        pose, place = (
+            np.mean([d.entropy for d in kind])
+            for kind in zip(*((instant.density, instant.place) for instant in shown.instants), strict=True)
+        )
         frames = f"{one.first}–{one.frames[-1]}"
         figures = [f"{one.people:.1f}", f"{one.spread:.2f}", f"{one.lines:.2f}", f"{pose:.2f}", f"{place:.2f}"]
         error = f"{np.mean([instant.error for instant in shown.instants]):.3f}"
@@ -262,7 +206,7 @@ def _failure_row(one: Failure) -> list[str]:
     return [f"{one.sequence}", *errors, *kind, ", ".join(one.causes) or "–"]
 
 
-def posterior_values(found: Posteriors, claims: dict[str, list[Estimate]]) -> dict[str, Any]:
+def posterior_values(found: Posteriors, claims: Mapping[str, list[Estimate]]) -> dict[str, Any]:
     """Every number but those of single frames, which the CSV has."""
     group = groups_of(found.walking["people"], PEOPLE)
     return {

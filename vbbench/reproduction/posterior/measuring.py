@@ -35,15 +35,16 @@ class Instant:
     ----------
     frame : its number.
     estimate : the solver's answer.
-    density : of the observer's pose (x, y, yaw).
+    density, place : of the observer's pose (x, y, yaw), and of its place, on a finer grid.
     places, probabilities : [M, S, 2] in m and [M, S] of the people seen, along their rays.
-    share : probability of the poses that are likelier than the true one.
+    share : probability of the places that are more probable than the true one.
     error : in m, how far the estimate is from the true place.
     """
 
     frame: int
     estimate: FrameEstimate
     density: GridDensity
+    place: GridDensity
     places: FloatArray
     probabilities: FloatArray
     share: float
@@ -58,7 +59,8 @@ class PosteriorTable:
     ----------
     sequence, frame : which.
     pose, gaussian : entropy of the pose, and of a normal density with the same covariance.
-    place, yaw : of the marginals.
+    place : entropy of its marginal.
+    yaw : standard deviation in rad.
     beyond, kurtosis : of the place's marginal, see `vbbench.reproduction.posterior.density.Tails`.
     people : mean entropy of the people along their rays, NaN where nobody's place is open.
     share, error : see `Instant`.
@@ -120,14 +122,16 @@ def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | No
         if answer.fallback or answer.pose_covariance is None or (only is not None and frame not in only):
             continue
         density = find_density(source.pose_energy, answer.pose, answer.pose_covariance)
+        place = density.marginal().finer()
         places, probabilities = source.ray_posterior(SAMPLES, SPACING)
         yield Instant(
             frame=frame,
             estimate=answer,
             density=density,
+            place=place,
             places=places,
             probabilities=probabilities,
-            share=density.share_above(float(source.pose_energy(poses[frame : frame + 1])[0])),
+            share=place.share_above(poses[frame, :2]),
             error=float(np.hypot(*(answer.pose - poses[frame])[:2])),
         )
 
@@ -152,28 +156,21 @@ def _answers(dataset: Dataset, sequence: Sequence, solver: FrameSolver) -> Itera
 
 def _row(sequence: int, instant: Instant) -> tuple[float, ...]:
     density = instant.density
-    place, tails = density.marginal(), tails_of(density.marginal())
+    _, covariance = density.moments()
+    tails = tails_of(instant.place)
     return (
         sequence,
         instant.frame,
         density.entropy,
-        float(gaussian_entropy(density.moments()[1])),
-        place.entropy,
-        yaw_entropy(density),
+        float(gaussian_entropy(covariance)),
+        instant.place.entropy,
+        float(np.sqrt(covariance[-1, -1])),
         tails.beyond,
         tails.kurtosis,
         ray_entropy(instant.places, instant.probabilities),
         instant.share,
         instant.error,
     )
-
-
-def yaw_entropy(density: GridDensity) -> float:
-    """Entropy in nats of the last coordinate: its histogram over bins as wide as a cell is high."""
-    width = density.factor[-1, -1] * (density.steps[1] - density.steps[0])
-    yaw = density.points()[..., -1].ravel()
-    bins = np.round((yaw - yaw.min()) / width).astype(np.int64)
-    return discrete_entropy(np.bincount(bins, density.mass.ravel()).astype(np.float64)) + float(np.log(width))
 
 
 def ray_entropy(places: FloatArray, probabilities: FloatArray) -> float:

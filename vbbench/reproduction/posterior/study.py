@@ -132,6 +132,10 @@ def measure_posterior(study: PosteriorStudy, out: Path | str, making: Making = M
         reported = {row[:2]: row[2] for row in _rows(reported_rows, dataset, REPORTED, making.jobs)}
         failures = find_failures(dataset, SOLVER, walks, out, making)
     frames = list(zip(*(getattr(tables[SOLVER], name).tolist() for name in ("sequence", "frame")), strict=True))
+    if not frames:
+        raise VbbenchError(
+            f"{dataset.folder}: in no frame do two people help to find the observer; take more sequences"
+        )
     sample, walking = _sample(dataset, walks, frames)
     return Posteriors(
         study=study,
