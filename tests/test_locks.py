@@ -78,6 +78,7 @@ COMMANDS = {
         "reproduce figure-sigma --sequences 1 --out out",
         "reproduce table4 --sequences 1 --out out",
         "reproduce readings --every 400 --out out",
+        "reproduce figure-posterior --every 400 --out out",
         "leaderboard template out",
     ],
 }

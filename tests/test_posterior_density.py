@@ -5,7 +5,7 @@ import pytest
 
 from vbbench.geometry import FloatArray
 from vbbench.reproduction.posterior.density import find_density, gaussian_entropy, moments, tails_of
-from vbbench.reproduction.posterior.measuring import ray_entropy
+from vbbench.reproduction.posterior.measuring import one_turn, ray_entropy
 
 MEAN = np.array([3.0, -2.0, 0.4])
 FACTOR = np.array([[0.3, 0.0, 0.0], [0.28, 0.02, 0.0], [-0.1, 0.05, 0.01]])
@@ -81,6 +81,17 @@ def test_a_point_is_on_the_edge_of_the_share_that_is_more_probable() -> None:
         point = MEAN[:2] + FACTOR[:2, :2] @ [distance * 0.6, -distance * 0.8]
         assert place.share_above(point) == pytest.approx(1.0 - np.exp(-0.5 * distance**2), abs=0.03)
     assert place.share_above(MEAN[:2] + FACTOR[:2, :2] @ [20.0, 0.0]) == 1.0
+
+
+def test_a_yaw_that_is_open_is_spread_over_one_turn() -> None:
+    def ring(points: FloatArray) -> FloatArray:
+        return np.asarray(0.5 * (points[:, :2] ** 2).sum(axis=1))
+
+    found = find_density(one_turn(ring, 0.4), np.array([0.0, 0.0, 0.4]), np.eye(3), points=61)
+    _, covariance = found.moments()
+    assert np.sqrt(covariance[2, 2]) == pytest.approx(np.pi / np.sqrt(3.0), rel=0.1)
+    expected = float(gaussian_entropy(np.eye(2))) + np.log(2.0 * np.pi)
+    assert found.entropy == pytest.approx(expected, abs=0.1)
 
 
 def test_moments_are_those_of_numpy() -> None:

@@ -12,6 +12,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import START_FRAMES, get_protocol
 from vbbench.registry import make_solver
 from vbbench.reproduction.posterior.density import (
+    Energy,
     GridDensity,
     discrete_entropy,
     find_density,
@@ -121,7 +122,7 @@ def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | No
     for frame, answer in _answers(dataset, sequence, source):
         if answer.fallback or answer.pose_covariance is None or (only is not None and frame not in only):
             continue
-        density = find_density(source.pose_energy, answer.pose, answer.pose_covariance)
+        density = find_density(one_turn(source.pose_energy, answer.pose[2]), answer.pose, answer.pose_covariance)
         place = density.marginal().finer()
         places, probabilities = source.ray_posterior(SAMPLES, SPACING)
         yield Instant(
@@ -134,6 +135,11 @@ def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | No
             share=place.share_above(poses[frame, :2]),
             error=float(np.hypot(*(answer.pose - poses[frame])[:2])),
         )
+
+
+def one_turn(energy: Energy, yaw: float) -> Energy:
+    """The energy of poses [N, 3] within half a turn of ``yaw``, inf beyond, so that no pose counts twice."""
+    return lambda poses: np.where(np.abs(poses[:, 2] - yaw) <= np.pi, energy(poses), np.inf)
 
 
 def _made(solver: str) -> FrameSolver:

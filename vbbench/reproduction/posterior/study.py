@@ -144,7 +144,7 @@ def measure_posterior(study: PosteriorStudy, out: Path | str, making: Making = M
         sample=sample,
         tables=tables,
         reported=np.array([reported.get(frame, np.nan) for frame in frames]),
-        examples=tuple(_shown(dataset, example) for example in pick_examples(walks)),
+        examples=tuple(one for one in (_shown(dataset, example) for example in pick_examples(walks)) if one.instants),
         failures=failures,
     )
 
