@@ -5,8 +5,8 @@ The first energy (`vbbench_baselines.cascade.reweighting`) at a pose (c, R), eac
     E_c(c, R) = ρ(m_0) + Σ_k min over x of ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}.
 
 Since ρ(m) = √(m² + ε²) is the least over v > 0 of ½(m²/v + v + ε²/v), a person's place can be eliminated as under
-squared norms, with σ_k² v for σ_k². Along the principal axes of N_k, in the
-camera's frame, with r_k = z_k + Rᵀ(c − p_k), what remains is one convex function of one number,
+squared norms, with σ_k² v for σ_k². Along the principal axes of N_k, in the camera's frame, with
+r_k = z_k + Rᵀ(c − p_k), what remains is one convex function of one number,
 
     g(v) = ½ [ r_1²/(σ²v + n_1) + r_2²/(σ²v + n_2) + v + ε²/v ],
 

@@ -63,17 +63,12 @@ class FrameSample:
         return Estimate(value=statistic(*values, people), low=float(low), high=float(high))
 
     def _draws(self, values: FloatArray) -> IntArray:
-        """[R, N] how often each sequence is drawn."""
-        per_sequence, _ = self._per_sequence(values)
-        known = ~np.isnan(per_sequence)
-        filled = np.where(known, per_sequence, np.mean(per_sequence[known]))
-        return Errors(values=filled[None], timeline=self.timeline).counts(RESAMPLES, SEED).astype(np.int64)
-
-    def _per_sequence(self, values: FloatArray) -> tuple[FloatArray, IntArray]:
+        """[R, N] how often each sequence is drawn, in blocks as long as values [F] stay alike."""
         there, size = ~np.isnan(values), len(self.timeline.middle)
         number = np.bincount(self.sequence[there], minlength=size)
-        total = np.bincount(self.sequence[there], values[there], size)
-        return np.where(number > 0, total / np.maximum(number, 1), np.nan), number
+        mean = np.bincount(self.sequence[there], values[there], size) / np.maximum(number, 1)
+        filled = np.where(number > 0, mean, mean[number > 0].mean())
+        return Errors(values=filled[None], timeline=self.timeline).counts(RESAMPLES, SEED).astype(np.int64)
 
 
 def rank_correlation(one: FloatArray, other: FloatArray, _people: IntArray) -> float:

@@ -33,8 +33,8 @@ def plot_examples(found: Posteriors) -> Figure:
     height = _HEAD + len(blocks) * _BLOCK + _FOOT
     figure = lay_out((_WIDTH, height), _layout(len(blocks), height))
     parts = {axes.get_label(): axes for axes in figure.axes}
+    colours = _frame_colours()
     for row, shown in enumerate(blocks):
-        colours = _frame_colours()
         _draw_map(parts[f"map {row}"], shown, colours)
         for n in range(WINDOW):
             _draw_instant(parts[f"{row} {n}"], shown, n, half, colours)
