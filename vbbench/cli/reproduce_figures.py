@@ -68,6 +68,12 @@ def figure_robot(
     sequences: int = 6,
     tier: str = "field",
     solver: tuple[str, ...] = (),
+
+
+def figure_posterior(
+    out: Path = Path("figure-posterior"),
+    split: str = "eth",
+    every: int = 1,
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
     json: bool = False,
@@ -95,6 +101,13 @@ def figure_robot(
         sequences: Number of sequences of the simulated robot, a minute each.
         tier: How the simulated robot's boxes are corrupted; 'vbbench tiers' lists them.
         solver: Further solvers, without odometry and with it: registered names or module:attribute.
+    """Draw posteriors of observer and people, their entropy by number of people and directions, and the worst cases.
+
+    Args:
+        out: Folder for figure-posterior.md, .json, .csv and pictures, and for a dataset and a submission; what it
+            holds is reused.
+        split: Of a recording; the paper's is eth.
+        every: Only every so-many-th sequence.
         seed: Seed of all random numbers.
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
@@ -123,3 +136,8 @@ def figure_robot(
         entrants=(*default_entrants(), *more),
     )
     show(robot_report(measure_robot(study, out, making(work))), out, json)
+    from vbbench.reproduction.posterior.figure import posterior_report
+    from vbbench.reproduction.posterior.study import PosteriorStudy, measure_posterior
+
+    study = PosteriorStudy(split=split, every=every, seed=seed)
+    show(posterior_report(measure_posterior(study, out, making(work))), out, json)
