@@ -38,6 +38,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "birdify": birdify.birdify,
     "demo": views.demo,
     "reproduce all": reproduce.everything,
+    "reproduce figure-keypoints": reproduce_figures.figure_keypoints,
     "reproduce figure-sigma": reproduce_figures.figure_sigma,
     "reproduce readings": reproduce_tables.readings,
     "reproduce table4": reproduce_tables.table4,

@@ -47,3 +47,50 @@ def figure_sigma(
         seed=seed,
     )
     show(sigma_report(measure_sigma(study, out, making(work))), out, json)
+
+
+def figure_keypoints(
+    out: Path = Path("figure-keypoints"),
+    trials: int = 100,
+    width: int = 1280,
+    height: int = 720,
+    focal: float = 640.0,
+    split: tuple[str, ...] = ("hotel", "eth"),
+    every: int = 6,
+    solver: tuple[str, ...] = ("map-causal", "vb-sf"),
+    kitti: Path | None = None,
+    poses: Path | None = None,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    json: bool = False,
+) -> None:
+    """Make tables and pictures of camera poses from static points at a distance, beside those from people.
+
+    Args:
+        out: Folder for figure-keypoints.md, .json, .csv and two pictures, and for datasets and submissions; what it
+            holds is reused.
+        trials: Number of trials of the five-point method at each distance.
+        width: Of the camera's picture, in px.
+        height: Of the camera's picture, in px.
+        focal: Focal length of the camera, in px.
+        split: Whose people are solved, in tiers tracked and field.
+        every: Only every so-many-th sequence of each split.
+        solver: Registered names or module:attribute; the picture shows the first.
+        kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
+        poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+        json: Print every number as JSON instead of the tables.
+    """
+    from vbbench.reproduction.keypoints.figure import keypoints_report
+    from vbbench.reproduction.keypoints.people import People
+    from vbbench.reproduction.keypoints.study import KeypointsStudy, measure_keypoints
+    from vbbench.reproduction.keypoints.views import Setting, pinhole
+
+    study = KeypointsStudy(
+        setting=Setting(camera=pinhole(width, height, focal)),
+        trials=trials,
+        people=People(splits=split, solvers=solver, every=every, kitti=kitti, poses=poses, seed=seed),
+        seed=seed,
+    )
+    show(keypoints_report(measure_keypoints(study, out, making(work))), out, json)
