@@ -77,6 +77,7 @@ COMMANDS = {
         "demo --out out",
         "reproduce figure-sigma --sequences 1 --out out",
         "reproduce table4 --sequences 1 --out out",
+        "reproduce figure-keypoints --split demo --out out",
         "reproduce readings --every 400 --out out",
         "leaderboard template out",
     ],

@@ -56,6 +56,7 @@ def figure_keypoints(
     height: int = 720,
     focal: float = 640.0,
     split: tuple[str, ...] = ("hotel", "eth"),
+    tier: tuple[str, ...] = ("tracked", "field"),
     every: int = 6,
     solver: tuple[str, ...] = ("map-causal", "vb-sf"),
     kitti: Path | None = None,
@@ -73,8 +74,9 @@ def figure_keypoints(
         width: Of the camera's picture, in px.
         height: Of the camera's picture, in px.
         focal: Focal length of the camera, in px.
-        split: Whose people are solved, in tiers tracked and field.
-        every: Only every so-many-th sequence of each split.
+        split: Whose people are solved.
+        tier: How their boxes are corrupted; 'vbbench tiers' lists them.
+        every: Only every so-many-th sequence of each split, in tier field a third of that.
         solver: Registered names or module:attribute; the picture shows the first.
         kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
         poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
@@ -90,7 +92,7 @@ def figure_keypoints(
     study = KeypointsStudy(
         setting=Setting(camera=pinhole(width, height, focal)),
         trials=trials,
-        people=People(splits=split, solvers=solver, every=every, kitti=kitti, poses=poses, seed=seed),
+        people=People(splits=split, tiers=tier, solvers=solver, every=every, kitti=kitti, poses=poses, seed=seed),
         seed=seed,
     )
     show(keypoints_report(measure_keypoints(study, out, making(work))), out, json)

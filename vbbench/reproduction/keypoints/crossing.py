@@ -24,7 +24,7 @@ class Level:
     high: float = np.nan
 
     def drawn(self, count: int, random: np.random.Generator) -> FloatArray:
-        """Means [count] that may as well have been: log-normal, as errors are positive; all the same without interval."""
+        """Means [count] that might as well have been: log-normal, as errors are positive; alike without interval."""
         if not 0.0 < self.low <= self.high:
             return np.full(count, self.value)
         spread = np.log(self.high / self.low) / (2.0 * 1.96)
@@ -33,7 +33,7 @@ class Level:
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing:
-    """A distance in m, and its 95 % interval: the first measured one if it is there or nearer, infinite if beyond all."""
+    """A distance in m and its 95 % interval; the first measured one also if it is nearer, infinite beyond the last."""
 
     distance: float
     low: float

@@ -9,7 +9,6 @@ import numpy as np
 
 from vbbench.camera import camera_to_dict
 from vbbench.paper import the_paper
-from vbbench.scoring.statistics import finite_or_none
 from vbbench.reproduction.keypoints.crossing import Crossing, Curve, rises_over
 from vbbench.reproduction.keypoints.people import Line
 from vbbench.reproduction.keypoints.picture import plot_keypoints, plot_readings
@@ -22,6 +21,7 @@ from vbbench.reproduction.keypoints.study import (
     MeasuredReading,
 )
 from vbbench.reproduction.report import Report, Table
+from vbbench.scoring.statistics import finite_or_none
 
 NAME = "figure-keypoints"
 LOST = 1.0
@@ -35,7 +35,13 @@ def keypoints_report(found: Keypoints) -> Report:
     return Report(
         name=NAME,
         title="Poses from static points by the five-point method, beside those from people",
-        facts=[_what_the_paper_says(), _what_was_done(found), _what_was_found(found), *_what_is_missing(found)],
+        facts=[
+            _what_the_paper_says(),
+            _what_was_done(found),
+            _what_was_found(found),
+            _what_matches(found),
+            *_what_is_missing(found),
+        ],
         tables=[_by_distance(found), _by_line(found), _by_reading(found)],
         values=keypoints_values(found),
         pictures={"": plot_keypoints(found), "readings": plot_readings(found)},
@@ -51,8 +57,8 @@ def _what_the_paper_says() -> str:
         f"{paper.distances[1]:g} m, sees them with two cameras that are turned by up to {paper.rotation:.2f} rad and "
         f"moved by up to {paper.translation:g} m, adds uniform noise of ±{paper.noise:g} px, and finds the pose by the "
         f"five-point method, {paper.trials} times at each distance. It is good to {paper.good_to:g} m; from "
-        f"{paper.poor_from:g} m on the mean error of translation is at least {paper.poor_error:.2f} m. It states neither "
-        "the camera nor which side of the voxel is which, nor how long the translation is taken to be."
+        f"{paper.poor_from:g} m on the mean error of translation is at least {paper.poor_error:.2f} m. Not "
+        "known here are its camera, which side of the voxel is which, and how long translations are taken to be."
     )
 
 
@@ -74,13 +80,30 @@ def _what_was_found(found: Keypoints) -> str:
     near, far = (_mean_at(main, distance) for distance in (paper.good_to, paper.poor_from))
     beyond = float(main.errors[main.distances >= paper.poor_from].mean())
     floor = [_mean_at(found.curve(LEAST_SQUARES), one) for one in (paper.poor_from, main.distances[-1])]
+    length = found.study.setting.translation * (1.0 if found.study.setting.at_bound else 0.5)
     over = rises_over(main.distances, main.errors.mean(axis=1), paper.poor_error)
     return (
         f"Found: a mean error of {near:.3f} m at {paper.good_to:g} m (wanted: at most {GOOD:g}), {far:.3f} m at "
         f"{paper.poor_from:g} m and {beyond:.3f} m over all distances from there on (wanted: at least "
         f"{paper.poor_error:.2f}); it reaches {paper.poor_error:.2f} m {_from(over, main)}. Least squares over all "
         f"points has {floor[0]:.3f} m at {paper.poor_from:g} m and {floor[1]:.3f} m at {main.distances[-1]:g} m: so "
-        "much is geometry, and the rest is that OpenCV's answer is that of the best five points."
+        "much is geometry, and the rest is that OpenCV's answer is that of the best five points. Saying that the "
+        f"camera stands is off by {length:.2f} m on average."
+    )
+
+
+def _what_matches(found: Keypoints) -> str:
+    """Which readings have the paper's errors."""
+    paper = the_paper().keypoints
+    good = [one for one in found.readings if one.mean_at(paper.good_to) <= GOOD]
+    there = [one.reading.name for one in good if one.mean_at(paper.poor_from) >= paper.poor_error]
+    beyond = [one.reading.name for one in good if one.mean_from(paper.poor_from) >= paper.poor_error]
+    unit = next(one for one in found.readings if one.reading.unit_length).mean_at(paper.good_to)
+    return (
+        f"Readings that are good at {paper.good_to:g} m and have {paper.poor_error:.2f} m at {paper.poor_from:g} m: "
+        f"{'; '.join(there) or 'none'}. On average over all distances from there on: {'; '.join(beyond) or 'none'}. "
+        f"With every translation taken to be as long as its bound the error at {paper.good_to:g} m is {unit:.3f} m, so "
+        "the paper's lengths must be true as well."
     )
 
 
@@ -117,8 +140,8 @@ def _by_distance(found: Keypoints) -> Table:
             ]
         )
     fact = (
-        "Errors of translation in m and rotation in rad. Least squares: the lowest minimum of Sampson's distances found "
-        "from OpenCV's answer and from truth. Next to the truth: the minimum found from truth, which nobody without it "
+        "Errors of translation in m and rotation in rad. Least squares: the lower minimum of Sampson's distances, "
+        "found from OpenCV's answer and from truth. Next to the truth: the minimum found from truth, which nobody else "
         "could tell from the others; beside its RMS error the Cramér–Rao bound for normal noise of the same variance, "
         "which is no bound far away, where errors stop growing. Lost: rotations off by more than a radian, another of "
         "a matrix's four poses; OpenCV leaves points beyond 50 lengths of the translation out of that choice."
@@ -184,8 +207,8 @@ def _by_reading(found: Keypoints) -> Table:
     ]
     rows += [_reading_row(one, line, found.study.seed) for one in found.readings]
     fact = (
-        f"Mean errors of translation in m, {found.study.trials_of_reading} trials at each distance, the same points for "
-        "all where they can be. Each reading changes one thing of the first, the last ones several."
+        f"Mean errors of translation in m, {found.study.trials_of_reading} trials at every second distance, the same "
+        "points for all where they can be. Each reading changes one thing of the first, the last ones several."
     )
     near, far = f"{paper.good_to:g} m", f"{paper.poor_from:g} m"
     head = ["reading", f"at {near}", f"at {far}", f"from {far} on", f"{paper.poor_error:.2f} m from (m)"]

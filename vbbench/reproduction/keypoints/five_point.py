@@ -35,6 +35,9 @@ class Method:
     reach: float = 50.0
 
 
+OPENCVS = Method()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Poses:
     """Poses of the second cameras of N trials.

@@ -1,4 +1,4 @@
-"""The errors of view birdification that static points are held against: the paper's, and ours on three kinds of boxes."""
+"""The errors of view birdification beside those from static points: the paper's and ours, on several kinds of boxes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,13 +6,13 @@ from pathlib import Path
 
 from vbbench.errors import SourceMissingError
 from vbbench.generation.footage import FOOTAGE, FootageOptions
-from vbbench.generation.generator import Options
+from vbbench.generation.generator import Observer, Options
 from vbbench.paper import the_paper
 from vbbench.reproduction.keypoints.crossing import Level
 from vbbench.reproduction.making import Making
 from vbbench.scoring.scorecard import Score
 
-KITTI = "kitti"
+KITTI, FIELD = "kitti", "field"
 PAPER_PROTOCOL = ""
 """Of the paper's rows; which protocol they are of is open."""
 
@@ -24,14 +24,15 @@ class People:
     Parameters
     ----------
     splits, tiers, solvers, protocols : names; every combination is measured.
-    every : only every so many-th sequence of a split; KITTI is whole.
+    every : only every so-many-th observer of a split, and in tier `field` a third of that: every so-many-th window of
+        the time of a vehicle among them, of which there are fewer. KITTI is whole.
     kitti : folder of KITTI's tracking benchmark; ``None`` to search the usual places, where it may be missing.
     poses : folder of the poses of KITTI's camera.
     seed : of the datasets.
     """
 
     splits: Sequence[str] = ("hotel", "eth")
-    tiers: Sequence[str] = ("tracked", "field")
+    tiers: Sequence[str] = ("tracked", FIELD)
     solvers: Sequence[str] = ("map-causal", "vb-sf")
     protocols: Sequence[str] = ("one-step", "sequential")
     every: int = 6
@@ -41,11 +42,16 @@ class People:
 
     def options(self) -> Iterator[tuple[str, str, Options]]:
         """Every split and tier, and what to ask of its generator."""
-        stride = None if self.every == 1 else self.every
         for split in self.splits:
             for tier in self.tiers:
-                yield split, tier, Options(tier=tier, seed=self.seed, stride=stride)
+                yield split, tier, self._asked(tier)
         yield KITTI, FOOTAGE, Options(source=self.kitti, footage=FootageOptions(poses=self.poses))
+
+    def _asked(self, tier: str) -> Options:
+        """Boards of tier `field` are of a vehicle, too: a walker's camera with borders hardly sees anybody whole."""
+        stride = max(1, self.every // 3) if tier == FIELD else self.every
+        observer: Observer = "vehicle" if tier == FIELD else "walker"
+        return Options(tier=tier, seed=self.seed, stride=None if stride == 1 else stride, observer=observer)
 
 
 @dataclass(frozen=True, kw_only=True)

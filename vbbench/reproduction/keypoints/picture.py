@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import draw_heading, lay_out, spread
@@ -21,8 +20,8 @@ PAPER, OURS, CAR = style.ESTIMATE, style.GIVEN, "#009e73"
 _SQUARES = "#aa4499"
 _DRAWN_ROWS = (("hotel", "ideal"), ("eth", "ideal"), ("students", "ideal"), ("street", "tracked"))
 """Split and tier of the paper's rows in the picture; the table has all of them."""
-_SIZE, _LEFT, _WIDTH, _RIGHT = (12.6, 9.6), 0.85, 8.3, 9.15
-_TRANSLATION, _ROTATION = (3.55, 5.0), (0.6, 2.5)
+_SIZE, _LEFT, _WIDTH = (12.4, 9.6), 0.85, 8.1
+_TRANSLATION, _ROTATION = (3.7, 4.85), (0.6, 2.65)
 """Bottom and height in inches of the panels."""
 _GAP = 0.185
 """Inches from one label to the next."""
@@ -61,7 +60,7 @@ def plot_keypoints(found: Keypoints) -> Figure:
     facts = (
         f"{found.study.trials} trials at each distance, 100 points, ±1 px, {setting.camera.width} × "
         f"{setting.camera.height} px, f {setting.camera.focal:g} px, length of translation true; boxes: quartiles, "
-        "whiskers: 1.5 times their distance; dashed lines: sequential"
+        "whiskers: 1.5 times their distance; dashed: sequential"
     )
     title = "How far off is the camera? Static points at a distance, and people around it"
     draw_heading(drawn, _LEFT, title, facts, upper)
@@ -124,8 +123,8 @@ def _labels(found: Keypoints, kind: str) -> list[_Label]:
         if kind == "translation":
             distance = rises_over(curve.distances, curve.errors.mean(axis=1), level.value)
             last = curve.distances[-1]
-            reached = f"{distance:.0f} m" if distance > curve.distances[0] else f"≤ {distance:.0f} m"
-            text += f": beats points from {reached}" if np.isfinite(distance) else f": not up to {last:g} m"
+            reached = f"from {distance:.0f} m on" if distance > curve.distances[0] else "everywhere"
+            text += f": better {reached}" if np.isfinite(distance) else f": not up to {last:g} m"
         colour = PAPER if line.is_papers else CAR if line.split == KITTI else OURS
         labels.append(_Label(level.value, text, colour, "--" if line.protocol == "sequential" else "-"))
     return labels
@@ -142,12 +141,19 @@ def _draw_lines(axes: Axes, labels: list[_Label], kind: str) -> None:
             one.text,
             xy=(1.0, one.height),
             xycoords=("axes fraction", "data"),
-            xytext=(1.035, place),
+            xytext=(1.04, place),
             textcoords="axes fraction",
             va="center",
             fontsize=7.6,
             color=one.colour,
-            arrowprops={"arrowstyle": "-", "color": one.colour, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0},
+            arrowprops={
+                "arrowstyle": "-",
+                "color": one.colour,
+                "linewidth": 0.6,
+                "shrinkA": 2,
+                "shrinkB": 0,
+                "relpos": (0.0, 0.5),
+            },
         )
 
 
@@ -194,8 +200,7 @@ def plot_readings(found: Keypoints) -> Figure:
     axes.set_xlabel("mean error of translation (m)", fontsize=style.TEXT_SIZE)
     axes.grid(color=style.FAINT, linewidth=0.6)
     axes.set_axisbelow(True)
-    facts = (
-        f"five-point method, {found.study.trials_of_reading} trials at each distance; one thing is changed in each row"
-    )
+    trials = f"{found.study.trials_of_reading} trials at every second distance"
+    facts = f"five-point method, {trials}; one thing of the figure is changed in a row, in the last three several"
     draw_heading(drawn, 0.3, "What the text leaves open", facts, axes)
     return drawn

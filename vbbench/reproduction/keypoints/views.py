@@ -4,7 +4,7 @@ Coordinates are those of the first camera, (right, down, forward) in m. The seco
 by R: a point x of the first is R(x − c) for the second.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, cast
 
 import numpy as np
@@ -51,7 +51,7 @@ class Setting:
     noise : on every coordinate of a projection, uniform up to ± so many px.
     """
 
-    camera: PerspectiveCamera = PerspectiveCamera()
+    camera: PerspectiveCamera = field(default_factory=PerspectiveCamera)
     voxel: tuple[float, float, float] = (20.0, 5.0, 10.0)
     from_centre: bool = False
     counted: Counted = "redrawn"
