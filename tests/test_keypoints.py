@@ -30,7 +30,7 @@ from vbbench.reproduction.keypoints.views import Setting, Views, draw_views
 from vbbench.reproduction.making import Making
 
 PEOPLE = People(splits=("demo", "hotel"), solvers=("vb-cv",), tiers=("noisy",), protocols=("one-step",), every=4)
-STUDY = KeypointsStudy(distances=(2.0, 6.0, 20.0), trials=12, trials_of_reading=2, people=PEOPLE)
+STUDY = KeypointsStudy(distances=(2.0, 6.0, 20.0), trials=12, people=PEOPLE)
 
 
 @pytest.fixture(scope="module")
@@ -109,23 +109,21 @@ def test_figures(found: Keypoints) -> None:
     """Golden: mean errors in m of 12 trials at 2, 6 and 20 m; OpenCV's versions may differ in which sample is best."""
     means = {name: errors.translation.mean(axis=1) for name, errors in found.errors.items()}
     np.testing.assert_allclose(means[FIVE_POINT], GOLDEN[FIVE_POINT], rtol=0.1)
-    for name in (LEAST_SQUARES, FROM_TRUTH):
-        np.testing.assert_allclose(means[name], GOLDEN[name], rtol=0.03)
+    np.testing.assert_allclose(means[LEAST_SQUARES], GOLDEN[LEAST_SQUARES], rtol=0.1)
+    np.testing.assert_allclose(means[FROM_TRUTH], GOLDEN[FROM_TRUTH], rtol=0.02)
     assert means[FIVE_POINT][0] < 0.1
     assert found.unanswered == 0
 
 
 GOLDEN = {
     FIVE_POINT: (0.0235, 0.0584, 0.264),
-    LEAST_SQUARES: (0.004, 0.01, 0.1),
-    FROM_TRUTH: (0.004, 0.01, 0.08),
+    LEAST_SQUARES: (0.00656, 0.01533, 0.0813),
+    FROM_TRUTH: (0.00492, 0.01533, 0.0812),
 }
 
 
 def test_trials_do_not_depend_on_processes(found: Keypoints, tmp_path: Path, no_data: Path) -> None:
-    study = KeypointsStudy(
-        distances=(2.0, 6.0), trials=12, trials_of_reading=2, people=People(splits=(), solvers=("cv",))
-    )
+    study = KeypointsStudy(distances=(2.0, 6.0), trials=12, people=People(splits=(), solvers=("cv",)))
     again = measure_keypoints(study, tmp_path / "out", Making(jobs=2))
     for name, errors in again.errors.items():
         np.testing.assert_array_equal(errors.translation, found.errors[name].translation[:2])

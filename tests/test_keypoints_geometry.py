@@ -13,7 +13,7 @@ from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
-from vbbench.reproduction.keypoints.crossing import Crossing, Curve, Level, rises_over
+from vbbench.reproduction.keypoints.crossing import Crossing, Curve, Level
 from vbbench.reproduction.keypoints.five_point import Poses
 from vbbench.reproduction.keypoints.optimum import better_fit, bound, refined, sampson, truth
 from vbbench.reproduction.keypoints.people import People, paper_lines
@@ -185,26 +185,29 @@ def test_errors_are_angles_and_lengths() -> None:
 
 
 def test_crossings_are_interpolated() -> None:
-    distances = np.array([2.0, 4.0, 8.0])
-    assert rises_over(distances, np.array([0.1, 0.2, 0.6]), 0.3) == pytest.approx(5.0)
-    assert rises_over(distances, np.array([0.1, 0.2, 0.6]), 0.05) == 2.0
-    assert rises_over(distances, np.array([0.1, 0.2, 0.6]), 0.7) == np.inf
-    assert rises_over(distances, np.array([0.1, 0.5, 0.3]), 0.25) == pytest.approx(3.0)  # 0.1, 0.4, 0.4
+    def curve(*means: float) -> Curve:
+        return Curve(distances=np.array([2.0, 4.0, 8.0]), errors=np.array(means)[:, None] + np.array([-0.01, 0.01]))
+
+    assert curve(0.1, 0.2, 0.6).rises_over(0.3) == pytest.approx(5.0)
+    assert curve(0.1, 0.2, 0.6).rises_over(0.05) == 2.0
+    assert curve(0.1, 0.2, 0.6).rises_over(0.7) == np.inf
+    assert curve(0.1, 0.5, 0.3).rises_over(0.25) == pytest.approx(3.0)  # as 0.1, 0.4, 0.4
+    assert curve(0.1, 0.5, 0.3).rises_over(0.45) == np.inf
 
 
 def test_intervals_cover_what_trials_and_people_leave_open() -> None:
     distances, random = np.arange(1.0, 9.0), np.random.default_rng(0)
     sure, unsure = Level(value=4.5), Level(value=4.5, low=3.0, high=6.75)
-    exact = Curve(distances, np.repeat(distances[:, None], 5, axis=1))
-    assert exact.crossing(sure, 0) == Crossing(distance=4.5, low=4.5, high=4.5)
-    wide = exact.crossing(unsure, 0)
+    exact = Curve(distances=distances, errors=np.repeat(distances[:, None], 5, axis=1))
+    assert exact.crossing(sure) == Crossing(distance=4.5, low=4.5, high=4.5)
+    wide = exact.crossing(unsure)
     assert (wide.low, wide.high) == pytest.approx((3.0, 6.75), rel=0.05)
     hits = 0
     for repeat in range(40):
-        noisy = Curve(distances, distances[:, None] + random.normal(0.0, 1.0, (8, 30)))
-        found = noisy.crossing(sure, repeat)
+        noisy = Curve(distances=distances, errors=distances[:, None] + random.normal(0.0, 1.0, (8, 30)), seed=repeat)
+        found = noisy.crossing(sure)
         hits += found.low <= 4.5 <= found.high
-        assert found == noisy.crossing(sure, repeat)
+        assert found == noisy.crossing(sure)
     assert 33 <= hits <= 40
 
 

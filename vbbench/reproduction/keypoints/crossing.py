@@ -5,6 +5,7 @@ lines between. Intervals are quantiles over a bootstrap of the trials at every d
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import isotonic_regression
@@ -28,7 +29,7 @@ class Level:
         if not 0.0 < self.low <= self.high:
             return np.full(count, self.value)
         spread = np.log(self.high / self.low) / (2.0 * 1.96)
-        return self.value * np.exp(spread * random.normal(size=count))
+        return np.asarray(self.value * np.exp(spread * random.normal(size=count)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,33 +41,50 @@ class Crossing:
     high: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Curve:
-    """Errors [D, N] of trials at distances [D] in m."""
+    """Errors [D, N] of trials at distances [D] in m; ``seed`` is of the bootstrap."""
 
     distances: FloatArray
     errors: FloatArray
+    seed: int = 0
 
-    def crossing(self, level: Level, seed: int) -> Crossing:
+    @property
+    def means(self) -> FloatArray:
+        """[D] mean error at every distance."""
+        return np.asarray(self.errors.mean(axis=1))
+
+    def rises_over(self, value: float) -> float:
+        """The distance at which the mean reaches a value: the first one if it is there already, infinite if never."""
+        return float(_first_over(self.distances, _rising(self.means)[None], np.array([value]))[0])
+
+    def crossing(self, level: Level) -> Crossing:
         """Where it rises over a level."""
-        random = np.random.default_rng(seed)
-        places, trials = self.errors.shape
-        chosen = random.integers(trials, size=(RESAMPLES, places, trials))
-        means = np.take_along_axis(self.errors[None], chosen, axis=2).mean(axis=2)
-        levels = level.drawn(RESAMPLES, random)
-        found = [rises_over(self.distances, one, height) for one, height in zip(means, levels, strict=True)]
+        levels = level.drawn(RESAMPLES, np.random.default_rng(self.seed))
+        found = _first_over(self.distances, self._resampled, levels)
         low, high = np.quantile(found, LEVELS, method="inverted_cdf")
-        here = rises_over(self.distances, self.errors.mean(axis=1), level.value)
-        return Crossing(distance=here, low=float(low), high=float(high))
+        return Crossing(distance=self.rises_over(level.value), low=float(low), high=float(high))
+
+    @cached_property
+    def _resampled(self) -> FloatArray:
+        """[R, D] rising means of trials drawn with replacement."""
+        places, trials = self.errors.shape
+        chosen = np.random.default_rng([self.seed, 1]).integers(trials, size=(RESAMPLES, places, trials))
+        means = np.take_along_axis(self.errors[None], chosen, axis=2).mean(axis=2)
+        return np.stack([_rising(one) for one in means])
 
 
-def rises_over(distances: FloatArray, means: FloatArray, level: float) -> float:
-    """The distance at which rising means [D] reach a level: the first one if it is there, infinite if never."""
-    rising = isotonic_regression(means).x
-    after = int(np.searchsorted(rising, level))
-    if after == 0:
-        return float(distances[0])
-    if after == len(rising):
-        return float(np.inf)
-    share = (level - rising[after - 1]) / (rising[after] - rising[after - 1])
-    return float(distances[after - 1] + share * (distances[after] - distances[after - 1]))
+def _rising(means: FloatArray) -> FloatArray:
+    """[D] never falling, nearest to means [D]."""
+    return np.asarray(isotonic_regression(means).x)
+
+
+def _first_over(distances: FloatArray, rising: FloatArray, levels: FloatArray) -> FloatArray:
+    """[R] where rising means [R, D], straight between the distances [D], reach levels [R]."""
+    after = np.sum(rising < levels[:, None], axis=1)
+    last = np.clip(after, 1, len(distances) - 1)
+    row = np.arange(len(levels))
+    below, above = rising[row, last - 1], rising[row, last]
+    share = (levels - below) / np.where(above > below, above - below, 1.0)
+    between = distances[last - 1] + share * (distances[last] - distances[last - 1])
+    return np.where(after == 0, distances[0], np.where(after == len(distances), np.inf, between))

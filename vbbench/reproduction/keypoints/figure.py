@@ -9,7 +9,7 @@ import numpy as np
 
 from vbbench.camera import camera_to_dict
 from vbbench.paper import the_paper
-from vbbench.reproduction.keypoints.crossing import Crossing, Curve, rises_over
+from vbbench.reproduction.keypoints.crossing import Crossing, Curve
 from vbbench.reproduction.keypoints.people import Line
 from vbbench.reproduction.keypoints.picture import plot_keypoints, plot_readings
 from vbbench.reproduction.keypoints.study import (
@@ -76,12 +76,12 @@ def _what_was_done(found: Keypoints) -> str:
 
 
 def _what_was_found(found: Keypoints) -> str:
-    paper, main = the_paper().keypoints, found.curve()
+    paper, main = the_paper().keypoints, found.curves[FIVE_POINT]
     near, far = (_mean_at(main, distance) for distance in (paper.good_to, paper.poor_from))
     beyond = float(main.errors[main.distances >= paper.poor_from].mean())
-    floor = [_mean_at(found.curve(LEAST_SQUARES), one) for one in (paper.poor_from, main.distances[-1])]
+    floor = [_mean_at(found.curves[LEAST_SQUARES], one) for one in (paper.poor_from, main.distances[-1])]
     length = found.study.setting.translation * (1.0 if found.study.setting.at_bound else 0.5)
-    over = rises_over(main.distances, main.errors.mean(axis=1), paper.poor_error)
+    over = main.rises_over(paper.poor_error)
     return (
         f"Found: a mean error of {near:.3f} m at {paper.good_to:g} m (wanted: at most {GOOD:g}), {far:.3f} m at "
         f"{paper.poor_from:g} m and {beyond:.3f} m over all distances from there on (wanted: at least "
@@ -152,11 +152,11 @@ def _by_distance(found: Keypoints) -> Table:
 
 
 def _by_line(found: Keypoints) -> Table:
-    main, squares = found.curve(), found.curve(LEAST_SQUARES)
+    main, squares = found.curves[FIVE_POINT], found.curves[LEAST_SQUARES]
     rows = []
     for line in found.lines:
         who = ["the paper", line.solver] if line.is_papers else [f"here, {line.protocol}", f"`{line.solver}`"]
-        crossings = (curve.crossing(line.translation, found.study.seed) for curve in (main, squares))
+        crossings = (curve.crossing(line.translation) for curve in (main, squares))
         rows.append(
             [
                 *who,
@@ -205,7 +205,7 @@ def _by_reading(found: Keypoints) -> Table:
             "",
         ]
     ]
-    rows += [_reading_row(one, line, found.study.seed) for one in found.readings]
+    rows += [_reading_row(one, line) for one in found.readings]
     fact = (
         f"Mean errors of translation in m, {found.study.trials_of_reading} trials at every second distance, the same "
         "points for all where they can be. Each reading changes one thing of the first, the last ones several."
@@ -221,18 +221,18 @@ def paper_line(found: Keypoints) -> Line:
     return next(line for line in found.lines if line.is_papers and (line.split, line.tier) == PAPER_LINE)
 
 
-def _reading_row(one: MeasuredReading, line: Line, seed: int) -> list[str]:
+def _reading_row(one: MeasuredReading, line: Line) -> list[str]:
     paper, curve = the_paper().keypoints, one.curve
-    poor = rises_over(curve.distances, curve.errors.mean(axis=1), paper.poor_error)
+    poor = curve.rises_over(paper.poor_error)
     means = [one.mean_at(paper.good_to), one.mean_at(paper.poor_from), one.mean_from(paper.poor_from)]
-    crossing = shown(curve.crossing(line.translation, seed), curve)
+    crossing = shown(curve.crossing(line.translation), curve)
     last = f"{poor:.1f}" if np.isfinite(poor) else f"> {curve.distances[-1]:g}"
     return [one.reading.name, *(f"{mean:.3f}" for mean in means), last, crossing]
 
 
 def keypoints_values(found: Keypoints) -> dict[str, Any]:
     """Every figure of the tables."""
-    main = found.curve()
+    main = found.curves[FIVE_POINT]
     return {
         "seed": found.study.seed,
         "trials": found.study.trials,
@@ -250,19 +250,14 @@ def keypoints_values(found: Keypoints) -> dict[str, Any]:
                 **{name: value for name, value in vars(line).items() if name not in ("translation", "rotation")},
                 "dt": _finite(line.translation),
                 "dr": _finite(line.rotation),
-                "crossing": {
-                    name: _finite(found.curve(name).crossing(line.translation, found.study.seed))
-                    for name in found.errors
-                },
+                "crossing": {name: _finite(curve.crossing(line.translation)) for name, curve in found.curves.items()},
             }
             for line in found.lines
         ],
         "readings": [
             {"name": one.reading.name, "means": one.curve.errors.mean(axis=1).tolist()} for one in found.readings
         ],
-        "poor_from": finite_or_none(
-            rises_over(main.distances, main.errors.mean(axis=1), the_paper().keypoints.poor_error)
-        ),
+        "poor_from": finite_or_none(main.rises_over(the_paper().keypoints.poor_error)),
     }
 
 

@@ -70,7 +70,7 @@ def sampson(views: Views, poses: Poses) -> FloatArray:
     )
     lines, back = first @ matrix.transpose(0, 2, 1), second @ matrix
     square = np.sum(lines[..., :2] ** 2 + back[..., :2] ** 2, axis=-1)
-    return np.nan_to_num(np.sum(second * lines, axis=-1) / np.sqrt(np.maximum(square, 1e-30)))
+    return np.asarray(np.nan_to_num(np.sum(second * lines, axis=-1) / np.sqrt(np.maximum(square, 1e-30))))
 
 
 def _jacobian(views: Views, poses: Poses) -> FloatArray:

@@ -11,7 +11,6 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from vbbench.paper import the_paper
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import draw_heading, lay_out, spread
-from vbbench.reproduction.keypoints.crossing import rises_over
 from vbbench.reproduction.keypoints.people import KITTI, Line
 from vbbench.reproduction.keypoints.study import FIVE_POINT, FROM_TRUTH, GOOD, LEAST_SQUARES, Keypoints
 
@@ -115,13 +114,13 @@ def drawn_lines(found: Keypoints) -> list[Line]:
 
 
 def _labels(found: Keypoints, kind: str) -> list[_Label]:
-    labels, curve = [], found.curve()
+    labels, curve = [], found.curves[FIVE_POINT]
     for line in drawn_lines(found):
         level = getattr(line, kind)
         place = f"{line.split}, {line.tier}" if line.tier not in ("ideal", "footage") else line.split
         text = f"{place}{'' if line.is_papers else f', {line.protocol}'} {level.value:.3f}"
         if kind == "translation":
-            distance = rises_over(curve.distances, curve.errors.mean(axis=1), level.value)
+            distance = curve.rises_over(level.value)
             last = curve.distances[-1]
             reached = f"from {distance:.0f} m on" if distance > curve.distances[0] else "everywhere"
             text += f": better {reached}" if np.isfinite(distance) else f": not up to {last:g} m"
@@ -159,9 +158,9 @@ def _draw_lines(axes: Axes, labels: list[_Label], kind: str) -> None:
 
 def _mark_crossings(axes: Axes, found: Keypoints) -> None:
     """A point where each line meets the mean of the five-point method."""
-    curve = found.curve()
+    curve = found.curves[FIVE_POINT]
     for line, label in zip(drawn_lines(found), _labels(found, "translation"), strict=True):
-        distance = rises_over(curve.distances, curve.errors.mean(axis=1), line.translation.value)
+        distance = curve.rises_over(line.translation.value)
         if curve.distances[0] < distance < np.inf:
             axes.plot(
                 distance, label.height, "o", color=label.colour, markersize=5.5, markeredgecolor="white", zorder=4

@@ -6,7 +6,7 @@ truth, except in one reading.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from itertools import starmap
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,6 @@ class KeypointsStudy:
     setting : what is drawn.
     distances : in m, ascending.
     trials : at each distance.
-    trials_of_reading : of the other readings, at every second distance.
     people : whose errors are set beside it.
     seed : of the trials.
     """
@@ -54,9 +53,13 @@ class KeypointsStudy:
     setting: Setting = field(default_factory=Setting)
     distances: Sequence[float] = DISTANCES
     trials: int = the_paper().keypoints.trials
-    trials_of_reading: int = 50
     people: People = field(default_factory=People)
     seed: int = 0
+
+    @property
+    def trials_of_reading(self) -> int:
+        """Trials of every other reading, at every second distance."""
+        return max(2, self.trials // 2)
 
     def check(self) -> None:
         """Find the mistakes that can be found before the work starts.
@@ -69,10 +72,8 @@ class KeypointsStudy:
         steps = np.diff([0.0, *self.distances])
         if len(self.distances) < 2 or not np.all(steps > 0.0):
             raise VbbenchError("distances are two or more lengths above 0 m, ascending")
-        if self.trials < 2 or self.trials_of_reading < 2:
-            raise VbbenchError(
-                f"trials must be 2 or more at each distance, not {min(self.trials, self.trials_of_reading)}"
-            )
+        if self.trials < 2:
+            raise VbbenchError(f"trials must be 2 or more at each distance, not {self.trials}")
         if self.people.every < 1:
             raise VbbenchError(f"every must be 1 or more, not {self.people.every}; 6 measures every sixth sequence")
         for solver in self.people.solvers:
@@ -128,9 +129,13 @@ class Keypoints:
     missing: tuple[str, ...]
     readings: tuple[MeasuredReading, ...]
 
-    def curve(self, estimator: str = FIVE_POINT) -> Curve:
-        """An estimator's errors of translation."""
-        return Curve(self.distances, self.errors[estimator].translation)
+    @cached_property
+    def curves(self) -> dict[str, Curve]:
+        """Errors of translation over distance, by estimator."""
+        return {
+            name: Curve(distances=self.distances, errors=errors.translation, seed=self.study.seed)
+            for name, errors in self.errors.items()
+        }
 
 
 def measure_keypoints(study: KeypointsStudy, out: Path | str, making: Making = Making()) -> Keypoints:  # noqa: B008
@@ -164,7 +169,7 @@ def measure_keypoints(study: KeypointsStudy, out: Path | str, making: Making = M
         lines=(*paper_lines(), *lines),
         missing=tuple(missing),
         readings=tuple(
-            MeasuredReading(reading=one, curve=Curve(distances[::2], found))
+            MeasuredReading(reading=one, curve=Curve(distances=distances[::2], errors=found, seed=study.seed))
             for one, found in zip(readings, others, strict=True)
         ),
     )
