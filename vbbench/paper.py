@@ -60,6 +60,33 @@ class Photorealistic:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Keypoints:
+    """What the paper says of its figure of relative poses from static points.
+
+    Parameters
+    ----------
+    points, trials : points a trial, and trials at each distance.
+    voxel : lengths in m of the sides of the box that the points are drawn in.
+    distances : nearest and farthest, in m.
+    rotation, translation : bounds of the motion between the two cameras, in rad and m.
+    noise : bound of the uniform noise on projections, in px.
+    good_to : distance in m up to which the result is good.
+    poor_from, poor_error : from this distance on (m), the mean error of translation is at least that (m).
+    """
+
+    points: int
+    trials: int
+    voxel: tuple[float, float, float]
+    distances: tuple[float, float]
+    rotation: float
+    translation: float
+    noise: float
+    good_to: float
+    poor_from: float
+    poor_error: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Paper:
     """All quoted figures, and their source."""
 
@@ -67,6 +94,7 @@ class Paper:
     link: str
     table1: Mapping[str, Counts]
     photorealistic: Photorealistic
+    keypoints: Keypoints
     rows: tuple[Quoted, ...]
 
     def select(self, split: str, tier: str = "ideal") -> tuple[Quoted, ...]:

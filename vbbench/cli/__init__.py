@@ -41,6 +41,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "reproduce all": reproduce.everything,
     "reproduce figure-robot": reproduce_figures.figure_robot,
     "reproduce figure-posterior": reproduce_figures.figure_posterior,
+    "reproduce figure-keypoints": reproduce_figures.figure_keypoints,
     "reproduce figure-sigma": reproduce_figures.figure_sigma,
     "reproduce figure-trajectories": reproduce_figures.figure_trajectories,
     "reproduce readings": reproduce_tables.readings,

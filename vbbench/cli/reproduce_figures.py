@@ -74,6 +74,20 @@ def figure_posterior(
     out: Path = Path("figure-posterior"),
     split: str = "eth",
     every: int = 1,
+
+
+def figure_keypoints(
+    out: Path = Path("figure-keypoints"),
+    trials: int = 100,
+    width: int = 1280,
+    height: int = 720,
+    focal: float = 640.0,
+    split: tuple[str, ...] = ("hotel", "eth"),
+    tier: tuple[str, ...] = ("tracked", "field"),
+    every: int = 6,
+    solver: tuple[str, ...] = ("map-causal", "vb-sf"),
+    kitti: Path | None = None,
+    poses: Path | None = None,
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
     json: bool = False,
@@ -108,6 +122,21 @@ def figure_posterior(
             holds is reused.
         split: Of a recording; the paper's is eth.
         every: Only every so-many-th sequence.
+    """Make tables and pictures of camera poses from static points at a distance, beside those from people.
+
+    Args:
+        out: Folder for figure-keypoints.md, .json, .csv and two pictures, and for datasets and submissions; what it
+            holds is reused.
+        trials: Number of trials of the five-point method at each distance.
+        width: Of the camera's picture, in px.
+        height: Of the camera's picture, in px.
+        focal: Focal length of the camera, in px.
+        split: Whose people are solved.
+        tier: How their boxes are corrupted; 'vbbench tiers' lists them.
+        every: Only every so-many-th sequence of each split, in tier field a third of that.
+        solver: Registered names or module:attribute; the picture shows the first.
+        kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
+        poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
         seed: Seed of all random numbers.
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
@@ -141,3 +170,15 @@ def figure_posterior(
 
     study = PosteriorStudy(split=split, every=every, seed=seed)
     show(posterior_report(measure_posterior(study, out, making(work))), out, json)
+    from vbbench.reproduction.keypoints.figure import keypoints_report
+    from vbbench.reproduction.keypoints.people import People
+    from vbbench.reproduction.keypoints.study import KeypointsStudy, measure_keypoints
+    from vbbench.reproduction.keypoints.views import Setting, pinhole
+
+    study = KeypointsStudy(
+        setting=Setting(camera=pinhole(width, height, focal)),
+        trials=trials,
+        people=People(splits=split, tiers=tier, solvers=solver, every=every, kitti=kitti, poses=poses, seed=seed),
+        seed=seed,
+    )
+    show(keypoints_report(measure_keypoints(study, out, making(work))), out, json)
