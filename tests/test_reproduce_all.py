@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.paper import the_paper
-from vbbench.reproduction.everything import DONE, PAGE, Part, reproduce_all, the_parts
+from vbbench.reproduction.everything import DONE, PAGE, reproduce_all
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.studies import Part, the_parts
 from vbbench.reproduction.tables.table4.report import table4_report
 from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
 

@@ -13,6 +13,11 @@ def everything(
     out: Path = Path("reproduced"),
     study: tuple[str, ...] = (),
     every: int = 10,
+    kitti: Path | None = None,
+    poses: Path | None = None,
+    jrdb: Path | None = None,
+    bags: Path | None = None,
+    motsynth: Path | None = None,
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
 ) -> None:
@@ -23,13 +28,21 @@ def everything(
     Args:
         out: Folder for index.html, and a folder for each study.
         study: Names of studies, such as table2 figure-sigma; default: all.
-        every: Only every so-many-th sequence of recordings; 1 takes hours.
+        every: In tables of recordings, only every so-many-th sequence; 1 takes hours.
+        kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
+        poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
+        jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
+        bags: Folder of JRDB's rosbags, which tell how the robot moved.
+        motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
         seed: Seed of all random numbers.
         work: Where the work is done.
     """
-    from vbbench.reproduction.everything import reproduce_all, the_parts
+    from vbbench.reproduction.everything import reproduce_all
+    from vbbench.reproduction.studies import Downloads, the_parts
 
-    print(reproduce_all(the_parts(every=every, seed=seed, only=study), out, making(work)))
+    downloads = Downloads(kitti=kitti, poses=poses, jrdb=jrdb, bags=bags, motsynth=motsynth)
+    parts = the_parts(every=every, seed=seed, only=study, downloads=downloads)
+    print(reproduce_all(parts, out, making(work)))
 
 
 def transfer(

@@ -2,82 +2,25 @@
 
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from vbbench import __version__
-from vbbench.errors import UnknownNameError, VbbenchError, one_line
+from vbbench.errors import VbbenchError, one_line
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.parallel.parts import progress_bar
 from vbbench.parsing.json_text import read_json
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.page import Section, as_page
-from vbbench.reproduction.readings.figure import readings_report
-from vbbench.reproduction.readings.study import ReadingsStudy, measure_readings
-from vbbench.reproduction.report import Report, Table, write_report
-from vbbench.reproduction.sigma.figure import sigma_report
-from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
-from vbbench.reproduction.tables.simulated_recording import STAND_INS
-from vbbench.reproduction.tables.solver_report import solver_table_report
-from vbbench.reproduction.tables.solver_tables import SPLITS, SolverTableStudy, measure_solver_table
-from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
-from vbbench.reproduction.tables.table4.report import table4_report
-from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
-from vbbench.reproduction.trajectories.figure import trajectories_report
-from vbbench.reproduction.trajectories.study import TrajectoriesStudy, measure_trajectories
+from vbbench.reproduction.report import Table, write_report
+from vbbench.reproduction.studies import Part
 
 PAGE = "index.html"
 DONE = "done.json"
 """In a study's folder: what was measured, how long that took, and the report without its pictures."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Part:
-    """A study, and how its report is made in a folder."""
-
-    study: Any
-    make: Callable[[Path, Making], Report]
-
-
-def the_parts(*, every: int = 10, seed: int = 0, only: Sequence[str] = ()) -> dict[str, Part]:
-    """The studies by name, in the paper's order.
-
-    Parameters
-    ----------
-    every : only every so-many-th sequence of recordings; tables of whole recordings take hours.
-    seed : of all random numbers.
-    only : names; none for all.
-
-    Raises
-    ------
-    UnknownNameError
-        If ``only`` names another.
-    """
-    parts = {
-        "table1": _part(Table1Study(seed=seed), measure_table1, table1_report),
-        "table2": _part(_solver_table(2, every, seed), measure_solver_table, solver_table_report),
-        "table3": _part(_solver_table(3, None, seed), measure_solver_table, solver_table_report),
-        "table4": _part(Table4Study(seed=seed), measure_table4, table4_report),
-        "figure-sigma": _part(SigmaStudy(seed=seed), measure_sigma, sigma_report),
-        "readings": _part(ReadingsStudy(every=every, seed=seed), measure_readings, readings_report),
-        "figure-trajectories": _part(TrajectoriesStudy(seed=seed), measure_trajectories, trajectories_report),
-    }
-    for name in only:
-        if name not in parts:
-            raise UnknownNameError("study", name, parts)
-    return {name: part for name, part in parts.items() if name in only or not only}
-
-
-def _solver_table(table: int, every: int | None, seed: int) -> SolverTableStudy:
-    stand_ins = STAND_INS if table == 3 else {}
-    return SolverTableStudy(table=table, splits=SPLITS[table], every=every, seed=seed, stand_ins=stand_ins)
-
-
-def _part(study: Any, measure: Callable[[Any, Path, Making], Any], report: Callable[[Any], Report]) -> Part:
-    return Part(study=study, make=lambda out, making: report(measure(study, out, making)))
 
 
 def reproduce_all(parts: Mapping[str, Part], out: Path | str, making: Making = Making()) -> Path:  # noqa: B008
