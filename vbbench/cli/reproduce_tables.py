@@ -19,8 +19,8 @@ def table1(
     """Make a table and a picture of sequences, frames and people of every split, beside the paper's.
 
     Args:
-        out: Folder for table1.md, .json and .png; where the labels of Shibuya are missing, also for simulated recordings
-            like it; what it holds is reused.
+        out: Folder for table1.md, .json and .png; where the labels of Shibuya are missing, also for simulated
+            recordings; what it holds is reused.
         split: Of the paper's Table 1.
         motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
         seed: Seed of all random numbers.
