@@ -19,10 +19,9 @@ from vbbench.generation import generate
 from vbbench.generation.generator import ForesightedPlan, Options, Simulation
 from vbbench.paper import the_paper
 from vbbench.registry import load
-from vbbench.reproduction import shibuya_like
 from vbbench.reproduction.at_hand import AtHand
-from vbbench.reproduction.making import Making
-from vbbench.reproduction.shibuya_like import shibuya_like_recording
+from vbbench.reproduction.simulated_recording import SimulatedRecording
+from vbbench.reproduction.tables import simulated_recording
 from vbbench.reproduction.tables.counting import Tally, count_people
 from vbbench.reproduction.tables.table1 import SPLITS, CountedRow, Table1, Table1Study, measure_table1, table1_report
 from vbbench.reproduction.tables.table1_rows import all_rows
@@ -132,13 +131,13 @@ def test_the_observer_counts_where_the_recipe_says_so(data_folder: Path) -> None
 
 
 def test_what_is_missing_is_said_with_the_command(no_data: Path, tmp_path: Path) -> None:
-    found = measure_table1(Table1Study(splits=("hotel", "shibuya02", "motsynth")), tmp_path / "out")
+    found = measure_table1(Table1Study(splits=("hotel", "eth", "motsynth")), tmp_path / "out")
     assert cells(found, "Hotel")[1][1] == "missing: `vbbench fetch hotel`"
     assert cells(found, "GTAV, as MOTSynth")[1][1] == "missing: your own download, named with `--motsynth DIR`"
     report = table1_report(found)
     assert [row["missing"] for row in report.values["rows"]] == [
         "vbbench fetch hotel",
-        "vbbench fetch shibuya02",
+        "vbbench fetch eth",
         "your own download, named with --motsynth DIR",
     ]
     words = [text.get_text() for axes in report.pictures[""].axes for text in axes.texts]
@@ -151,33 +150,20 @@ def test_where_shibuya_is_missing_a_recording_like_it_is_made(
 ) -> None:
     scenario = tmp_path / "square.toml"
     scenario.write_text(square(frames=90), "utf-8")
-    monkeypatch.setattr(shibuya_like, "SCENARIO", str(scenario))
-    found = measure_table1(Table1Study(splits=("shibuya01",)), tmp_path / "out")
-    assert cells(found, "Shibuya01")[1][1] == "missing: `vbbench fetch shibuya01`"
-    ours = cells(found, "like Shibuya01, simulated")[1]
+    monkeypatch.setattr(simulated_recording, "SCENARIO", str(scenario))
+    monkeypatch.setitem(simulated_recording.STAND_INS, "shibuya02", SimulatedRecording(people=60, every=1))
+    found = measure_table1(Table1Study(splits=("shibuya02",)), tmp_path / "out")
+    assert cells(found, "Shibuya02")[1][1] == "missing: `vbbench fetch shibuya02`"
+    ours = cells(found, "like Shibuya02, simulated")[1]
     tally = found.rows[1].tally
     assert tally is not None
-    assert ours[1:3] == ["`shibuya01`", str(len(tally.frames))]
+    assert ours[1:3] == ["`shibuya02`", str(len(tally.frames))]
     assert ours[4] == f"{tally.passing.min()} / {tally.passing.mean():.2f} / {tally.passing.max()}"
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*") if path.is_file()}
-    again = measure_table1(Table1Study(splits=("shibuya01",)), tmp_path / "out")
+    again = measure_table1(Table1Study(splits=("shibuya02",)), tmp_path / "out")
     assert again.rows[1].tally is not None
     assert again.rows[1].tally.row == tally.row
     assert {path: path.stat().st_mtime_ns for path in written} == written
-
-
-def test_a_recording_that_was_cut_short_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scenario = tmp_path / "square.toml"
-    scenario.write_text(square(frames=60), "utf-8")
-    monkeypatch.setattr(shibuya_like, "SCENARIO", str(scenario))
-    folder = shibuya_like_recording(tmp_path / "out", Making())
-    boxes = (folder / "gt" / "gt.txt").read_bytes()
-    (folder / "truth.json").unlink()
-    (folder / "gt" / "gt.txt").write_text("half", "utf-8")
-    assert shibuya_like_recording(tmp_path / "out", Making()) == folder
-    assert (folder / "gt" / "gt.txt").read_bytes() == boxes
-    with pytest.raises(VbbenchError, match="is dataset"):
-        shibuya_like_recording(tmp_path / "out", Making(), seed=1)
 
 
 def test_motsynth_is_counted_where_its_folder_is_named(tmp_path: Path) -> None:

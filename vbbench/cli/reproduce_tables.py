@@ -19,8 +19,8 @@ def table1(
     """Make a table and a picture of sequences, frames and people of every split, beside the paper's.
 
     Args:
-        out: Folder for table1.md, .json and .png; where the labels of Shibuya are missing, also for a simulated
-            recording like it; what it holds is reused.
+        out: Folder for table1.md, .json and .png; where the labels of Shibuya are missing, also for simulated
+            recordings; what it holds is reused.
         split: Of the paper's Table 1.
         motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
         seed: Seed of all random numbers.
@@ -87,7 +87,7 @@ def table3(
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
     """
-    from vbbench.reproduction.tables.simulated_recording import STAND_INS
+    from vbbench.reproduction.simulated_recording import STAND_INS
     from vbbench.reproduction.tables.solver_report import solver_table_report
     from vbbench.reproduction.tables.solver_tables import COUNTERPARTS, SolverTableStudy, measure_solver_table
 

@@ -21,7 +21,7 @@ from vbbench.reproduction.robot.measuring import measure_robot
 from vbbench.reproduction.robot.study import RobotStudy
 from vbbench.reproduction.sigma.figure import sigma_report
 from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
-from vbbench.reproduction.tables.simulated_recording import STAND_INS
+from vbbench.reproduction.simulated_recording import STAND_INS
 from vbbench.reproduction.tables.solver_report import solver_table_report
 from vbbench.reproduction.tables.solver_tables import SPLITS, SolverTableStudy, measure_solver_table
 from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report

@@ -19,8 +19,7 @@ from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.at_hand import how_to_get
 from vbbench.reproduction.making import Making
-from vbbench.reproduction.shibuya_like import shibuya_like_recording
-from vbbench.reproduction.tables.simulated_recording import SimulatedRecording
+from vbbench.reproduction.simulated_recording import SimulatedRecording, record_crowd
 from vbbench.scoring.metrics import section
 from vbbench.scoring.statistics import Summary
 
@@ -249,7 +248,7 @@ def _dataset(study: SolverTableStudy, split: str, sigma_h: float, out: Path, mak
         stand_in = study.stand_ins.get(split)
         if stand_in is None or study.source is not None:
             raise
-    recording = shibuya_like_recording(out / f"{split}-simulated", making, people=stand_in.people, seed=study.seed)
+    recording = record_crowd(stand_in, out / f"{split}-simulated", study.seed, making)
     options = replace(options, source=recording, stride=_stride(study.every or stand_in.every))
     return making.dataset(split, out / f"{split}-simulated-sigma-{sigma_h:g}" / "dataset", options), True
 

@@ -15,7 +15,7 @@ from vbbench.registry import load
 from vbbench.reproduction.at_hand import AtHand, how_to_get
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import Report, Table
-from vbbench.reproduction.shibuya_like import shibuya_like_recording
+from vbbench.reproduction.simulated_recording import STAND_INS, record_crowd
 from vbbench.reproduction.tables.counting import Tally, count_people
 from vbbench.reproduction.tables.table1_picture import plot_table1
 from vbbench.reproduction.tables.table1_rows import Row, all_rows
@@ -97,7 +97,7 @@ def _at_hand(row: Row, study: Table1Study) -> Tally | None:
 
 
 def _simulated(row: Row, study: Table1Study, out: Path, making: Making) -> Tally:
-    recording = shibuya_like_recording(out, making, seed=study.seed)
+    recording = record_crowd(STAND_INS[row.split], out / f"like-{row.split}", study.seed, making)
     return count_people(load("generator", row.split).plan(Options(source=recording, seed=study.seed)))
 
 

@@ -15,16 +15,15 @@ from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver, registered
 from vbbench.reproduction.at_hand import AtHand, how_to_get
 from vbbench.reproduction.making import Making, submission_folder
-from vbbench.reproduction.shibuya_like import shibuya_like_recording
+from vbbench.reproduction.simulated_recording import STAND_INS, record_crowd
 from vbbench.reproduction.trajectories.choice import typical_sequence
 from vbbench.scoring.scorecard import Score
 
 USERS_OWN = ("custom", "own")
 """Splits that show the user's own recordings alone."""
-LIKE_SHIBUYA, SHIBUYA = "like shibuya01, simulated", "shibuya01"
 _ORDER = (
     *("sim", "hotel", "eth", "eth-15fps", "students", "students-resampled", "zara01", "zara02"),
-    *(SHIBUYA, LIKE_SHIBUYA, "shibuya02", "street", "motsynth", "kitti", "jrdb", "demo"),
+    *("shibuya01", "shibuya02", "street", "motsynth", "kitti", "jrdb", "demo"),
 )
 
 
@@ -124,10 +123,11 @@ def measure_trajectories(study: TrajectoriesStudy, out: Path | str, making: Maki
             name, plan = split, study.at_hand.plan(split, study.seed)
             if plan is None:
                 missing[split] = how_to_get(split)
-                if split != SHIBUYA:
+                if split not in STAND_INS:
                     continue
-                name, plan = LIKE_SHIBUYA, _like_shibuya(study, out, making)
-            examples.append(_example(name, plan, study, out / name.replace(", ", "-").replace(" ", "-"), making))
+                name, plan = f"like {split}, simulated", _stand_in(split, study, out, making)
+            folder = out / (split if name == split else f"like-{split}")
+            examples.append(_example(name, plan, study, folder, making))
     if not examples:
         raise VbbenchError(
             f"nothing to show: the source of {', '.join(missing)} is not here; 'vbbench splits' says more"
@@ -135,9 +135,9 @@ def measure_trajectories(study: TrajectoriesStudy, out: Path | str, making: Maki
     return Trajectories(study=study, examples=tuple(examples), missing=missing)
 
 
-def _like_shibuya(study: TrajectoriesStudy, out: Path, making: Making) -> Plan:
-    recording = shibuya_like_recording(out, making, seed=study.seed)
-    plan: Plan = load("generator", SHIBUYA).plan(Options(source=recording, seed=study.seed))
+def _stand_in(split: str, study: TrajectoriesStudy, out: Path, making: Making) -> Plan:
+    recording = record_crowd(STAND_INS[split], out / f"like-{split}", study.seed, making)
+    plan: Plan = load("generator", split).plan(Options(source=recording, seed=study.seed))
     return plan
 
 
