@@ -46,10 +46,9 @@ def plot_solver_table(found: SolverTable, facts: str) -> Figure:
             axes.set_title(found.name(split), fontsize=10.0, loc="left", color=style.INK)
     _draw_legend(drawn.axes[0], found)
     sure = any(np.isfinite(row.summaries[metric].ci95).all() for row in found.rows for metric in PANELS)
-    title = f"Table {found.study.table}: Δx and Δt of every solver, mean over sequences"
-    draw_heading(
-        drawn, 0.3, f"{title} with 95 % intervals" if sure else title, f"panorama, tier ideal, {facts}", drawn.axes[0]
-    )
+    bars = "with 95 % intervals" if sure else "(too little time for intervals)"
+    title = f"Table {found.study.table}: Δx and Δt of every solver, mean over sequences {bars}"
+    draw_heading(drawn, 0.3, title, f"panorama, tier ideal, {facts}", drawn.axes[0])
     return drawn
 
 
