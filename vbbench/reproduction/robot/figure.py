@@ -34,7 +34,7 @@ def _conditions(found: Robot) -> str:
 def _facts(found: Robot) -> Iterator[str]:
     yield (
         "The paper's experiment on JRDB: nothing is known of how the robot moves, so that nothing is expected of the "
-        "observer, and an extended Kalman filter of the robot's odometry is the reference. Its figures are not quoted here."
+        "observer, and an extended Kalman filter of the robot's odometry is the reference. No figure of it is quoted."
     )
     yield (
         "Drift over L m is how far a way leads astray on every stretch of L m, in per cent of L, as in KITTI's "
