@@ -76,8 +76,12 @@ COMMANDS = {
         "render {data} --sequence 0 --backend raster --out out",
         "demo --out out",
         "reproduce figure-sigma --sequences 1 --out out",
+        "reproduce table2 --split hotel --every 400 --out out",
+        "reproduce table3 --split shibuya01 --out out",
         "reproduce table4 --sequences 1 --out out",
+        "reproduce figure-keypoints --split demo --out out",
         "reproduce readings --every 400 --out out",
+        "reproduce figure-posterior --every 400 --out out",
         "leaderboard template out",
     ],
 }

@@ -14,7 +14,8 @@ from vbbench.paper import the_paper
 from vbbench.reproduction.everything import DONE, PAGE, Part, reproduce_all, the_parts
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import Report, Table
-from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+from vbbench.reproduction.tables.table4.report import table4_report
+from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
 
 TABLE = Table(title="Of `cv`", head=["who", "Δx < 1 m"], rows=[["**us**", "0.5"], ["the paper", ""]])
 
@@ -75,6 +76,13 @@ def test_a_study_that_is_done_is_kept(parts: dict[str, Part], counted: Counted, 
     assert counted.times == 3
 
 
+def test_a_study_that_waits_for_a_source_is_made_again(counted: Counted, tmp_path: Path) -> None:
+    waits = Part(study="seed 0", make=lambda out, making: replace(counted(out, making), whole=False))
+    reproduce_all({"counted": waits}, tmp_path / "out")
+    reproduce_all({"counted": waits}, tmp_path / "out")
+    assert counted.times == 2
+
+
 def test_what_was_missing_is_made_once_it_is_there(parts: dict[str, Part], counted: Counted, tmp_path: Path) -> None:
     reproduce_all(parts, tmp_path / "out")
     html = reproduce_all(parts | {"missing": Part(study="none", make=counted)}, tmp_path / "out").read_text("utf-8")
@@ -82,11 +90,13 @@ def test_what_was_missing_is_made_once_it_is_there(parts: dict[str, Part], count
 
 
 def test_a_real_study_on_the_page(tmp_path: Path) -> None:
-    study = Table4Study(solvers=("cv",), sequences=1)
+    study = Table4Study(solvers=("cv",), jitter=(1.0,), sequences=1)
     part = Part(study=study, make=lambda out, making: table4_report(measure_table4(study, out, making)))
     html = reproduce_all({"table4": part}, tmp_path / "out").read_text("utf-8")
     values = json.loads((tmp_path / "out" / "table4" / "table4.json").read_text("utf-8"))
-    assert f'<td class="figure">{values["means"]["tracked"]["cv"]["dx"]:.4f}</td>' in html
+    assert f'<td class="figure">{values["paper"]["ratio"]["dx"]:.2f}</td>' in html
+    (ratio,) = (one["tracked"]["dx"] for one in values["ratios"] if one["protocol"] == "one-step")
+    assert f'<td class="figure">{ratio["sequences"]:.2f} / {ratio["frames"]:.2f}</td>' in html
 
 
 def test_unknown_studies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

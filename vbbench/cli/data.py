@@ -49,6 +49,8 @@ def generate(
     look: Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"] | None = None,
     observer: Literal["walker", "vehicle", "robot"] = "walker",
     detector: bool = True,
+    noise: float | None = None,
+    least_track: int | None = None,
     seed: int | Literal["secret"] = 0,
     limit: int | None = None,
     stride: int | None = None,
@@ -88,6 +90,9 @@ def generate(
         observer: Who carries the camera: a walker, one of the people; a vehicle that stands or drives among them; or a
             robot that drives among them and measures its own motion (splits sim, street).
         detector: In tier field, whether boxes are those of a detector and tracker, or as people draw them.
+        noise: Standard deviation in px of columns, tops and bottoms of boxes in tier noisy; default: 1.
+        least_track: Fewest frames of a track that counts, in tiers tracked and field; default: 3. The paper's rule,
+            tracked in more than three frames, is 4.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
         limit: Make only this many sequences, from the first.
         stride: Of these, make only every so many-th.
@@ -134,6 +139,8 @@ def generate(
         look=look,
         observer=observer,
         detector=detector,
+        noise=noise,
+        least_track=least_track,
         seed=secret_seed(out) if seed == "secret" else seed,
         limit=limit,
         stride=stride,

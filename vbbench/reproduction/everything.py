@@ -20,7 +20,14 @@ from vbbench.reproduction.readings.study import ReadingsStudy, measure_readings
 from vbbench.reproduction.report import Report, Table, write_report
 from vbbench.reproduction.sigma.figure import sigma_report
 from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
-from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+from vbbench.reproduction.tables.simulated_recording import STAND_INS
+from vbbench.reproduction.tables.solver_report import solver_table_report
+from vbbench.reproduction.tables.solver_tables import SPLITS, SolverTableStudy, measure_solver_table
+from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
+from vbbench.reproduction.tables.table4.report import table4_report
+from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
+from vbbench.reproduction.trajectories.figure import trajectories_report
+from vbbench.reproduction.trajectories.study import TrajectoriesStudy, measure_trajectories
 
 PAGE = "index.html"
 DONE = "done.json"
@@ -50,14 +57,23 @@ def the_parts(*, every: int = 10, seed: int = 0, only: Sequence[str] = ()) -> di
         If ``only`` names another.
     """
     parts = {
+        "table1": _part(Table1Study(seed=seed), measure_table1, table1_report),
+        "table2": _part(_solver_table(2, every, seed), measure_solver_table, solver_table_report),
+        "table3": _part(_solver_table(3, None, seed), measure_solver_table, solver_table_report),
         "table4": _part(Table4Study(seed=seed), measure_table4, table4_report),
         "figure-sigma": _part(SigmaStudy(seed=seed), measure_sigma, sigma_report),
         "readings": _part(ReadingsStudy(every=every, seed=seed), measure_readings, readings_report),
+        "figure-trajectories": _part(TrajectoriesStudy(seed=seed), measure_trajectories, trajectories_report),
     }
     for name in only:
         if name not in parts:
             raise UnknownNameError("study", name, parts)
     return {name: part for name, part in parts.items() if name in only or not only}
+
+
+def _solver_table(table: int, every: int | None, seed: int) -> SolverTableStudy:
+    stand_ins = STAND_INS if table == 3 else {}
+    return SolverTableStudy(table=table, splits=SPLITS[table], every=every, seed=seed, stand_ins=stand_ins)
 
 
 def _part(study: Any, measure: Callable[[Any, Path, Making], Any], report: Callable[[Any], Report]) -> Part:
@@ -67,8 +83,8 @@ def _part(study: Any, measure: Callable[[Any, Path, Making], Any], report: Calla
 def reproduce_all(parts: Mapping[str, Part], out: Path | str, making: Making = Making()) -> Path:  # noqa: B008
     """Make every study in a folder of its own in ``out``, and the page; its path.
 
-    A study that is done is kept, unless ``making`` overwrites. One that cannot be made, because its source is missing,
-    is said to be missing on the page, and the others are made.
+    A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. One that cannot be
+    made, because its source is missing, is said to be missing on the page, and the others are made.
 
     Raises
     ------
@@ -90,7 +106,7 @@ def _section(name: str, part: Part, folder: Path, making: Making) -> Section:
     done, wanted = folder / DONE, f"{__version__} {part.study!r}"
     if not making.overwrite and done.is_file():
         known = read_json(done)
-        if known.get("measured") == wanted:
+        if known.get("measured") == wanted and known.get("whole"):
             return _section_of(known, folder)
     begun = time.perf_counter()
     try:
@@ -100,6 +116,7 @@ def _section(name: str, part: Part, folder: Path, making: Making) -> Section:
     write_report(report, folder)
     facts = {
         "measured": wanted,
+        "whole": report.whole,
         "seconds": round(time.perf_counter() - begun, 1),
         "report": {
             "name": report.name,

@@ -18,7 +18,7 @@ from vbbench.reproduction.report import Table
 
 PACKAGES = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "opencv-python-headless")
 """Packages whose versions the page states."""
-LONG = 16
+LONG = 20
 """Rows of a table from which on it is folded."""
 
 

@@ -76,6 +76,8 @@ class FootageSplit(ABC):
             "--camera": options.camera is not None,
             "--observer": options.observer != "walker",
             "--no-detector": not options.detector,
+            "--noise": options.noise is not None,
+            "--least-track": options.least_track is not None,
             "--look": options.look is not None,
             "--scenario, --people or --engine": options.simulation is not None,
         }
