@@ -166,7 +166,7 @@ def figure_robot(
         sequences=sequences,
         tier=tier,
         seed=seed,
-        entrants=(*default_entrants(), *more),
+        entrants=tuple(dict.fromkeys([*default_entrants(), *more])),
     )
     show(robot_report(measure_robot(study, out, making(work))), out, json)
 

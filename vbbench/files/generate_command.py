@@ -60,7 +60,8 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
     """Of a recording: whoever has it knows where it lies."""
     scenes = facts.get("scenes")
     names = ",".join(map(str, scenes)) if isinstance(scenes, list) else None
-    return {"--source": "FOLDER", "--sequences": names, "--every": definition.get("every")}
+    kept = {"--every": definition.get("every"), "--longest": definition.get("longest")}
+    return {"--source": "FOLDER", "--sequences": names, **kept}
 
 
 def _camera(values: Mapping[str, Any]) -> str | None:

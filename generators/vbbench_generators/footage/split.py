@@ -97,6 +97,7 @@ class FootageSplit(ABC):
         rules: RunRules,
     ) -> DatasetInfo:
         pictures = tuple(_pictures(footage[run.recording], run) for run in runs)
+        longest = (options.footage or FootageOptions()).longest
         return DatasetInfo(
             split=self.card.name,
             title=self.card.title,
@@ -115,6 +116,7 @@ class FootageSplit(ABC):
                 "generator": f"footage/{REVISION}",
                 "every": every,
                 "limit": options.limit,
+                **({} if longest is None else {"longest": longest}),
                 "count_observer": False,
                 "rules": asdict(rules),
                 **found.definition,
