@@ -1,7 +1,7 @@
 """A recording in JRDB's layout, made up: a robot drives among people, its wheels slip, and its clocks differ."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,10 @@ import numpy as np
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench_generators.footage.jrdb.recording import CAMERA
 from vbbench_generators.footage.odometry_filter import Readings
+from vbbench_generators.views.robot import STEP, changing, get_robot, sense
 
 START = 1.55e9
 RATE = 15.0
-STEP = 0.005
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,35 +56,15 @@ def drive(robot: Robot, seed: int) -> Drive:
     """Drive about: sometimes standing, never faster than 1.3 m/s."""
     rng = np.random.default_rng(seed)
     times = np.arange(0.0, robot.seconds, STEP)
-    speed = np.clip(0.6 + wander(rng, len(times), 0.4, 3.0), 0.0, 1.3)
-    turn = np.where(speed > 0.0, wander(rng, len(times), 0.3, 2.0), 0.0)
+    speed = np.clip(0.6 + changing(rng, len(times), 0.4, 3.0), 0.0, 1.3)
+    turn = np.where(speed > 0.0, changing(rng, len(times), 0.3, 2.0), 0.0)
     yaw = np.cumsum(turn) * STEP
     x, y = np.cumsum(speed * np.cos(yaw)) * STEP, np.cumsum(speed * np.sin(yaw)) * STEP
-    wheels = speed * (1.0 + wander(rng, len(times), robot.speed_slip, 10.0))
-    for first in rng.integers(0, len(times), robot.spins):
-        wheels[first : first + 60] *= rng.uniform(1.1, 1.4)
-    turning = turn * (1.0 + wander(rng, len(times), robot.turn_slip, 10.0))
-    often, seldom = slice(None, None, 4), slice(None, None, 10)
-    gyro = turn + robot.gyro_bias + rng.normal(0.0, 0.006, len(times))
-    return Drive(
-        times,
-        np.stack([x, y, yaw], axis=-1),
-        Readings(times=times[often], values=(wheels + rng.normal(0.0, 0.01, len(times)))[often]),
-        Readings(times=times[often], values=(turning + rng.normal(0.0, 0.01, len(times)))[often]),
-        Readings(times=times[seldom] + robot.gyro_offset, values=gyro[seldom]),
+    model = replace(
+        get_robot(), speed_slip=robot.speed_slip, turn_slip=robot.turn_slip, spins=60.0 * robot.spins / robot.seconds
     )
-
-
-def wander(rng: np.random.Generator, count: int, spread: float, seconds: float) -> FloatArray:
-    """[N] numbers about 0 that change within ``seconds``, smoothed over a second."""
-    knots = np.arange(-2.0, count * STEP / seconds + 3.0)
-    values = rng.normal(0.0, 1.0, len(knots))
-    at = np.arange(count) * STEP / seconds
-    first = np.floor(at).astype(int) + 2
-    part = at - np.floor(at)
-    weight = part * part * (3.0 - 2.0 * part)
-    mixed = (1.0 - weight) * values[first] + weight * values[first + 1]
-    return spread * mixed / np.sqrt(np.mean((1.0 - weight) ** 2 + weight**2))
+    wheels, turning, gyro = sense(times, speed, turn, model, robot.gyro_bias, rng)
+    return Drive(times, np.stack([x, y, yaw], axis=-1), wheels, turning, gyro.earlier(-robot.gyro_offset))
 
 
 @dataclass(frozen=True)

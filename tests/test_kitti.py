@@ -18,6 +18,7 @@ from vbbench.cli import main
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe
+from vbbench.files.generate_command import generate_command
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
 from vbbench.generation.footage import FootageOptions
@@ -121,6 +122,19 @@ def test_oxts_may_be_missing_where_poses_are_given(tmp_path: Path) -> None:
     assert read(training, poses=tmp_path / "poses").definition["poses"] == {"0003": "poses"}
     with pytest.raises(FileError, match=r"oxts/0003.txt: is missing; it holds GPS/IMU"):
         read(training)
+
+
+def test_sequences_are_as_long_as_is_asked(tmp_path: Path, capsys: Any) -> None:
+    training = write_kitti(tmp_path / "training")
+    asked = ["generate", "kitti", "--source", str(training), "--every", "2", "--longest"]
+    for longest, frames in ((25, [25, 25, 10]), (60, [60])):
+        assert main([*asked, str(longest), "--out", str(tmp_path / str(longest))]) == 0
+        made = Dataset(tmp_path / str(longest))
+        assert [one.frames for one in made.sequences()] == frames
+        facts = json.loads((made.folder / "dataset.json").read_text("utf-8"))
+        assert f"--every 2 --longest {longest} --out again" in generate_command(facts, "again")
+    assert main([*asked, "3", "--out", str(tmp_path / "none")]) == 2
+    assert "longest must be" in capsys.readouterr().err
 
 
 def test_a_dataset_is_made_solved_and_every_4th_frame_kept(tmp_path: Path, capsys: Any) -> None:

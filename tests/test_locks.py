@@ -79,7 +79,9 @@ COMMANDS = {
         "reproduce table2 --split hotel --every 400 --out out",
         "reproduce table3 --split shibuya01 --out out",
         "reproduce table4 --sequences 1 --out out",
+        "reproduce figure-keypoints --split demo --out out",
         "reproduce readings --every 400 --out out",
+        "reproduce figure-posterior --every 400 --out out",
         "leaderboard template out",
     ],
 }

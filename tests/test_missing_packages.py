@@ -52,6 +52,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
         ("pysocialforce", "pysocialforce", ["generate", "sim", "--engine", "pysocialforce", "--out", "OUT"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
+        ("cv2", "render", ["reproduce", "figure-keypoints", "--out", "OUT"]),
         ("distributed", "dask", ["generate", "demo", "--scheduler", "tcp://127.0.0.1:1", "--out", "OUT"]),
     ],
 )

@@ -110,7 +110,9 @@ def test_only_what_is_missing_is_made_again(figure: SigmaFigure, out: Path) -> N
 def test_files_hold_every_number(figure: SigmaFigure, out: Path) -> None:
     report = sigma_report(measure_sigma(STUDY, out))
     printed = shown(report, write_report(report, out))
-    assert printed.endswith("\n".join(str(out / f"figure-sigma{suffix}") for suffix in (".md", ".csv", ".png")))
+    assert printed.endswith(
+        "\n".join(str(out / f"figure-sigma{suffix}") for suffix in (".md", ".json", ".csv", ".png"))
+    )
     assert printed.startswith((out / "figure-sigma.md").read_text("utf-8"))
     table = pd.read_csv(out / "figure-sigma.csv")
     assert tuple(table.columns) == COLUMNS

@@ -15,8 +15,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.paper import the_paper
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import shown, write_report
+from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording
 from vbbench.reproduction.tables import simulated_recording, solver_tables
-from vbbench.reproduction.tables.simulated_recording import STAND_INS, SimulatedRecording
 from vbbench.reproduction.tables.solver_figure import PANELS, plot_solver_table
 from vbbench.reproduction.tables.solver_report import COLUMNS, solver_table_report
 from vbbench.reproduction.tables.solver_tables import (
@@ -200,7 +200,7 @@ def test_what_is_missing_is_said_with_its_command(no_data: Path, tmp_path: Path)
     found = measure_solver_table(SolverTableStudy(table=2, splits=("hotel", "eth"), solvers=("cv",)), tmp_path / "out")
     assert not found.rows
     report = solver_table_report(found)
-    assert "`eth` is not here (`eth/biwi_eth.txt`): `vbbench fetch eth` gets it." in report.markdown
+    assert "`eth` is not here: `vbbench fetch eth` gets it." in report.markdown
     assert json.loads(report.json)["missing"].keys() == {"hotel", "eth"}
     assert not report.pictures
     with pytest.raises(VbbenchError, match="vbbench fetch hotel"):

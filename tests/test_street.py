@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.answers import submit, true_answers
-from vbbench.camera import PanoramaCamera
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -44,6 +44,26 @@ def test_street_is_the_scenario_with_people_hidden() -> None:
     there = hidden.sequence.observed
     np.testing.assert_allclose(hidden.sequence.observations[there], boxes[there])  # whole boxes
     assert 0.4 < there.sum() / seen.sequence.observed.sum() < 0.9
+
+
+def test_street_is_the_papers_geometry() -> None:
+    """50 people who come from four corners of a field of 20 m x 40 m, seen at 90° for 400 frames."""
+    made = plan()
+    assert made.scenario.people == (50,)
+    assert made.scenario.frames == 400
+    assert isinstance(made.info.camera, PerspectiveCamera)
+    assert np.degrees(2.0 * np.arctan(0.5 * made.info.camera.width / made.info.camera.focal)) == pytest.approx(90.0)
+    corners = [flow.start for flow in made.scenario.flow]
+    ends = np.array([*corners, *(flow.goal for flow in made.scenario.flow)])
+    np.testing.assert_array_equal(ends[:, :2].min(axis=0), [-10.0, -20.0])
+    np.testing.assert_array_equal(ends[:, 2:].max(axis=0), [10.0, 20.0])
+    built = made.build(3)
+    assert built.scene is not None
+    assert built.scene.positions.shape == (400, 50, 2)
+    assert built.sequence.frames == 400
+    start = built.scene.positions[0]
+    there = [((start >= corner[:2]) & (start <= corner[2:])).all(axis=1).sum() for corner in corners]
+    assert there == [13, 13, 12, 12]
 
 
 def test_the_camera_turns_no_faster_than_people() -> None:
@@ -145,14 +165,3 @@ def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert main(["verify", str(out)]) == 0
     assert main(["generate", "street", "--scenario", "open", "--out", str(tmp_path / "no")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_table_4_stands_beside_the_paper(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    command = ["reproduce", "table4", "--sequences", "1", "--solver", "vb-cv", "--out", str(tmp_path / "table4")]
-    assert main(command) == 0
-    printed = capsys.readouterr().out
-    assert "| the paper | tracked | 0.4910 | 0.5300 | 0.0160 | 0.1010 |" in printed
-    assert printed.count("| `vb-cv` |") == 2
-    assert (tmp_path / "table4/table4.md").read_text("utf-8") in printed
-    assert main(command) == 0  # from what is there
-    assert capsys.readouterr().out == printed

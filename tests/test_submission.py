@@ -9,12 +9,13 @@ import pytest
 
 from tests.answers import submit, submit_csv, true_answers
 from tests.make_dataset import Crowd, write_dataset
+from tests.test_cli import run
 from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
-from vbbench.scoring.answers import check_submission
+from vbbench.scoring.checking import check_submission
 from vbbench.scoring.scored_rows import scored_rows
 
 
@@ -220,6 +221,29 @@ def test_missing_rows_are_refused_and_named(dataset, tmp_path, scored):
     assert faults[0].startswith(place)
 
 
+def test_a_check_counts_what_is_there_and_says_what_is_held(dataset, scored, tmp_path, capsys):
+    poses, positions = true_answers(dataset)
+    wanted = sum(len(rows.pose_sequence) for rows in scored_rows(Dataset(dataset), get_protocol("sequential")))
+    whole = submit(tmp_path / "whole", dataset, (poses, positions))
+    status, out, _ = run(capsys, "check", whole, "--dataset", dataset)
+    assert status == 0
+    assert f"{wanted} of {wanted} poses and {len(scored)} of {len(scored)} positions that are scored" in out
+    held = submit(tmp_path / "held", dataset, (poses.tail(3), positions), failure_policy="hold")
+    status, out, _ = run(capsys, "check", held, "--dataset", dataset)
+    assert status == 0
+    assert f"3 of {wanted} poses" in out
+    assert "missing rows: hold" in out
+    assert "counts as the last one known" in out
+
+
+def test_a_check_lists_faults_and_ends_with_2(dataset, tmp_path, capsys):
+    poses, positions = true_answers(dataset)
+    bad = submit(tmp_path / "bad", dataset, (poses.iloc[:-1], positions))
+    status, out, errors = run(capsys, "check", bad, "--dataset", dataset)
+    assert (status, out) == (2, "")
+    assert "the row is missing; add it" in errors
+
+
 def test_validation_does_not_need_truth(dataset, tmp_path):
     import shutil
 
@@ -229,7 +253,7 @@ def test_validation_does_not_need_truth(dataset, tmp_path):
     poses, positions = true_answers(dataset)
     good = submit(tmp_path / "good", dataset, (poses, positions))
     bad = submit(tmp_path / "bad", dataset, (poses.head(3), positions))
-    assert check_submission(good, Dataset(public)).solver == "test"
+    assert check_submission(good, Dataset(public)).info.solver == "test"
     with pytest.raises(SubmissionError):
         check_submission(bad, Dataset(public))
     with pytest.raises(VbbenchError, match=r"the truth of .* is not available"):

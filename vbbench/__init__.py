@@ -26,6 +26,7 @@ _HOMES = {
     "LocationPosterior": "solver",
     "PanoramaCamera": "camera",
     "PerspectiveCamera": "camera",
+    "PosePosterior": "solver",
     "Problem": "solver",
     "Scene": "scene",
     "Sequence": "sequence",
@@ -64,6 +65,7 @@ __all__ = [
     "LocationPosterior",
     "PanoramaCamera",
     "PerspectiveCamera",
+    "PosePosterior",
     "Problem",
     "Scene",
     "Sequence",
@@ -89,7 +91,15 @@ if TYPE_CHECKING:
     from vbbench.scoring import score
     from vbbench.scoring.comparison import compare
     from vbbench.sequence import Given, Sequence, Truth
-    from vbbench.solver import ForgettingSolver, Frame, FrameSolver, LocationPosterior, Problem, SequenceSolver
+    from vbbench.solver import (
+        ForgettingSolver,
+        Frame,
+        FrameSolver,
+        LocationPosterior,
+        PosePosterior,
+        Problem,
+        SequenceSolver,
+    )
     from vbbench.solving import solve
     from vbbench.solving.session import Session, SessionAnswer
 

@@ -1,5 +1,7 @@
 """The figures that the paper prints, from ``paper.toml``: quoted, never measured here."""
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -33,6 +35,56 @@ class Counts:
     frames: str
     people: str
 
+    @property
+    def bounds(self) -> tuple[float, float, float]:
+        """Least, mean and most people; NaN for a mean that is not printed."""
+        numbers = [float(number) for number in re.findall(r"[0-9.]+", self.people)]
+        return numbers[0], numbers[1] if len(numbers) == 3 else math.nan, numbers[-1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Photorealistic:
+    """The crowd that the paper renders with a game engine.
+
+    Parameters
+    ----------
+    people, frames : how many.
+    field : width and length in m.
+    view : of the observer's camera, in degrees.
+    """
+
+    people: int
+    frames: int
+    field: tuple[float, float]
+    view: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Keypoints:
+    """What the paper says of its figure of relative poses from static points.
+
+    Parameters
+    ----------
+    points, trials : points a trial, and trials at each distance.
+    voxel : lengths in m of the sides of the box that the points are drawn in.
+    distances : nearest and farthest, in m.
+    rotation, translation : bounds of the motion between the two cameras, in rad and m.
+    noise : bound of the uniform noise on projections, in px.
+    good_to : distance in m up to which the result is good.
+    poor_from, poor_error : from this distance on (m), the mean error of translation is at least that (m).
+    """
+
+    points: int
+    trials: int
+    voxel: tuple[float, float, float]
+    distances: tuple[float, float]
+    rotation: float
+    translation: float
+    noise: float
+    good_to: float
+    poor_from: float
+    poor_error: float
+
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
@@ -41,6 +93,8 @@ class Paper:
     source: str
     link: str
     table1: Mapping[str, Counts]
+    photorealistic: Photorealistic
+    keypoints: Keypoints
     rows: tuple[Quoted, ...]
 
     def select(self, split: str, tier: str = "ideal") -> tuple[Quoted, ...]:

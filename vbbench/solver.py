@@ -20,6 +20,7 @@ __all__ = [
     "FrameEstimate",
     "FrameSolver",
     "LocationPosterior",
+    "PosePosterior",
     "Problem",
     "SequenceSolver",
 ]
@@ -114,4 +115,26 @@ class LocationPosterior(FrameSolver, Protocol):
         """−ln of the posterior density of the observer's place, up to a constant: places [N, 2] in m → [N].
 
         It is that of the last frame stepped, with the yaw and all positions minimised or integrated out.
+        """
+
+
+@runtime_checkable
+class PosePosterior(FrameSolver, Protocol):
+    """A solver that also reports how probable other poses and places are, for studies of what a picture tells.
+
+    Both are of the last frame stepped.
+    """
+
+    def pose_energy(self, poses: FloatArray) -> FloatArray:
+        """−ln of the posterior density of the observer's pose, up to a constant: poses [N, 3] in m and rad → [N].
+
+        All positions are minimised or integrated out.
+        """
+
+    def ray_posterior(self, samples: int, spacing: float) -> tuple[FloatArray, FloatArray]:
+        """Where the people who are seen may stand along their viewing rays, given the pose that was found.
+
+        ``samples`` places about each optimum, an odd number, as far apart as ``spacing`` m of a person's height moves
+        them, in order along the ray: [M, S, 2] in m, and their probabilities [M, S]. Places with probability 0 need
+        not be on the ray.
         """

@@ -14,6 +14,7 @@ from vbbench.solver import Problem
 from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest
 from vbbench_baselines.cascade.message_passing import pass_messages
 from vbbench_baselines.cascade.people import descend, sample_rays, tabulate
+from vbbench_baselines.cascade.posterior import pose_energies, ray_beliefs
 from vbbench_baselines.cascade.reweighting import settle
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
 from vbbench_baselines.view_birdification import Answer, Birdifier, Task
@@ -82,7 +83,8 @@ class SocialForceBirdifier(Birdifier):
         pose, alone, weights = settle(factors, task.pose, self.softness, self.iterations, self.tolerance, task.facing)
         near, positions = nearest(task.rays, self.most_interacting), alone.copy()
         crowd = task._replace(pose=pose, factors=factors.of(near), rays=task.rays[near])
-        positions[near] = self._interact(crowd, alone[near], weights[near])
+        self._crowd = crowd, alone[near], weights[near]
+        positions[near] = self._interact(*self._crowd)
         # The weighted squares that touch the energy at its minimum (see `vbbench_baselines.cascade.reweighting`).
         stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
         walk_std = factors.walk_std * (stray**2 + self.softness**2) ** 0.25
@@ -95,12 +97,33 @@ class SocialForceBirdifier(Birdifier):
         samples = sample_rays(pose[2], alone, weights, rays, factors, self.softness, self.samples, self.spacing)
         if self.samples == 1 or np.isinf(samples.energies[:, 1]).all():
             return alone
-        strength = self.strength / self.acceleration_std
-        graph = CrowdGraph(link(alone, self.reach, self.neighbours), strength, self.sigma)
+        graph = self._graph(alone)
         felt, pair = tabulate(samples, graph)
         choices, _ = pass_messages(samples.energies, felt, pair, self.rounds, self.damping, 1e-3)
         valley = samples.places[np.arange(len(choices)), choices]
         return descend(pose, valley, factors, self.softness, graph, self.iterations, self.tolerance)
+
+    def _graph(self, alone: FloatArray) -> CrowdGraph:
+        """Who interacts, of people whose own optima are ``alone`` [K, 2]."""
+        strength = self.strength / self.acceleration_std
+        return CrowdGraph(link(alone, self.reach, self.neighbours), strength, self.sigma)
+
+    def pose_energy(self, poses: FloatArray) -> FloatArray:
+        """See `vbbench.solver.PosePosterior.pose_energy`: the first energy, people's places minimised out."""
+        task = self._task
+        return pose_energies(np.ascontiguousarray(poses), task.factors, self.softness, task.facing)
+
+    def ray_posterior(self, samples: int, spacing: float) -> tuple[FloatArray, FloatArray]:
+        """See `vbbench.solver.PosePosterior.ray_posterior`: beliefs of the second stage, at the pose that was found."""
+        (pose, factors, rays, _), alone, weights = self._crowd
+        seen = ~np.isnan(alone[:, 0])
+        here, terms = alone[seen], factors.of(seen)
+        found = sample_rays(pose[2], here, weights[seen], rays[seen], terms, self.softness, samples, spacing)
+        felt, pair = tabulate(found, self._graph(here))
+        beliefs = ray_beliefs(found.energies, felt, pair, self.rounds, self.damping, 1e-3)
+        nearest_first = np.arange(samples)
+        along = np.argsort(np.where(nearest_first % 2, nearest_first + 1, -nearest_first), kind="stable")
+        return found.places[:, along], beliefs[:, along]
 
 
 @dataclass(kw_only=True)

@@ -157,7 +157,7 @@ class Birdifier(ABC):
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
         factors = self._begin_anew(factors, answer.pose, positions)
-        self._tangent = answer.tangent
+        self._tangent, self._task = answer.tangent, task
         certain = np.zeros_like(people.certain) if found else people.certain
         report = self._report(answer, factors, chosen, certain, bounded=bounded)
         return history.store(answer.pose, positions, fallback=fallback, **report)

@@ -47,8 +47,10 @@ def generate(
     tier: str = "ideal",
     sigma_h: float | None = None,
     look: Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"] | None = None,
-    observer: Literal["walker", "vehicle"] = "walker",
+    observer: Literal["walker", "vehicle", "robot"] = "walker",
     detector: bool = True,
+    noise: float | None = None,
+    least_track: int | None = None,
     seed: int | Literal["secret"] = 0,
     limit: int | None = None,
     stride: int | None = None,
@@ -59,6 +61,7 @@ def generate(
     people: str | None = None,
     engine: EngineName | None = None,
     every: int | None = None,
+    longest: int | None = None,
     poses: Path | None = None,
     boxes: Path | None = None,
     bags: Path | None = None,
@@ -84,8 +87,12 @@ def generate(
         look: How the camera turns: motion (along its bearer's past motion), wander (wandering about that), natural (as
             people's heads do: one of the laws follow, ahead, glance and sway in each sequence), or one of these laws
             alone; default: the tier's own.
-        observer: Who carries the camera: a walker, one of the people, or a vehicle that stands or drives among them.
+        observer: Who carries the camera: a walker, one of the people; a vehicle that stands or drives among them; or a
+            robot that drives among them and measures its own motion (splits sim, street).
         detector: In tier field, whether boxes are those of a detector and tracker, or as people draw them.
+        noise: Standard deviation in px of columns, tops and bottoms of boxes in tier noisy; default: 1.
+        least_track: Fewest frames of a track that counts, in tiers tracked and field; default: 3. The paper's rule,
+            tracked in more than three frames, is 4.
         seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
         limit: Make only this many sequences, from the first.
         stride: Of these, make only every so many-th.
@@ -97,6 +104,7 @@ def generate(
         people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
         engine: Crowd simulator: numba, or the library pysocialforce (splits sim, street).
         every: Only every so many frames of footage; default: the split's own.
+        longest: Frames after which a sequence of footage is cut; default: the split's own.
         poses: Folder or file of the camera's poses, instead of those of the source (footage).
         boxes: Folder or file of a detector's or tracker's boxes, KITTI or MOTChallenge text, instead of those of people
             who drew them (footage).
@@ -131,6 +139,8 @@ def generate(
         look=look,
         observer=observer,
         detector=detector,
+        noise=noise,
+        least_track=least_track,
         seed=secret_seed(out) if seed == "secret" else seed,
         limit=limit,
         stride=stride,
@@ -143,6 +153,7 @@ def generate(
         footage=as_footage(
             sequences if of_footage else None,
             every=every,
+            longest=longest,
             poses=poses,
             boxes=boxes,
             bags=bags,

@@ -71,6 +71,19 @@ def solve(
     )
 
 
+def check(submission: Positional[Path], /, dataset: Path) -> None:
+    """Check everything about a submission that needs no truth, and list every fault.
+
+    Args:
+        submission: Folder with submission.json, poses and positions (.parquet or .csv).
+        dataset: The dataset that it answers; its truth is not read.
+    """
+    from vbbench.files.dataset import Dataset
+    from vbbench.scoring.checking import check_submission
+
+    print(check_submission(submission, Dataset(dataset)).table())
+
+
 def score(
     submission: Positional[Path],
     /,

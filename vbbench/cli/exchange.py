@@ -110,6 +110,7 @@ def import_mot(
     out: Path,
     pixel_std: float | None = None,
     least_matched: float = 0.5,
+    least_track: int = 3,
     truth: Path | None = None,
     overwrite: bool = False,
 ) -> None:
@@ -122,6 +123,7 @@ def import_mot(
         pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, for solvers;
             default: 10, panorama 3.7.
         least_matched: Share of the boxes that must match people; fewer are refused.
+        least_track: Fewest frames in which a track that counts matches a person.
         truth: Folder with the truth tables, if they are not in the dataset.
         overwrite: Replace an existing dataset.
     """
@@ -134,6 +136,7 @@ def import_mot(
         out,
         pixel_std=pixel_std,
         least_matched=least_matched,
+        least_track=least_track,
         overwrite=overwrite,
         announce=announce,
     )

@@ -1,4 +1,4 @@
-"""Commands of studies that are not of the paper."""
+"""Commands that reproduce the whole paper, and studies that are not of it."""
 
 from pathlib import Path
 
@@ -7,6 +7,42 @@ from tyro.conf import OmitArgPrefixes
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.showing import making, show
 from vbbench.reproduction.work import Work
+
+
+def everything(
+    out: Path = Path("reproduced"),
+    study: tuple[str, ...] = (),
+    every: int = 10,
+    kitti: Path | None = None,
+    poses: Path | None = None,
+    jrdb: Path | None = None,
+    bags: Path | None = None,
+    motsynth: Path | None = None,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+) -> None:
+    """Make every table and figure of the paper, and one page that shows them all beside what the paper prints.
+
+    A study that is done is kept: run the command again after an interruption.
+
+    Args:
+        out: Folder for index.html, and a folder for each study.
+        study: Names of studies, such as table2 figure-sigma; default: all.
+        every: In tables of recordings, only every so-many-th sequence; 1 takes hours.
+        kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
+        poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
+        jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
+        bags: Folder of JRDB's rosbags, which tell how the robot moved.
+        motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+    """
+    from vbbench.reproduction.everything import reproduce_all
+    from vbbench.reproduction.studies import Downloads, the_parts
+
+    downloads = Downloads(kitti=kitti, poses=poses, jrdb=jrdb, bags=bags, motsynth=motsynth)
+    parts = the_parts(every=every, seed=seed, only=study, downloads=downloads)
+    print(reproduce_all(parts, out, making(work)))
 
 
 def transfer(

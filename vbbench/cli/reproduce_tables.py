@@ -8,6 +8,33 @@ from vbbench.cli.showing import making, show
 from vbbench.reproduction.work import Work
 
 
+def table1(
+    out: Path = Path("table1"),
+    split: tuple[str, ...] = ("sim", "hotel", "eth", "students", "shibuya01", "shibuya02", "street", "motsynth"),
+    motsynth: Path | None = None,
+    seed: int = 0,
+    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    json: bool = False,
+) -> None:
+    """Make a table and a picture of sequences, frames and people of every split, beside the paper's.
+
+    Args:
+        out: Folder for table1.md, .json and .png; where the labels of Shibuya are missing, also for simulated
+            recordings; what it holds is reused.
+        split: Of the paper's Table 1.
+        motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
+        seed: Seed of all random numbers.
+        work: Where the work is done.
+        json: Print every number as JSON instead of the tables.
+    """
+    from vbbench.reproduction.at_hand import AtHand
+    from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
+
+    at_hand = AtHand(folders={} if motsynth is None else {"motsynth": motsynth})
+    study = Table1Study(splits=split, at_hand=at_hand, seed=seed)
+    show(table1_report(measure_table1(study, out, making(work))), out, json)
+
+
 def table2(
     out: Path = Path("table2"),
     split: tuple[str, ...] = ("hotel", "eth", "students"),
@@ -60,7 +87,7 @@ def table3(
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
     """
-    from vbbench.reproduction.tables.simulated_recording import STAND_INS
+    from vbbench.reproduction.simulated_recording import STAND_INS
     from vbbench.reproduction.tables.solver_report import solver_table_report
     from vbbench.reproduction.tables.solver_tables import COUNTERPARTS, SolverTableStudy, measure_solver_table
 
@@ -73,25 +100,28 @@ def table3(
 
 def table4(
     out: Path = Path("table4"),
-    solver: tuple[str, ...] = ("vb-sf", "vb-cv"),
+    solver: tuple[str, ...] = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal"),
+    jitter: tuple[float, ...] = (0.0, 1.0, 2.0, 4.0),
     sequences: int | None = None,
     seed: int = 0,
     work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
-    """Make a table of errors on split street with exact and with tracked boxes, beside the paper's.
+    """Make tables and a picture of errors on split street with centre lines and with tracked boxes, beside the paper's.
 
     Args:
-        out: Folder for table4.md, datasets and submissions; what it holds is reused.
+        out: Folder for table4.md, .json and .png, and for datasets and submissions; what it holds is reused.
         solver: Registered names or module:attribute.
+        jitter: Standard deviations in px of the hands that draw centre lines; 0 draws them exactly.
         sequences: Number of sequences; default: the scenario's ten.
         seed: Seed of all random numbers.
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
     """
-    from vbbench.reproduction.tables.table4 import Table4Study, measure_table4, table4_report
+    from vbbench.reproduction.tables.table4.report import table4_report
+    from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
 
-    study = Table4Study(solvers=solver, sequences=sequences, seed=seed)
+    study = Table4Study(solvers=solver, jitter=jitter, sequences=sequences, seed=seed)
     show(table4_report(measure_table4(study, out, making(work))), out, json)
 
 

@@ -11,7 +11,7 @@ LEAST_OVERLAP = 0.5
 """Boxes that overlap less (intersection over union) are never matched, as in MOTChallenge and the paper."""
 
 LEAST_FRAMES = 3
-"""Only people tracked in at least so many frames count, as in the paper."""
+"""Tracks matched in fewer frames are left out, unless asked otherwise; the paper wants more than three."""
 
 
 def match_boxes(

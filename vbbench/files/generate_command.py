@@ -7,6 +7,8 @@ from typing import Any
 from vbbench.camera import camera_to_dict, make_camera
 from vbbench.errors import VbbenchError
 
+LEAST_TRACK = 3
+"""Frames of the shortest tracks where ``--least-track`` is left out."""
 _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
@@ -32,6 +34,8 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
 def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
     split, tier, height_std = (facts.get(name) for name in ("split", "tier", "height_std"))
     look, scenario = definition.get("look"), _object(definition.get("scenario"))
+    tracking = _object(definition.get("tracking") or definition.get("detector"))
+    least_track = _object(tracking.get("tracker")).get("least_boxes")
     undetected = "detector" in definition and definition["detector"] is None
     people, usual = scenario.get("people"), {"sim": "open", "street": "street"}.get(str(split))
     return {
@@ -40,6 +44,8 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
         "--tier": tier,
         "--observer": definition.get("observer"),
         "--no-detector": "" if undetected else None,
+        "--noise": None if tier != "noisy" or facts.get("pixel_std") == 1.0 else facts.get("pixel_std"),
+        "--least-track": None if least_track == LEAST_TRACK else least_track,
         "--sigma-h": None if height_std == 0.07 or tier == "field" else height_std,
         "--look": None if look == "motion" and tier != "field" else look,
         "--dt": facts.get("dt") if split == "custom" else None,
@@ -54,7 +60,8 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
     """Of a recording: whoever has it knows where it lies."""
     scenes = facts.get("scenes")
     names = ",".join(map(str, scenes)) if isinstance(scenes, list) else None
-    return {"--source": "FOLDER", "--sequences": names, "--every": definition.get("every")}
+    kept = {"--every": definition.get("every"), "--longest": definition.get("longest")}
+    return {"--source": "FOLDER", "--sequences": names, **kept}
 
 
 def _camera(values: Mapping[str, Any]) -> str | None:

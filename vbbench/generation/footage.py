@@ -182,6 +182,7 @@ class FootageOptions:
     ----------
     sequences : names of the recordings; ``None`` for all that are there.
     every : only every so many frames.
+    longest : frames, of those that are kept, after which a sequence is cut.
     poses : folder or file of the camera's poses, instead of the source's own.
     boxes : folder or file of a detector's or tracker's boxes, instead of the annotated ones.
     bags : folder of the robot's recordings of its own motion (split jrdb).
@@ -196,6 +197,7 @@ class FootageOptions:
 
     sequences: tuple[str, ...] | None = None
     every: Annotated[int, Within(1, 1000)] | None = None
+    longest: Annotated[int, Within(5, 10**6)] | None = None
     poses: Path | None = None
     boxes: Path | None = None
     bags: Path | None = None

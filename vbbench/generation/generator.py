@@ -10,7 +10,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.sources import Source
-from vbbench.geometry import IntArray
+from vbbench.geometry import BoolArray, IntArray
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -106,8 +106,8 @@ def parse_people(text: str) -> tuple[int, ...]:
 
 Look = Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"]
 """How the camera turns: the last four are the laws that ``natural`` draws from, each alone."""
-Observer = Literal["walker", "vehicle"]
-"""Who carries the camera: one of the people, or a vehicle among them."""
+Observer = Literal["walker", "vehicle", "robot"]
+"""Who carries the camera: one of the people, or a vehicle or a robot among them; a robot measures its own motion."""
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
 
@@ -126,8 +126,11 @@ class Options:
     stride : of these, only every so many-th; ``None`` for all.
     look : how the camera turns: along its bearer's past motion, wandering about that, or as people's heads do;
         ``None`` for the tier's own.
-    observer : who carries the camera; a vehicle looks where it drives.
+    observer : who carries the camera; vehicles and robots look where they drive.
     detector : whether boxes are those of a detector, in tiers that leave the choice.
+    noise : standard deviation in px of columns, tops and bottoms of boxes, in the tier `noisy`; ``None`` for its own.
+    least_track : fewest frames of a track that counts, in tiers whose boxes are those of a tracker; ``None`` for the
+        tracker's own. The paper's "more than three" is 4.
     source : file or folder that holds the source files; ``None`` to search the usual places.
     dt : seconds per frame of a user's own file.
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
@@ -149,6 +152,8 @@ class Options:
     look: Look | None = None
     observer: Observer = "walker"
     detector: bool = True
+    noise: Annotated[float, Within(0.001, 100.0, "px")] | None = None
+    least_track: Annotated[int, Within(1, 10**6)] | None = None
     source: Path | None = None
     dt: Annotated[float, FRAME_TIME] | None = None
     homography: Path | None = None
@@ -175,7 +180,8 @@ def refuse_footage(options: Options, split: str) -> None:
     """Raise VbbenchError if something is asked that only footage has."""
     if options.footage is not None:
         raise VbbenchError(
-            f"--every, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; {split} is not"
+            "--every, --longest, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; "
+            f"{split} is not"
         )
 
 
@@ -207,6 +213,14 @@ class SizedPlan(Plan, Protocol):
     @property
     def expected_rows(self) -> IntArray:
         """[N] observations of each sequence, or about so many."""
+
+
+@runtime_checkable
+class ForesightedPlan(Plan, Protocol):
+    """A plan that may know who is seen before any box is made: large splits are then counted in no time."""
+
+    def seen(self, index: int) -> BoolArray | None:
+        """[T, K] who is seen in each frame of a sequence; ``None`` where only making it tells."""
 
 
 @runtime_checkable

@@ -149,6 +149,26 @@ class Tier:
         """
         raise VbbenchError(f"tier '{self.name}' has no detector that can be left out; leave --no-detector out")
 
+    def noised(self, std: float) -> "Tier":  # noqa: ARG002
+        """The same with noise of ``std`` px.
+
+        Raises
+        ------
+        VbbenchError
+            If the tier has no noise whose size can be chosen.
+        """
+        raise VbbenchError(f"tier '{self.name}' has no noise whose size can be chosen; leave --noise out")
+
+    def lasting(self, frames: int) -> "Tier":  # noqa: ARG002
+        """The same without tracks of fewer than so many frames.
+
+        Raises
+        ------
+        VbbenchError
+            If the tier has no tracks.
+        """
+        raise VbbenchError(f"tier '{self.name}' has no tracks that could be too short; leave --least-track out")
+
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Make the boxes; ``rng`` holds the sequence's random numbers."""
         raise NotImplementedError
@@ -173,9 +193,11 @@ def get_tier(name: str) -> Tier:
 
 
 def chosen_tier(options: Options) -> Tier:
-    """The tier that is asked for, without its detector if none is wanted; raises VbbenchError if there is none such."""
+    """The tier that is asked for, changed as the options say; raises VbbenchError if there is none such."""
     tier = get_tier(options.tier)
-    return tier if options.detector else tier.annotated()
+    tier = tier if options.detector else tier.annotated()
+    tier = tier if options.noise is None else tier.noised(options.noise)
+    return tier if options.least_track is None else tier.lasting(options.least_track)
 
 
 def chosen_heights(options: Options) -> Heights:

@@ -79,8 +79,13 @@ class Making(Work):
     def scores(self, dataset: Dataset, solvers: Sequence[str], protocol: str) -> Iterator[tuple[str, Score]]:
         """Each solver and its score; submissions are beside the dataset's folder."""
         for solver in dict.fromkeys(solvers):
-            folder = dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
+            folder = submission_folder(dataset, solver, protocol)
             yield solver, score(self.submission(dataset, solver, protocol, folder), dataset.folder)
+
+
+def submission_folder(dataset: Dataset, solver: str, protocol: str) -> Path:
+    """Where `Making.scores` keeps a solver's submission: beside the dataset's folder."""
+    return dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
 
 
 def _existing(folder: Path, plan: Plan) -> Dataset:

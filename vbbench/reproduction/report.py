@@ -56,6 +56,7 @@ class Report:
     values : every number, for JSON; no NaN in it.
     pictures : by what follows ``name`` in the file's name; "" for the first.
     texts : further files by their ending, such as ``.csv``.
+    whole : whether nothing was missing on this machine that more downloads would bring.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Report:
     values: Mapping[str, Any]
     pictures: Mapping[str, Figure] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)
+    whole: bool = True
 
     @property
     def markdown(self) -> str:

@@ -228,17 +228,3 @@ class CheckedSubmission:
                 file, columns = self._read(name, first, last)
                 problem = f"the dataset has sequences 0 to {len(self.dataset) - 1}; remove the row"
                 self.faults.add_rows(file, problem, columns, np.ones(len(columns["sequence"]), dtype=bool))
-
-
-def check_submission(submission: Path | str, dataset: Dataset) -> SubmissionInfo:
-    """Check a submission without truth; rows of false alarms, which are never scored, are then required as well.
-
-    Raises
-    ------
-    SubmissionError
-        With every fault, if there is any.
-    """
-    checked = CheckedSubmission(Path(submission), dataset, None)
-    for _ in checked.chunks():
-        pass
-    return checked.info

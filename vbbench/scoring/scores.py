@@ -8,7 +8,8 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
+from vbbench.scoring.answers import Answers, CheckedSubmission
+from vbbench.scoring.checking import check_submission
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score, join_figures
 from vbbench.scoring.scored_rows import ScoredRows

@@ -26,6 +26,18 @@ def pass_messages(
     -------
     [K] choices, and the number of rounds.
     """
+    belief, done = pass_beliefs(unary, edges, pair, rounds, damping, tolerance)
+    choices = np.empty(len(belief), np.int64)
+    for k in range(len(belief)):
+        choices[k] = np.argmin(belief[k])
+    return choices, done
+
+
+@kernel
+def pass_beliefs(
+    unary: FloatArray, edges: IntArray, pair: FloatArray, rounds: int, damping: float, tolerance: float
+) -> tuple[FloatArray, int]:
+    """The min-marginals [K, S] themselves, up to a constant for each node, and the number of rounds."""
     count, samples = len(edges), unary.shape[1]
     messages = np.zeros((count, 2, samples))  # 0: to i from j, 1: to j from i
     belief = unary.copy()
@@ -44,10 +56,7 @@ def pass_messages(
             for end in range(2):
                 for s in range(samples):
                     belief[edges[e, end], s] += messages[e, end, s]
-    choices = np.empty(len(belief), np.int64)
-    for k in range(len(belief)):
-        choices[k] = np.argmin(belief[k])
-    return choices, done
+    return belief, done
 
 
 @kernel

@@ -4,21 +4,26 @@
 """
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.tables import ODOMETRY_TABLE
 from vbbench.generation.generator import Card, Engine, Look, Observer, Options, Simulation, refuse_footage
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
+from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench.sequence import SequenceData
+from vbbench.sequence import Given, Odometry, Sequence, SequenceData
 from vbbench_generators.crowds.scenario import Scenario, get_scenario
-from vbbench_generators.crowds.scenes import draw_scene
+from vbbench_generators.crowds.scenes import ObservedScene, draw_scene
+from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
+from vbbench_generators.views.robot import follow
 from vbbench_generators.views.vehicle import draw_window, observer_definition, ride
 from vbbench_generators.views.viewing import view, walked
 
@@ -26,6 +31,15 @@ REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 SIM_SCENARIO, STREET_SCENARIO = "open", "street"
 """Those of the paper's splits."""
+
+
+class Carried(NamedTuple):
+    """A scene, the frames of it that are seen, the poses [T, 3] of the camera, and how its bearer measured its way."""
+
+    scene: Scene
+    span: Span
+    poses: FloatArray
+    odometry: Odometry | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,24 +76,57 @@ class SimulationPlan:
             height=self.info.height_mean,
             rng=rng,
         )
-        scene = drawn.scene.with_heights(heights)
-        if self.observer == "vehicle":
-            window = draw_window(scene, index, rng)
-            span, poses = ride(scene, window, window.of(scene.present), self.info.camera, rng)
-        else:
-            span = Span(scene=index, column=drawn.observer, first=0, counted=np.ones(scene.frames, bool))
-            poses = walked(scene, span, drawn.heading, self.look, (self.info.known_seed, index), rng)
+        seen = self._carried(replace(drawn, scene=drawn.scene.with_heights(heights)), index, rng)
         data = view(
-            scene,
-            span,
-            span.of(scene.present),
-            poses,
+            seen.scene,
+            seen.span,
+            seen.span.of(seen.scene.present),
+            seen.poses,
             info=self.info,
             tier=self.tier,
             index=index,
             rng=rng,
         )
-        return replace(data, scene=scene)
+        return replace(data, sequence=_measured(data.sequence, seen.odometry), scene=seen.scene)
+
+    def _carried(self, drawn: ObservedScene, index: int, rng: np.random.Generator) -> Carried:
+        """How the camera is carried through a scene."""
+        scene = drawn.scene
+        if self.observer == "robot":
+            others = np.arange(len(scene.people)) != drawn.observer
+            driven = follow(scene.positions[:, drawn.observer], scene.dt, rng)
+            rest = replace(
+                scene,
+                people=scene.people[others],
+                positions=scene.positions[:, others],
+                heights=scene.heights[others],
+            )
+            return Carried(rest, _throughout(rest, index, NO_OBSERVER), driven.poses, driven.odometry)
+        if self.observer == "vehicle":
+            window = draw_window(scene, index, rng)
+            return Carried(scene, *ride(scene, window, window.of(scene.present), self.info.camera, rng))
+        span = _throughout(scene, index, drawn.observer)
+        return Carried(scene, span, walked(scene, span, drawn.heading, self.look, (self.info.known_seed, index), rng))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuringPlan(SimulationPlan):
+    """The plan of a dataset whose observers measure their own motion."""
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """See `vbbench.generation.generator.FootagePlan.tables`."""
+        return (*ALWAYS, ODOMETRY_TABLE)
+
+
+def _throughout(scene: Scene, index: int, observer: int) -> Span:
+    """All frames of the scene of sequence ``index``."""
+    return Span(scene=index, column=observer, first=0, counted=np.ones(scene.frames, bool))
+
+
+def _measured(sequence: Sequence, odometry: Odometry | None) -> Sequence:
+    given = sequence.given
+    return replace(sequence, given=Given(poses=given.poses, positions=given.positions, odometry=odometry))
 
 
 class SimSplit:
@@ -156,7 +203,8 @@ def plan_simulation(
             **definition,
         },
     )
-    return SimulationPlan(
+    kind = MeasuringPlan if options.observer == "robot" else SimulationPlan
+    return kind(
         info=info,
         scenario=scenario,
         heights=heights,

@@ -1,7 +1,7 @@
 """A split of footage: a reader of recordings, and how they are cut into sequences."""
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures
@@ -57,16 +57,18 @@ class FootageSplit(ABC):
 
     def lay_out(self, found: Recordings, options: Options) -> FootageSequences:
         """The sequences of recordings that were read, by this split or by somebody else."""
-        every = (options.footage or FootageOptions()).every or self.every
+        asked = options.footage or FootageOptions()
+        every = asked.every or self.every
+        rules = self.rules if asked.longest is None else replace(self.rules, longest=asked.longest)
         footage = tuple(one.thinned(every) for one in found.footage)
         if len({round(one.dt, 6) for one in footage}) > 1:
             raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
-        runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, self.rules)]
+        runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, rules)]
         runs = runs[: options.limit]
         if not runs:
-            wanted = f"{self.rules.shortest} frames in a row, {every} apart, with {self.rules.fewest} people"
+            wanted = f"{rules.shortest} frames in a row, {every} apart, with {rules.fewest} people"
             raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another --every")
-        return FootageSequences(self._info(options, found, footage, runs, every), footage, tuple(runs))
+        return FootageSequences(self._info(options, found, footage, runs, every, rules), footage, tuple(runs))
 
     def _check(self, options: Options) -> None:
         refused = {
@@ -74,6 +76,8 @@ class FootageSplit(ABC):
             "--camera": options.camera is not None,
             "--observer": options.observer != "walker",
             "--no-detector": not options.detector,
+            "--noise": options.noise is not None,
+            "--least-track": options.least_track is not None,
             "--look": options.look is not None,
             "--scenario, --people or --engine": options.simulation is not None,
         }
@@ -84,9 +88,16 @@ class FootageSplit(ABC):
             )
 
     def _info(
-        self, options: Options, found: Recordings, footage: tuple[Footage, ...], runs: list[Run], every: int
+        self,
+        options: Options,
+        found: Recordings,
+        footage: tuple[Footage, ...],
+        runs: list[Run],
+        every: int,
+        rules: RunRules,
     ) -> DatasetInfo:
         pictures = tuple(_pictures(footage[run.recording], run) for run in runs)
+        longest = (options.footage or FootageOptions()).longest
         return DatasetInfo(
             split=self.card.name,
             title=self.card.title,
@@ -105,8 +116,9 @@ class FootageSplit(ABC):
                 "generator": f"footage/{REVISION}",
                 "every": every,
                 "limit": options.limit,
+                **({} if longest is None else {"longest": longest}),
                 "count_observer": False,
-                "rules": asdict(self.rules),
+                "rules": asdict(rules),
                 **found.definition,
             },
             caution=found.caution or self.card.caution,

@@ -51,6 +51,13 @@ class Span:
         """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
         return values[self.first : self.first + len(self.counted)]
 
+    def others(self, crowd: BoolArray) -> BoolArray:
+        """[T, K] who of the ``crowd`` [T, K] in these frames is there for the observer to see."""
+        others = crowd & self.counted[:, None]
+        if self.column >= 0:
+            others[:, self.column] = False
+        return others
+
 
 def observed_crowd(scene: Scene, rules: Rules) -> BoolArray:
     """[T, K] who is there to be observed: everybody present but for people who stand the whole time."""

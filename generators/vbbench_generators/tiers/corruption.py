@@ -11,7 +11,7 @@ from vbbench_generators.tiers.noise import add_pixel_noise
 from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
 from vbbench_generators.tiers.tracking.fine_time import VIDEO_RATE, finer
 from vbbench_generators.tiers.tracking.observing import track_video
-from vbbench_generators.tiers.tracking.settings import get_tracking
+from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +43,10 @@ class Noise(Tier):
     def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
         """The noise that there is."""
         return self.std
+
+    def noised(self, std: float) -> Tier:
+        """Noise of another size."""
+        return replace(self, std=std) if self.std > 0 else super().noised(std)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Noise on everybody who is to be seen."""
@@ -110,15 +114,30 @@ class Tracking(Tier):
     """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file.
 
     They run at the rate of a video, and boxes are told in the dataset's own frames.
+
+    Parameters
+    ----------
+    outline : what people look like to whom they hide.
+    least_track : tracks of fewer frames are left out; ``None`` for what the settings file says.
     """
 
     outline: Outline = field(default_factory=Outline)
+    least_track: int | None = None
     hides = True
+
+    @property
+    def settings(self) -> TrackingSettings:
+        """Those of the file, without shorter tracks."""
+        return get_tracking().lasting(self.least_track)
+
+    def lasting(self, frames: int) -> Tier:
+        """Without shorter tracks."""
+        return replace(self, least_track=frames)
 
     @property
     def definition(self) -> dict[str, Any]:
         """What people look like, the rate of the video, and all settings."""
-        return {"outline": asdict(self.outline), "video_rate": VIDEO_RATE, "tracking": asdict(get_tracking())}
+        return {"outline": asdict(self.outline), "video_rate": VIDEO_RATE, "tracking": asdict(self.settings)}
 
     def pixel_std(self, camera: Camera) -> float:
         """As measured of this detector and tracker."""
@@ -128,7 +147,7 @@ class Tracking(Tier):
         """The boxes of tracks, and who is behind them."""
         fine, every = finer(sight)
         showing = _showing(fine, self.outline)
-        tracked = track_video(fine, every, fine.boxes, showing, get_tracking(), self.outline, rng)
+        tracked = track_video(fine, every, fine.boxes, showing, self.settings, self.outline, rng)
         return Observations(boxes=tracked.boxes, visible=tracked.scores, persons=tracked.persons)
 
 

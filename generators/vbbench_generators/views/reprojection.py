@@ -65,6 +65,13 @@ class Reprojection:
         people = [crowd.sum(axis=1) for crowd in self._crowds]
         return np.array([span.of(people[span.scene])[span.counted].sum() for span in self.spans])
 
+    def seen(self, index: int) -> BoolArray | None:
+        """See `ForesightedPlan.seen`: a walker's panorama without a tier shows everybody who is there."""
+        if self.observer != "walker" or self.info.camera.view is not None or self.info.tier != "ideal":
+            return None
+        span = self.spans[index]
+        return span.others(span.of(self._crowds[span.scene]))
+
     def build(self, index: int) -> SequenceData:
         """One sequence; its random numbers follow from the seed and its index alone."""
         span = self.spans[index]
@@ -121,6 +128,8 @@ def plan_reprojection(
             f"{card.name} has its own people"
         )
     refuse_footage(options, card.name)
+    if options.observer == "robot":
+        raise VbbenchError(f"a robot drives among simulated people: --observer robot is not for {card.name}")
     tier, heights = chosen_tier(options), chosen_heights(options)
     camera = options.camera or tier.own_camera or PanoramaCamera()
     look = options.look or tier.look

@@ -23,6 +23,7 @@ from vbbench.scene import Scene
 from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import wandering
+from vbbench_generators.views.robot import get_robot
 from vbbench_generators.views.viewing import look_definition
 
 Speed = Annotated[float, Within(0.0, 100.0, "m/s")]
@@ -69,13 +70,15 @@ def observer_definition(options: Options, look: Look) -> dict[str, Any]:
     Raises
     ------
     VbbenchError
-        If a vehicle is asked to look somewhere else than ahead.
+        If a vehicle or a robot is asked to look somewhere else than ahead.
     """
     if options.observer == "walker":
         return look_definition(look)
     if options.look is not None:
-        raise VbbenchError("a vehicle looks where it drives; leave --look out, or ask for --observer walker")
-    return {"observer": options.observer, "vehicle": asdict(get_vehicle())}
+        who = options.observer
+        raise VbbenchError(f"a {who} looks where it drives; leave --look out, or ask for --observer walker")
+    model = get_vehicle() if options.observer == "vehicle" else get_robot()
+    return {"observer": options.observer, options.observer: asdict(model)}
 
 
 def find_windows(scene: Scene, number: int, crowd: BoolArray) -> list[Span]:

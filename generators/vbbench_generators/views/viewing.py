@@ -63,9 +63,7 @@ def view(
     rng : the sequence's random numbers.
     precision : what boxes are rounded to in the end; ``None`` = not at all.
     """
-    seen = crowd & span.counted[:, None]
-    if span.column != NO_OBSERVER:
-        seen[:, span.column] = False
+    seen = span.others(crowd)
     places = span.of(scene.positions)
     columns = np.flatnonzero((~np.isnan(places[..., 0]) if tier.hides else seen).any(axis=0))
     columns = columns[columns != span.column]

@@ -39,12 +39,13 @@ def import_mot(
     *,
     pixel_std: float | None = None,
     least_matched: float = LEAST_MATCHED,
+    least_track: int = LEAST_FRAMES,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Dataset:
     """Make a dataset of tier `tracked` from a tracker's boxes on the pictures of ``dataset``.
 
-    Tracks are matched to people frame by frame (`match_boxes`); those matched in fewer than three frames are left out.
+    Tracks are matched to people frame by frame (`match_boxes`); those matched in too few are left out.
     Given is where the person behind a track is in its first two matched frames. Sequences without a file are left out,
     and the others renumbered in order. A file may have a first line of names, time stamps in place of frames, and gaps.
 
@@ -56,6 +57,7 @@ def import_mot(
     pixel_std : standard deviation in px of a box's column, top and bottom that the dataset declares; ``None`` for that
         of the bundled tracker.
     least_matched : share of the boxes that must match a person; fewer are refused.
+    least_track : fewest frames in which a track that counts is matched.
     overwrite : replace an existing dataset.
     announce : called with a line that says how many boxes were kept.
 
@@ -74,10 +76,12 @@ def import_mot(
         raise VbbenchError(f"{dataset.folder}: not everybody's place was measured; make it again with --boxes instead")
     if not 0.0 <= least_matched <= 1.0:
         raise VbbenchError(f"least_matched is a share from 0 to 1, not {least_matched:g}")
-    plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std)
+    if least_track < 1:
+        raise VbbenchError(f"least_track must be 1 or more, not {least_track}")
+    plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std, least_track)
     kept = _check_matches(plan, Path(folder), least_matched)
     made = write_dataset(plan, out, overwrite=overwrite)
-    announce(f"{kept}: of tracks that match a person in {LEAST_FRAMES} frames or more")
+    announce(f"{kept}: of tracks that match a person in {least_track} frames or more")
     return made
 
 
@@ -88,13 +92,13 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
         _check_size(path, plan.dataset, number)
         tracks = plan.match(index)
         matched[index] = (tracks.persons != NOBODY).sum()
-        kept += int((tracks.visible[:, lasting_tracks(tracks.persons)] > 0.0).sum())
+        kept += int((tracks.visible[:, lasting_tracks(tracks.persons, plan.least_track)] > 0.0).sum())
     boxes = np.array([len(rows.frame) for rows in plan.contents])
     said = f"{matched.sum()} of {boxes.sum()} boxes match a person"
     width, height = plan.dataset.info.camera.picture_size
     of_what = f"are they in px of these pictures, {width} x {height}, and numbered by their frames from 1?"
     if not kept:
-        raise FileError(folder, f"no track matches a person in three frames; {of_what}")
+        raise FileError(folder, f"no track matches a person in {plan.least_track} frames; {of_what}")
     if matched.sum() < least * boxes.sum():
         problem = f"only {said}; {of_what} If so, allow for it: least_matched below {matched.sum() / boxes.sum():.2g}"
         raise FileError(folder, problem)
@@ -127,11 +131,13 @@ class TrackedPlan:
     dataset : the dataset of the pictures.
     files : a file for each sequence, by its number in ``dataset``.
     pixel_std : the noise in px that the new dataset declares.
+    least_track : fewest frames in which a track that counts is matched.
     """
 
     dataset: Dataset
     files: dict[int, Path]
     pixel_std: float
+    least_track: int = LEAST_FRAMES
 
     def __len__(self) -> int:
         return len(self.files)
@@ -157,7 +163,7 @@ class TrackedPlan:
             "dataset": source.id,
             "files": {str(number): file_sha256(path) for number, path in self.files.items()},
             "least_overlap": LEAST_OVERLAP,
-            "least_frames": LEAST_FRAMES,
+            "least_frames": self.least_track,
             "of": source.definition,
         }
         facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}, "withheld_id": None}
@@ -176,7 +182,7 @@ class TrackedPlan:
     def build(self, index: int) -> SequenceData:
         """Match the tracks of one sequence, and leave out those that match nobody; its world is that of the source."""
         found = self.match(index)
-        source, kept = found.source, lasting_tracks(found.persons)
+        source, kept = found.source, lasting_tracks(found.persons, self.least_track)
         matched = found.persons[:, kept]
         persons = held_persons(matched, ~np.isnan(found.observations[:, kept, 2]))
         truth = _truth(self.dataset, source, persons)

@@ -17,8 +17,9 @@ from vbbench.generation.generator import Card, Generator, Options
 from vbbench.paper import the_paper
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
+from vbbench.reproduction.at_hand import how_to_get
 from vbbench.reproduction.making import Making
-from vbbench.reproduction.tables.simulated_recording import SimulatedRecording, record_crowd
+from vbbench.reproduction.simulated_recording import SimulatedRecording, record_crowd
 from vbbench.scoring.metrics import section
 from vbbench.scoring.statistics import Summary
 
@@ -200,7 +201,7 @@ def measure_solver_table(
             except SourceMissingError:
                 if study.source is not None:
                     raise
-                missing[split] = _how_to_get(split)
+                missing[split] = f"`{split}` is not here: {how_to_get(split)} gets it."
             else:
                 rows += own
     return SolverTable(study=study, measured=measured, missing=missing, rows=tuple(rows))
@@ -259,8 +260,3 @@ def _stride(every: int | None) -> int | None:
 def _card(split: str) -> Card:
     generator: Generator = load("generator", split)
     return generator.card
-
-
-def _how_to_get(split: str) -> str:
-    files = ", ".join(f"`{source.path}`" for source in _card(split).sources)
-    return f"`{split}` is not here ({files}): `vbbench fetch {split}` gets it."

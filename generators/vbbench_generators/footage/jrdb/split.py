@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
@@ -15,7 +16,7 @@ from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.jrdb.bags import read_bag
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places, read_sample
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, measure_motion
-from vbbench_generators.footage.jrdb.recording import Recording, assemble, directions_beside, nearest_clouds
+from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.split import FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks
@@ -67,7 +68,14 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class JrdbSplit(FootageSplit):
-    """Reads the official folders, or the one-file sample of JRDB-Traj."""
+    """Reads the official folders, or the one-file sample of JRDB-Traj.
+
+    Parameters
+    ----------
+    camera : of all recordings.
+    """
+
+    camera: PanoramaCamera = CAMERA
 
     def recordings(self, options: Options) -> Recordings:
         """Read the recordings that are asked for; without every one's poses, nobody's are told."""

@@ -45,10 +45,12 @@ class Field(Tier):
     ----------
     outline : what people look like to whom they hide.
     detects : whether boxes are those of a detector and tracker, not of people who draw them.
+    least_track : tracks of fewer frames are left out; ``None`` for what the tracker's settings file says.
     """
 
     outline: Outline = field(default_factory=Outline)
     detects: bool = True
+    least_track: int | None = None
     hides = True
     look = "natural"
 
@@ -59,7 +61,7 @@ class Field(Tier):
         return {
             "field": {name: asdict(part) for name, part in vars(recipe).items()},
             "outline": asdict(self.outline),
-            "detector": {"tracker": asdict(get_tracking().tracker)} if self.detects else None,
+            "detector": {"tracker": asdict(get_tracking().lasting(self.least_track).tracker)} if self.detects else None,
         }
 
     @property
@@ -86,6 +88,10 @@ class Field(Tier):
         """Boxes as people draw them."""
         return replace(self, detects=False)
 
+    def lasting(self, frames: int) -> Tier:
+        """Without shorter tracks, where boxes are those of tracks."""
+        return replace(self, least_track=frames) if self.detects else super().lasting(frames)
+
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Boxes of tracks, or as people draw them."""
         return (self._tracked if self.detects else self._drawn)(sight, get_field(), rng)
@@ -103,7 +109,7 @@ class Field(Tier):
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
         camera, film = sight.camera, self.film(sight, recipe, rng)
-        settings = recipe.tracking(camera)
+        settings = recipe.tracking(camera).lasting(self.least_track)
         tracked = track_video(film.sight, film.every, film.boxes, film.showing, settings, self.outline, rng)
         boxes = cut_rows(tracked.boxes, camera)
         found = ~np.isnan(boxes[..., 2])

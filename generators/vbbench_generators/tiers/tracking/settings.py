@@ -1,6 +1,6 @@
 """A file in ``detectors/`` as frozen dataclasses: how a detector errs, and how a tracker links what it finds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -126,6 +126,10 @@ class TrackingSettings:
     def pixel_std(self, camera: Camera) -> float:
         """Standard deviation in px of column, top and bottom of tracked boxes."""
         return self.perspective_std if camera.period is None else self.panorama_std
+
+    def lasting(self, frames: int | None) -> "TrackingSettings":
+        """The same with ``frames`` as `TrackerSettings.least_boxes`; with those of the file if it is ``None``."""
+        return self if frames is None else replace(self, tracker=replace(self.tracker, least_boxes=frames))
 
 
 def get_tracking() -> TrackingSettings:

@@ -1,0 +1,114 @@
+"""Densities on a grid: entropies, marginals and tails against closed forms and independent sums."""
+
+import numpy as np
+import pytest
+
+from vbbench.geometry import FloatArray
+from vbbench.reproduction.posterior.density import find_density, gaussian_entropy, moments, tails_of
+from vbbench.reproduction.posterior.measuring import one_turn, ray_entropy
+
+MEAN = np.array([3.0, -2.0, 0.4])
+FACTOR = np.array([[0.3, 0.0, 0.0], [0.28, 0.02, 0.0], [-0.1, 0.05, 0.01]])
+COVARIANCE = FACTOR @ FACTOR.T
+"""Narrow and slanted."""
+
+
+def normal(points: FloatArray) -> FloatArray:
+    off = np.linalg.solve(FACTOR, (points - MEAN).T)
+    return 0.5 * np.asarray((off**2).sum(axis=0))
+
+
+def bent(points: FloatArray) -> FloatArray:
+    """Heavy tails, and a ridge that curves with the third coordinate."""
+    x, y, yaw = points.T
+    return np.sqrt(1.0 + 40.0 * (x - 0.3 * np.sin(3.0 * yaw)) ** 2) + 3.0 * np.hypot(y, 0.1) + 8.0 * (yaw - 0.2) ** 2
+
+
+@pytest.mark.parametrize("guess", [0.01, 1.0, 50.0])
+def test_a_normal_density_has_its_closed_form_whatever_the_guess(guess: float) -> None:
+    found = find_density(normal, MEAN + 0.01, guess * COVARIANCE)
+    assert found.mass.sum() == pytest.approx(1.0)
+    assert found.entropy == pytest.approx(float(gaussian_entropy(COVARIANCE)), abs=1e-3)
+    assert float(gaussian_entropy(COVARIANCE)) == pytest.approx(
+        0.5 * np.log(np.linalg.det(2.0 * np.pi * np.e * COVARIANCE))
+    )
+    mean, covariance = found.moments()
+    np.testing.assert_allclose(mean, MEAN, atol=1e-4)
+    np.testing.assert_allclose(covariance, COVARIANCE, rtol=2e-3)
+    place = found.marginal().finer()
+    assert place.entropy == pytest.approx(float(gaussian_entropy(COVARIANCE[:2, :2])), abs=1e-3)
+    tails = tails_of(place)
+    assert tails.beyond == pytest.approx(np.exp(-4.5), abs=5e-4)
+    assert tails.kurtosis == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_density_with_exponential_tails_has_its_entropy_and_heavier_tails() -> None:
+    found = find_density(lambda points: np.hypot(*points.T), np.array([0.01, 0.0]), np.eye(2), points=81)
+    assert found.entropy == pytest.approx(np.log(2.0 * np.pi) + 2.0, abs=0.01)  # exp(−r)/2π: mean of r is 2
+    tails = tails_of(found)
+    exact = 120.0 / 9.0 - 8.0  # E r⁴ = 5!, and 3 is the variance
+    assert 0.9 * exact < tails.kurtosis < exact  # beyond six standard deviations nothing counts
+    reach = 3.0 * np.sqrt(3.0)
+    assert tails.beyond == pytest.approx((1.0 + reach) * np.exp(-reach), abs=2e-3)
+
+
+def test_the_marginal_of_the_place_is_an_independent_integral_over_the_yaw() -> None:
+    found = find_density(bent, np.array([0.17, 0.0, 0.2]), np.diag([0.1, 0.2, 0.06]), points=41)
+    place = found.marginal()
+    yaws = np.linspace(-2.0, 2.4, 2001)
+    points, density = place.points()[::5, ::5].reshape(-1, 2), (place.mass / place.cell)[::5, ::5].ravel()
+    integral = np.array(
+        [np.trapezoid(np.exp(-bent(np.column_stack([np.tile(p, (len(yaws), 1)), yaws]))), yaws) for p in points]
+    )
+    inner = density > 1e-3 * density.max()
+    ratio = density[inner] / integral[inner]
+    assert inner.sum() > 10
+    np.testing.assert_allclose(ratio, ratio.mean(), rtol=2e-3)
+
+
+def test_halving_the_grid_changes_little() -> None:
+    start, guess = np.array([0.17, 0.0, 0.2]), np.diag([0.1, 0.2, 0.06])
+    coarse, fine = (find_density(bent, start, guess, points) for points in (21, 41))
+    assert coarse.entropy == pytest.approx(fine.entropy, abs=0.02)
+    one, other = tails_of(coarse.marginal().finer()), tails_of(fine.marginal().finer())
+    assert one.kurtosis == pytest.approx(other.kurtosis, rel=0.02)
+    assert one.beyond == pytest.approx(other.beyond, abs=5e-4)
+
+
+def test_a_point_is_on_the_edge_of_the_share_that_is_more_probable() -> None:
+    place = find_density(normal, MEAN, COVARIANCE).marginal().finer()
+    for distance in (0.5, 1.5, 3.0):
+        point = MEAN[:2] + FACTOR[:2, :2] @ [distance * 0.6, -distance * 0.8]
+        assert place.share_above(point) == pytest.approx(1.0 - np.exp(-0.5 * distance**2), abs=0.03)
+    assert place.share_above(MEAN[:2] + FACTOR[:2, :2] @ [20.0, 0.0]) == 1.0
+
+
+def test_a_yaw_that_is_open_is_spread_over_one_turn() -> None:
+    def ring(points: FloatArray) -> FloatArray:
+        return np.asarray(0.5 * (points[:, :2] ** 2).sum(axis=1))
+
+    found = find_density(one_turn(ring, 0.4), np.array([0.0, 0.0, 0.4]), np.eye(3), points=61)
+    _, covariance = found.moments()
+    assert np.sqrt(covariance[2, 2]) == pytest.approx(np.pi / np.sqrt(3.0), rel=0.1)
+    expected = float(gaussian_entropy(np.eye(2))) + np.log(2.0 * np.pi)
+    assert found.entropy == pytest.approx(expected, abs=0.1)
+
+
+def test_moments_are_those_of_numpy() -> None:
+    rng = np.random.default_rng(0)
+    points, weight = rng.normal(size=(4, 5, 2)), rng.uniform(size=(4, 5))
+    mean, covariance = moments(points, weight / weight.sum())
+    np.testing.assert_allclose(mean, np.average(points.reshape(-1, 2), axis=0, weights=weight.ravel()))
+    np.testing.assert_allclose(covariance, np.cov(points.reshape(-1, 2).T, aweights=weight.ravel(), ddof=0))
+
+
+def test_the_entropy_along_a_ray_is_that_of_a_normal_density() -> None:
+    along = np.linspace(-1.0, 1.0, 81)
+    places = along[None, :, None] * np.array([0.6, 0.8])
+    mass = np.exp(-0.5 * (along / 0.2) ** 2)[None]
+    certain = np.eye(1, 81, 40)
+    both = np.concatenate([mass / mass.sum(), certain])
+    expected = 0.5 * np.log(2.0 * np.pi * np.e * 0.2**2)
+    assert ray_entropy(np.concatenate([places, places]), both) == pytest.approx(expected, abs=1e-3)
+    assert np.isnan(ray_entropy(places, certain))
+    assert np.isnan(ray_entropy(places[:0], certain[:0]))

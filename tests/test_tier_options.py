@@ -1,0 +1,125 @@
+"""Options that change a tier: noise of any size, and the fewest frames of a track that counts."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench.cli import main
+from vbbench.errors import VbbenchError
+from vbbench.exchange.mot import export_mot, import_mot
+from vbbench.files.dataset import Dataset
+from vbbench.files.generate_command import generate_command
+from vbbench.files.verification import verify
+from vbbench.generation import generate
+from vbbench.generation.generator import Options, Plan, Simulation
+from vbbench.generation.tier import chosen_tier
+from vbbench.sequence import SequenceData
+from vbbench_generators.footage.own import own
+from vbbench_generators.splits import sim, street
+
+FEW = Simulation(sequences=1, people=(16,))
+
+
+def plan(tier: str, **options: object) -> Plan:
+    return street.plan(Options(tier=tier, simulation=FEW, **options))  # type: ignore[arg-type]
+
+
+def lengths(data: SequenceData) -> list[int]:
+    return data.sequence.observed.sum(axis=0).tolist()
+
+
+@pytest.mark.parametrize("tier", ["tracked", "field"])
+def test_longer_tracks_are_the_same_tracks_without_the_shorter(tier: str) -> None:
+    usual, long = plan(tier).build(0), plan(tier, least_track=20).build(0)
+    kept = np.array(lengths(usual)) >= 20
+    assert 0 < kept.sum() < len(kept)
+    assert min(lengths(usual)) >= 3
+    np.testing.assert_array_equal(long.sequence.observations, usual.sequence.observations[:, kept])
+    np.testing.assert_array_equal(long.sequence.given.positions, usual.sequence.given.positions[:, kept])
+    np.testing.assert_array_equal(long.truth.positions, usual.truth.positions[:, kept])
+
+
+@pytest.mark.parametrize("tier", ["tracked", "field"])
+def test_nothing_changes_where_nothing_is_asked(tier: str) -> None:
+    usual = plan(tier).info
+    assert plan(tier, least_track=3).info == usual
+    assert plan(tier, least_track=4).info.id != usual.id
+    assert plan("noisy", noise=1.0).info == plan("noisy").info
+
+
+def test_noise_has_the_size_that_is_asked_for_and_solvers_are_told() -> None:
+    exact, rough = plan("ideal").build(0), plan("noisy", noise=2.0)
+    off = rough.build(0).sequence.observations - exact.sequence.observations
+    assert rough.info.pixel_std == 2.0
+    assert np.nanstd(off[..., 0]) == pytest.approx(2.0, abs=0.1)
+    top, bottom = off[..., 1] - 0.5 * off[..., 2], off[..., 1] + 0.5 * off[..., 2]
+    assert np.nanstd(top) == pytest.approx(2.0, abs=0.1)
+    assert np.nanstd(bottom) == pytest.approx(2.0, abs=0.1)
+    half = plan("noisy", noise=1.0).build(0).sequence.observations - exact.sequence.observations
+    np.testing.assert_allclose(2.0 * half, off, atol=1e-9)  # the same hand, twice as hasty
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"tier": "ideal", "noise": 1.0}, "tier 'ideal' has no noise whose size can be chosen; leave --noise out"),
+        ({"tier": "tracked", "noise": 1.0}, "tier 'tracked' has no noise"),
+        ({"tier": "noisy", "least_track": 4}, "tier 'noisy' has no tracks that could be too short"),
+        ({"tier": "field", "detector": False, "least_track": 4}, "tier 'field' has no tracks that could be too short"),
+        ({"tier": "noisy", "noise": 0.0}, "noise must be 0.001 to 100 px, not 0"),
+        ({"tier": "tracked", "least_track": 0}, "least_track must be 1 to 1,000,000, not 0"),
+    ],
+)
+def test_what_cannot_be_is_refused(options: dict[str, object], message: str) -> None:
+    with pytest.raises(VbbenchError, match=message):
+        chosen_tier(Options(**options))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("name", "value"), [("noise", 2.0), ("least_track", 4)])
+def test_footage_is_as_it_was_seen(name: str, value: float, tmp_path: Path) -> None:
+    with pytest.raises(VbbenchError, match=f"--{name.replace('_', '-')} is for splits made from trajectories"):
+        own.plan(Options(source=tmp_path, **{name: value}))  # type: ignore[arg-type]
+
+
+def test_a_dataset_says_how_it_is_made_again() -> None:
+    def command(tier: str, **options: object) -> str:
+        made = sim.plan(Options(tier=tier, **options))  # type: ignore[arg-type]
+        return generate_command(json.loads(made.info.to_json()), "x")
+
+    assert "--tier noisy --noise 2 --" in command("noisy", noise=2.0)
+    assert "--tier noisy --noise 0.5 --" in command("noisy", noise=0.5)
+    for tier in ("tracked", "field"):
+        assert "--least-track 4" in command(tier, least_track=4)
+        assert "--least-track" not in command(tier)
+    assert "--noise" not in command("noisy")
+    assert "--noise" not in command("tracked")
+
+
+def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "long"
+    few = ["generate", "street", "--sequences", "1", "--people", "16", "--tier"]
+    assert main([*few, "tracked", "--least-track", "4", "--out", str(out)]) == 0
+    assert Dataset(out).info.id == plan("tracked", least_track=4).info.id
+    assert "as written" in verify(out)
+    assert main([*few, "noisy", "--noise", "2", "--out", str(tmp_path / "rough")]) == 0
+    assert "tier noisy (2 px)" in capsys.readouterr().out
+    assert main([*few, "ideal", "--noise", "2", "--out", str(tmp_path / "no")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_tracks_of_others_count_from_as_many_frames(tmp_path: Path) -> None:
+    tracked = generate("street", tmp_path / "tracked", Options(tier="tracked", simulation=FEW))
+    plain = generate("street", tmp_path / "plain", Options(simulation=FEW))
+    exported = export_mot(tracked, tmp_path / "mot", sequence=0)
+    folder = shutil.copytree(exported, tmp_path / "files")
+    usual = import_mot(folder, plain, tmp_path / "usual")
+    long = import_mot(folder, plain, tmp_path / "long", least_track=20)
+    behind = [usual.track_persons(usual.sequence(0)), long.track_persons(long.sequence(0))]
+    assert behind[0].shape[1] > behind[1].shape[1] > 0
+    assert (long.sequence(0).observed & (behind[1] >= 0)).sum(axis=0).min() >= 20
+    assert (usual.info.definition["least_frames"], long.info.definition["least_frames"]) == (3, 20)
+    with pytest.raises(VbbenchError, match="least_track must be 1 or more, not 0"):
+        import_mot(folder, plain, tmp_path / "no", least_track=0)
