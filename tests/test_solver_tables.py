@@ -13,10 +13,11 @@ from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.paper import the_paper
+from vbbench.reproduction import simulated_recording
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import shown, write_report
 from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording
-from vbbench.reproduction.tables import simulated_recording, solver_tables
+from vbbench.reproduction.tables import solver_tables
 from vbbench.reproduction.tables.solver_figure import PANELS, plot_solver_table
 from vbbench.reproduction.tables.solver_report import COLUMNS, solver_table_report
 from vbbench.reproduction.tables.solver_tables import (

@@ -19,9 +19,9 @@ from vbbench.generation import generate
 from vbbench.generation.generator import ForesightedPlan, Options, Simulation
 from vbbench.paper import the_paper
 from vbbench.registry import load
+from vbbench.reproduction import simulated_recording
 from vbbench.reproduction.at_hand import AtHand
 from vbbench.reproduction.simulated_recording import SimulatedRecording
-from vbbench.reproduction.tables import simulated_recording
 from vbbench.reproduction.tables.counting import Tally, count_people
 from vbbench.reproduction.tables.table1 import SPLITS, CountedRow, Table1, Table1Study, measure_table1, table1_report
 from vbbench.reproduction.tables.table1_rows import all_rows
