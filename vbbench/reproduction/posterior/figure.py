@@ -44,7 +44,7 @@ def posterior_report(found: Posteriors) -> Report:
 
 
 def _facts(found: Posteriors) -> Iterator[str]:
-    some = "all sequences" if found.study.every == 1 else f"every {found.study.every}th sequence"
+    some = "all sequences" if found.study.every == 1 else f"one in {found.study.every}"
     frames = len(found.sample.people)
     yield (
         f"{frames} frames of {found.sequences} sequences ({some}). Left out are frames in which fewer than two people "
