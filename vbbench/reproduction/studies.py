@@ -77,7 +77,7 @@ def the_parts(
         If ``only`` names another.
     """
     at_hand, kitti, poses = downloads.at_hand, downloads.kitti, downloads.poses
-    people = People(every=12, kitti=kitti, poses=poses, seed=seed)
+    people = People(kitti=kitti, poses=poses, seed=seed)
     robot = RobotStudy(jrdb=downloads.jrdb, bags=downloads.bags, kitti=kitti, poses=poses, seed=seed)
     parts = {
         "table1": _part(Table1Study(at_hand=at_hand, seed=seed), measure_table1, table1_report),
