@@ -28,6 +28,7 @@ from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
 from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import Part
+from vbbench.reproduction.making import Making
 from vbbench.scoring import score
 from vbbench.solving import solve
 
@@ -303,6 +304,18 @@ def test_workers_need_the_dataset_on_a_shared_disk(
     monkeypatch.setattr(Path, "resolve", lambda path: Path("elsewhere"))
     with pytest.raises(VbbenchError, match="a worker cannot open the dataset; keep it on a disk that all share"):
         solve(hidden, "cv", "rollout", tmp_path / "out", scheduler=dask.of(2))
+
+
+def test_what_studies_need_is_made_on_a_cluster_as_it_is_here(dask: Cluster, tmp_path: Path) -> None:
+    there, here = Making(scheduler=dask.of(2)), Making()
+    data = there.dataset("demo", tmp_path / "there" / "dataset", Options())
+    assert digests(data.folder) == digests(here.dataset("demo", tmp_path / "here" / "dataset", Options()).folder)
+    (made,) = there.scores(data, ["cv"], "sequential")
+    (same,) = here.scores(Dataset(tmp_path / "here" / "dataset"), ["cv"], "sequential")
+    assert made[1].summaries == same[1].summaries
+    nowhere = Making(scheduler="tcp://127.0.0.1:1")  # nothing is left to make
+    assert [score.summaries for _, score in nowhere.scores(data, ["cv"], "sequential")] == [made[1].summaries]
+    assert not list(tmp_path.rglob("partitioned"))
 
 
 def one_pose(first: int, last: int) -> Part:
