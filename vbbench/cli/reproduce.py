@@ -28,7 +28,7 @@ def everything(
     Args:
         out: Folder for index.html, and a folder for each study.
         study: Names of studies, such as table2 figure-sigma; default: all.
-        every: In tables of recordings, only every so-many-th sequence, of Shibuya every sixth of these; 1 takes hours.
+        every: In tables of recordings, only every so-many-th sequence, of Shibuya every sixth of these.
         kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
         poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
         jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
