@@ -100,6 +100,14 @@ def test_a_real_study_on_the_page(tmp_path: Path) -> None:
     assert f'<td class="figure">{ratio["sequences"]:.2f} / {ratio["frames"]:.2f}</td>' in html
 
 
+def test_numbers_that_are_not_known_are_null() -> None:
+    values = {"low": float("nan"), "rows": ({"high": float("inf"), "n": 3},)}
+    assert json.loads(Report(name="x", title="x", values=values).json) == {
+        "low": None,
+        "rows": [{"high": None, "n": 3}],
+    }
+
+
 def test_unknown_studies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, _, errors = run(capsys, "reproduce", "all", "--study", "table44", "--out", tmp_path / "out")
     assert status == 2

@@ -208,7 +208,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "## cv" in printed
     assert (out / "figure-sigma.png").read_bytes()[:4] == b"\x89PNG"
     assert {path.name for path in out.iterdir()} == {
-        *(f"figure-sigma{suffix}" for suffix in (".md", ".csv", ".png")),
+        *(f"figure-sigma{suffix}" for suffix in (".md", ".json", ".csv", ".png")),
         *(f"sigma-{sigma_h:g}" for sigma_h in SIGMAS),
     }
 

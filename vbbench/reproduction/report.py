@@ -1,6 +1,7 @@
 """What a study found, as files: tables as Markdown, every number as JSON, and pictures."""
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -53,7 +54,7 @@ class Report:
     name : of its command and its files.
     title : one line.
     facts : what the paper says, what was done, what differs and why: a paragraph each.
-    values : every number, for JSON; no NaN in it.
+    values : every number, for JSON, where ``null`` stands for NaN.
     pictures : by what follows ``name`` in the file's name; "" for the first.
     texts : further files by their ending, such as ``.csv``.
     whole : whether nothing was missing on this machine that more downloads would bring.
@@ -81,11 +82,20 @@ class Report:
     @property
     def json(self) -> str:
         """Every number."""
-        return json.dumps(self.values, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return json.dumps(_known(self.values), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def picture_name(self, key: str) -> str:
         """The name of a picture's file."""
         return f"{self.name}{'-' if key else ''}{key}.png"
+
+
+def _known(values: Any) -> Any:
+    """The values with ``None`` for every number that is not finite."""
+    if isinstance(values, Mapping):
+        return {name: _known(value) for name, value in values.items()}
+    if isinstance(values, list | tuple):
+        return [_known(value) for value in values]
+    return None if isinstance(values, float) and not math.isfinite(values) else values
 
 
 def write_report(report: Report, out: Path | str) -> list[Path]:
