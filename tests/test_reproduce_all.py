@@ -79,9 +79,12 @@ def test_a_study_that_is_done_is_kept(parts: dict[str, Part], counted: Counted, 
 
 def test_a_study_that_waits_for_a_source_is_made_again(counted: Counted, tmp_path: Path) -> None:
     waits = Part(study="seed 0", make=lambda out, making: replace(counted(out, making), whole=False))
+    done = tmp_path / "out" / "counted" / DONE
     reproduce_all({"counted": waits}, tmp_path / "out")
-    reproduce_all({"counted": waits}, tmp_path / "out")
+    done.write_text(json.dumps(json.loads(done.read_text("utf-8")) | {"seconds": 99.0}), "utf-8")
+    html = reproduce_all({"counted": waits}, tmp_path / "out").read_text("utf-8")
     assert counted.times == 2
+    assert "<small>99 s</small>" in html  # the second time nearly everything was there
 
 
 def test_what_was_missing_is_made_once_it_is_there(parts: dict[str, Part], counted: Counted, tmp_path: Path) -> None:

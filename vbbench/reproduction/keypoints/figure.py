@@ -46,6 +46,7 @@ def keypoints_report(found: Keypoints) -> Report:
         values=keypoints_values(found),
         pictures={"": plot_keypoints(found), "readings": plot_readings(found)},
         texts={".csv": keypoints_csv(found)},
+        whole=not found.missing,
     )
 
 

@@ -24,6 +24,7 @@ def robot_report(found: Robot) -> Report:
         tables=[_table(course) for course in found.courses],
         values=robot_values(found),
         pictures={course.recording.name: plot_course(course, found.study) for course in found.courses},
+        whole=not found.missing,
     )
 
 

@@ -39,6 +39,7 @@ def solver_table_report(found: SolverTable) -> Report:
         tables=tables,
         values=solver_table_values(found),
         pictures={"": plot_solver_table(found, conditions(found))} if found.measured else {},
+        whole=not found.missing and not any(own.simulated for own in found.measured.values()),
     )
 
 
