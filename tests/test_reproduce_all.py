@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.test_cli import run
-from vbbench.errors import VbbenchError
+from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.everything import DONE, PAGE, reproduce_all
 from vbbench.reproduction.making import Making
@@ -39,6 +39,9 @@ def missing(out: Path, making: Making) -> Report:
     raise VbbenchError("hotel: its source is missing; get it with 'vbbench fetch hotel'")
 
 
+pytestmark = pytest.mark.filterwarnings("ignore:missing is not made")
+
+
 @pytest.fixture
 def counted() -> Counted:
     return Counted()
@@ -50,7 +53,8 @@ def parts(counted: Counted) -> dict[str, Part]:
 
 
 def test_the_page_shows_every_study_and_needs_no_other_file(parts: dict[str, Part], tmp_path: Path) -> None:
-    page = reproduce_all(parts, tmp_path / "out")
+    with pytest.warns(VbbenchWarning, match="missing is not made: hotel: its source is missing"):
+        page = reproduce_all(parts, tmp_path / "out")
     html = page.read_text("utf-8")
     assert page == tmp_path / "out" / PAGE
     assert "Not made: hotel: its source is missing; get it with &#x27;vbbench fetch hotel&#x27;" in html

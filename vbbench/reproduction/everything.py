@@ -2,13 +2,14 @@
 
 import json
 import time
+import warnings
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from vbbench import __version__
-from vbbench.errors import VbbenchError, one_line
+from vbbench.errors import VbbenchError, VbbenchWarning, one_line
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.parallel.parts import progress_bar
@@ -27,7 +28,7 @@ def reproduce_all(parts: Mapping[str, Part], out: Path | str, making: Making = M
     """Make every study in a folder of its own in ``out``, and the page; its path.
 
     A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. One that cannot be
-    made, because its source is missing, is said to be missing on the page, and the others are made.
+    made, because its source is missing, is said to be missing, also on the page, and the others are made.
 
     Raises
     ------
@@ -57,7 +58,9 @@ def _section(name: str, part: Part, folder: Path, making: Making) -> Section:
     try:
         report = part.make(folder, making)
     except VbbenchError as error:
-        return Section(name=name, title=name, missing=one_line(str(error)))
+        why = one_line(str(error))
+        warnings.warn(f"{name} is not made: {why}", VbbenchWarning, stacklevel=2)
+        return Section(name=name, title=name, missing=why)
     write_report(report, folder)
     facts = {
         "measured": wanted,
