@@ -12,7 +12,6 @@ import pyarrow as pa
 from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges, part_ranges
 from vbbench.files.tables import (
@@ -29,7 +28,7 @@ from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_see
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
-from vbbench.generation.generator import FootagePlan, Generator, Options, Plan, SizedPlan
+from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
 from vbbench.generation.thinning import thinned
 from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
@@ -139,7 +138,7 @@ def _plan(generator: Generator, split: str, options: Options) -> Plan:
 
 
 def _tables(plan: Plan) -> list[str]:
-    return list(plan.tables if isinstance(plan, FootagePlan) else ALWAYS)
+    return list(tables_of(plan))
 
 
 def _ranges(plan: Plan) -> Ranges:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.sources import Source
@@ -230,6 +231,11 @@ class FootagePlan(Plan, Protocol):
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables of `vbbench.files.tables.SCHEMAS` that the dataset has."""
+
+
+def tables_of(plan: Plan) -> tuple[str, ...]:
+    """Names of the tables of the dataset that a plan makes."""
+    return plan.tables if isinstance(plan, FootagePlan) else ALWAYS
 
 
 class Generator(Protocol):

@@ -4,23 +4,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from vbbench.errors import VbbenchError
-from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.derived import DerivedPlan
 from vbbench.generation.footage import FOOTAGE
-from vbbench.generation.generator import FootagePlan, Plan, SizedPlan
+from vbbench.generation.generator import Plan, SizedPlan
 from vbbench.geometry import IntArray
-from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
 
 @dataclass(frozen=True)
-class Thinned:
+class Thinned(DerivedPlan):
     """A plan's sequences 0, ``stride``, 2·``stride`` and so on, seen as in the whole, numbered anew from 0.
 
     The dataset's definition, and so its id, names the stride.
     """
 
-    whole: Plan
     stride: int
 
     @cached_property
@@ -28,16 +26,6 @@ class Thinned:
         """The published facts."""
         info = self.whole.info
         return replace(info, definition={**info.definition, "stride": self.stride})
-
-    @property
-    def scenes(self) -> tuple[Scene, ...]:
-        """The scenes that sequences share: all of the whole."""
-        return self.whole.scenes
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        """See `vbbench.generation.generator.FootagePlan.tables`: those of the whole."""
-        return self.whole.tables if isinstance(self.whole, FootagePlan) else ALWAYS
 
     def __len__(self) -> int:
         return -(-len(self.whole) // self.stride)
@@ -76,10 +64,9 @@ def thinned(plan: Plan, stride: int | None) -> Plan:
 
 
 @dataclass(frozen=True)
-class Single:
+class Single(DerivedPlan):
     """One sequence of a plan, seen as in the whole; the dataset's definition, and so its id, names it."""
 
-    whole: Plan
     number: int
 
     @cached_property
@@ -88,11 +75,6 @@ class Single:
         info = self.whole.info
         pictures = info.pictures[self.number : self.number + 1]
         return replace(info, definition={**info.definition, "sequence": self.number}, pictures=pictures)
-
-    @property
-    def scenes(self) -> tuple[Scene, ...]:
-        """The scenes that sequences share: all of the whole."""
-        return self.whole.scenes
 
     def __len__(self) -> int:
         return 1
@@ -103,18 +85,6 @@ class Single:
         return replace(data, sequence=replace(data.sequence, index=index))
 
 
-@dataclass(frozen=True)
-class SingleOfFootage(Single):
-    """One of footage, with its tables."""
-
-    whole: FootagePlan
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        """See `FootagePlan.tables`."""
-        return self.whole.tables
-
-
 def single(plan: Plan, number: int) -> Plan:
     """A plan of one sequence of a plan."""
-    return SingleOfFootage(plan, number) if isinstance(plan, FootagePlan) else Single(plan, number)
+    return Single(plan, number)

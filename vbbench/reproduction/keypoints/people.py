@@ -8,6 +8,7 @@ from vbbench.errors import SourceMissingError
 from vbbench.generation.footage import FOOTAGE, FootageOptions
 from vbbench.generation.generator import Observer, Options
 from vbbench.paper import the_paper
+from vbbench.reproduction.asked import stride_of
 from vbbench.reproduction.keypoints.crossing import Level
 from vbbench.reproduction.making import Making
 from vbbench.scoring.scorecard import Score
@@ -51,7 +52,7 @@ class People:
         """Boards of tier `field` are of a vehicle, too: a walker's camera with borders hardly sees anybody whole."""
         stride = max(1, self.every // 3) if tier == FIELD else self.every
         observer: Observer = "vehicle" if tier == FIELD else "walker"
-        return Options(tier=tier, seed=self.seed, stride=None if stride == 1 else stride, observer=observer)
+        return Options(tier=tier, seed=self.seed, stride=stride_of(stride), observer=observer)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from vbbench.folders.locks import loose_files
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
 from vbbench.parallel.parts import in_parallel, progress_bar
-from vbbench.registry import make_solver
+from vbbench.reproduction.asked import check_every, check_names
 from vbbench.reproduction.keypoints.crossing import Curve
 from vbbench.reproduction.keypoints.five_point import ANY_DISTANCE, OPENCVS, Method, Poses, check_opencv, five_point
 from vbbench.reproduction.keypoints.optimum import better_fit, bound, refined, truth
@@ -74,10 +74,8 @@ class KeypointsStudy:
             raise VbbenchError("distances are two or more lengths above 0 m, ascending")
         if self.trials < 2:
             raise VbbenchError(f"trials must be 2 or more at each distance, not {self.trials}")
-        if self.people.every < 1:
-            raise VbbenchError(f"every must be 1 or more, not {self.people.every}; 6 measures every sixth sequence")
-        for solver in self.people.solvers:
-            make_solver(solver)
+        check_every(self.people.every)
+        check_names(self.people.solvers, self.people.protocols)
         check_opencv()
 
 

@@ -2,16 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray
 from vbbench.pictures.replay import Replay, load_replay
-from vbbench.reproduction.making import Making
+from vbbench.reproduction.making import Making, submission_folder
 from vbbench.reproduction.posterior.walking import Walking
-from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS
 
 PROTOCOL, METRIC = "sequential", "dx"
@@ -92,10 +90,10 @@ class Failures:
         return sum(cause in one.causes for one in among) / len(among)
 
 
-def find_failures(dataset: Dataset, solver: str, walks: Sequence[Walking], out: Path, making: Making) -> Failures:
+def find_failures(dataset: Dataset, solver: str, walks: Sequence[Walking], making: Making) -> Failures:
     """Solve and score, rank by the capped error, and by the error itself among those above the cap."""
-    folder = making.submission(dataset, solver, PROTOCOL, out / f"{PROTOCOL}-{solver}")
-    found = score(folder, dataset.folder)
+    ((_, found),) = making.scores(dataset, [solver], PROTOCOL)
+    folder = submission_folder(dataset, solver, PROTOCOL)
     own, cap = found.per_sequence, found.protocol.caps[METRIC]
     error, observer = own.figures[METRIC], own.figures["dt"]
     failures = []

@@ -217,7 +217,7 @@ def posterior_values(found: Posteriors, claims: Mapping[str, list[Estimate]]) ->
         "frames": len(found.sample.people),
         "claims": {
             solver: [
-                {"claim": claim, "of": what, "figure": how} | {name: _known(v) for name, v in vars(one).items()}
+                {"claim": claim, "of": what, "figure": how} | vars(one)
                 for (claim, what, how, *_), one in zip(CLAIMS, estimates, strict=True)
             ]
             for solver, estimates in claims.items()
@@ -236,16 +236,12 @@ def posterior_values(found: Posteriors, claims: Mapping[str, list[Estimate]]) ->
     }
 
 
-def _by_people(found: Posteriors, values: FloatArray, group: Any) -> list[dict[str, float | None]]:
+def _by_people(found: Posteriors, values: FloatArray, group: Any) -> list[dict[str, float]]:
     mean, interval = found.sample.means(values, group, len(PEOPLE))
     return [
-        {"least": least, "most": most, "mean": _known(m), "low": _known(low), "high": _known(high)}
+        {"least": least, "most": most, "mean": m, "low": low, "high": high}
         for (least, most), m, (low, high) in zip(PEOPLE, mean.tolist(), interval.tolist(), strict=True)
     ]
-
-
-def _known(value: float) -> float | None:
-    return None if np.isnan(value) else float(value)
 
 
 def posterior_csv(found: Posteriors) -> str:

@@ -19,6 +19,7 @@ from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
+from vbbench.reproduction.asked import check_every, stride_of
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.posterior.effects import FrameSample
 from vbbench.reproduction.posterior.failures import Failures, find_failures
@@ -71,8 +72,7 @@ class PosteriorStudy:
 
     def check(self) -> None:
         """Raise VbbenchError if ``every`` is no number of sequences."""
-        if self.every < 1:
-            raise VbbenchError(f"every must be 1 or more, not {self.every}; 6 measures every sixth sequence")
+        check_every(self.every)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +122,7 @@ def measure_posterior(study: PosteriorStudy, out: Path | str, making: Making = M
     study.check()
     out = Path(out)
     with loose_files(out):
-        options = Options(seed=study.seed, stride=study.every if study.every > 1 else None)
+        options = Options(seed=study.seed, stride=stride_of(study.every))
         dataset = making.dataset(study.split, out / "dataset", options)
         walks = walking_of(dataset)
         tables = {
@@ -130,7 +130,7 @@ def measure_posterior(study: PosteriorStudy, out: Path | str, making: Making = M
             for solver in measured_solvers()
         }
         reported = {row[:2]: row[2] for row in _rows(reported_rows, dataset, REPORTED, making.jobs)}
-        failures = find_failures(dataset, SOLVER, walks, out, making)
+        failures = find_failures(dataset, SOLVER, walks, making)
     frames = list(zip(*(getattr(tables[SOLVER], name).tolist() for name in ("sequence", "frame")), strict=True))
     if not frames:
         raise VbbenchError(

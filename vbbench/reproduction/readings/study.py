@@ -19,6 +19,7 @@ from vbbench.generation.generator import Generator, Options
 from vbbench.generation.thinning import thinned
 from vbbench.paper import the_paper
 from vbbench.registry import load
+from vbbench.reproduction.asked import check_every
 from vbbench.reproduction.making import Making
 from vbbench.scoring.metrics import section
 from vbbench.scoring.statistics import Summary
@@ -115,8 +116,7 @@ class ReadingsStudy:
         for split in self.splits:
             if split not in SPLITS:
                 raise UnknownNameError("split of the paper's Table 2", split, SPLITS)
-        if self.every < 1:
-            raise VbbenchError(f"every must be 1 or more, not {self.every}; 6 measures every sixth sequence")
+        check_every(self.every)
 
 
 @dataclass(frozen=True, kw_only=True)

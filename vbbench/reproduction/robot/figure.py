@@ -8,7 +8,6 @@ from vbbench.reproduction.robot.drift import TABLE_LENGTHS, Drift
 from vbbench.reproduction.robot.measuring import Course, Robot, Row
 from vbbench.reproduction.robot.picture import plot_course
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import finite_or_none
 
 NAME = "figure-robot"
 PLACES = ("dx_rel", "dx")
@@ -94,7 +93,7 @@ def robot_values(found: Robot) -> dict[str, Any]:
         "recordings": [
             {
                 "name": course.recording.name,
-                "metres": [finite_or_none(float(metres)) for metres in course.metres],
+                "metres": course.metres.tolist(),
                 "shown": course.example.sequence.index,
                 "rows": [
                     {

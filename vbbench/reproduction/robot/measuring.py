@@ -11,10 +11,10 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.files.tables import ODOMETRY_TABLE
 from vbbench.folders.locks import loose_files
-from vbbench.generation.generator import FootagePlan, Plan
+from vbbench.generation.generator import Plan, tables_of
 from vbbench.geometry import FloatArray
 from vbbench.registry import load
-from vbbench.reproduction.making import Making
+from vbbench.reproduction.making import Making, submission_folder
 from vbbench.reproduction.robot.drift import LENGTHS, Drift, begun_at, dead_reckoning, distances, drift
 from vbbench.reproduction.robot.silent import CameraAlone
 from vbbench.reproduction.robot.study import Entrant, Recording, RobotStudy
@@ -130,7 +130,7 @@ class _Measuring:
         if whole.info.truth != "whole":
             raise VbbenchError(f"{self.recording.name}: its poses are not known, and no drift can be measured")
         alone = whole
-        if isinstance(planned, FootagePlan) and ODOMETRY_TABLE in planned.tables:
+        if ODOMETRY_TABLE in tables_of(planned):
             alone = self.making.planned(CameraAlone(planned), self.out / "camera-alone" / "dataset")
         truths = [whole.truth(sequence) for sequence in whole.sequences()]
         metres = np.array([distances(truth.poses)[-1] for truth in truths])
@@ -162,8 +162,7 @@ class _Measuring:
     ) -> tuple[Row, FloatArray, FloatArray]:
         """A solver's row, and its poses [T, 3] and positions [T, K, 2] in the sequence that is ``shown``."""
         ((_, found),) = self.making.scores(dataset, [entrant.solver], protocol)
-        name = f"{protocol}-{entrant.solver.replace(':', '-')}"
-        submitted = SubmittedEstimates(dataset, dataset.folder.with_name(name))
+        submitted = SubmittedEstimates(dataset, submission_folder(dataset, entrant.solver, protocol))
         answers = [submitted.of(sequence) for sequence in dataset.sequences()]
         drifts = _drifts([answer.poses for answer in answers], truths)
         row = Row(title=entrant.title, protocol=protocol, drifts=drifts, summaries=found.summaries)

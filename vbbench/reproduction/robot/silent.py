@@ -5,16 +5,13 @@ from functools import cached_property
 
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import ODOMETRY_TABLE
-from vbbench.generation.generator import FootagePlan
-from vbbench.scene import Scene
+from vbbench.generation.derived import DerivedPlan
 from vbbench.sequence import Given, SequenceData
 
 
 @dataclass(frozen=True)
-class CameraAlone:
+class CameraAlone(DerivedPlan):
     """A plan's sequences as they are, without odometry; the dataset's definition, and so its id, says so."""
-
-    whole: FootagePlan
 
     @cached_property
     def info(self) -> DatasetInfo:
@@ -23,17 +20,9 @@ class CameraAlone:
         return replace(info, definition={**info.definition, "odometry": False})
 
     @property
-    def scenes(self) -> tuple[Scene, ...]:
-        """The scenes that sequences share."""
-        return self.whole.scenes
-
-    @property
     def tables(self) -> tuple[str, ...]:
-        """See `vbbench.generation.generator.FootagePlan.tables`."""
-        return tuple(name for name in self.whole.tables if name != ODOMETRY_TABLE)
-
-    def __len__(self) -> int:
-        return len(self.whole)
+        """Those of the whole but for odometry's."""
+        return tuple(name for name in super().tables if name != ODOMETRY_TABLE)
 
     def build(self, index: int) -> SequenceData:
         """One sequence."""

@@ -14,8 +14,8 @@ from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.sources import data_folders
-from vbbench.protocol import get_protocol
-from vbbench.registry import load, make_solver
+from vbbench.registry import load
+from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.transfer.variants import registered_variants
 
 PAPER_VARIANT, SOLVER = "vb-sf-free", "map-causal"
@@ -96,10 +96,7 @@ class RobotStudy:
         if not self.entrants or not self.protocols:
             raise VbbenchError("nothing to measure: name a solver and a protocol")
         self.recordings()
-        for protocol in self.protocols:
-            get_protocol(protocol)
-        for entrant in self.entrants:
-            make_solver(entrant.solver)
+        check_names((entrant.solver for entrant in self.entrants), self.protocols)
 
     def recordings(self) -> tuple["Recording", ...]:
         """Those that are measured, if their files are here."""

@@ -15,7 +15,8 @@ from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Generator, Options, Simulation
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
-from vbbench.registry import load, make_solver
+from vbbench.registry import load
+from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.making import Making
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.scorecard import PerSequence, Score
@@ -81,9 +82,7 @@ class SigmaStudy:
         """
         if not self.solvers or not self.sigmas:
             raise VbbenchError("nothing to measure: name a solver and a σ_h")
-        get_protocol(self.protocol)
-        for solver in self.solvers:
-            make_solver(solver)
+        check_names(self.solvers, [self.protocol])
         generator: Generator = load("generator", SPLIT)
         for sigma_h in self.sigmas:
             generator.plan(self.options(sigma_h))

@@ -18,7 +18,6 @@ from vbbench.reproduction.tables.solver_tables import (
 )
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import interval_text
-from vbbench.scoring.statistics import finite_or_none
 
 COLUMNS = ("dx_rel", "dx", "dr", "dt")
 """The metrics of the paper's tables, in its order."""
@@ -220,7 +219,7 @@ def _quoted(split: str) -> dict[str, dict[str, float]]:
 
 
 def _row_values(row: SolverRow) -> dict[str, Any]:
-    times = {metric: finite_or_none(row.times_the_paper(metric)) for metric in COLUMNS}
+    times = {metric: row.times_the_paper(metric) for metric in COLUMNS}
     return {
         "split": row.split,
         "protocol": row.protocol,

@@ -15,8 +15,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Card, Generator, Options
 from vbbench.paper import the_paper
-from vbbench.protocol import get_protocol
-from vbbench.registry import load, make_solver
+from vbbench.registry import load
+from vbbench.reproduction.asked import check_every, check_names, stride_of
 from vbbench.reproduction.at_hand import how_to_get
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.simulated_recording import SimulatedRecording, record_crowd
@@ -84,12 +84,9 @@ class SolverTableStudy:
         for split in self.splits:
             if split not in SPLITS[self.table]:
                 raise UnknownNameError(f"split of the paper's Table {self.table}", split, SPLITS[self.table])
-        if self.every is not None and self.every < 1:
-            raise VbbenchError(f"every must be 1 or more, not {self.every}; 6 measures every sixth sequence")
-        for protocol in self.protocols:
-            get_protocol(protocol)
-        for solver in self.solvers:
-            make_solver(solver)
+        if self.every is not None:
+            check_every(self.every)
+        check_names(self.solvers, self.protocols)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,7 +238,7 @@ def _rows(study: SolverTableStudy, split: str, dataset: Dataset, protocol: str, 
 
 def _dataset(study: SolverTableStudy, split: str, sigma_h: float, out: Path, making: Making) -> tuple[Dataset, bool]:
     """The dataset at one σ_h (m), and whether it is of a stand-in."""
-    options = Options(height_std=sigma_h, seed=study.seed, stride=_stride(study.every), source=study.source)
+    options = Options(height_std=sigma_h, seed=study.seed, stride=stride_of(study.every or 1), source=study.source)
     try:
         return making.dataset(split, out / f"{split}-sigma-{sigma_h:g}" / "dataset", options), False
     except SourceMissingError:
@@ -249,12 +246,8 @@ def _dataset(study: SolverTableStudy, split: str, sigma_h: float, out: Path, mak
         if stand_in is None or study.source is not None:
             raise
     recording = record_crowd(stand_in, out / f"{split}-simulated", study.seed, making)
-    options = replace(options, source=recording, stride=_stride(study.every or stand_in.every))
+    options = replace(options, source=recording, stride=stride_of(study.every or stand_in.every))
     return making.dataset(split, out / f"{split}-simulated-sigma-{sigma_h:g}" / "dataset", options), True
-
-
-def _stride(every: int | None) -> int | None:
-    return None if every == 1 else every
 
 
 def _card(split: str) -> Card:

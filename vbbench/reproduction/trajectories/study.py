@@ -11,8 +11,8 @@ from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Options, Plan
 from vbbench.generation.thinning import single
 from vbbench.pictures.replay import Replay, load_replay
-from vbbench.protocol import get_protocol
-from vbbench.registry import load, make_solver, registered
+from vbbench.registry import load, registered
+from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.at_hand import AtHand, how_to_get
 from vbbench.reproduction.making import Making, submission_folder
 from vbbench.reproduction.simulated_recording import STAND_INS, record_crowd
@@ -48,8 +48,7 @@ class TrajectoriesStudy:
 
     def check(self) -> None:
         """Raise VbbenchError if a split, the solver or the protocol cannot be."""
-        get_protocol(self.protocol)
-        make_solver(self.solver)
+        check_names([self.solver], [self.protocol])
         for split in self.splits:
             if split not in shown_splits():
                 raise UnknownNameError("split with an example", split, shown_splits())

@@ -1,7 +1,7 @@
 """The study of transfer as a report: tables, every number, and a picture of error against error."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from vbbench.reproduction.report import Report, Table
 from vbbench.reproduction.transfer.agreement import Agreement, Estimate
 from vbbench.reproduction.transfer.study import Case, Comparison, TransferStudy
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import finite_or_none
 
 NAME = "transfer"
 TARGETS = {
@@ -79,7 +78,7 @@ def _cell(figure: Estimate) -> str:
 
 
 def transfer_values(study: TransferStudy, found: Sequence[Comparison]) -> dict[str, Any]:
-    """Every number, with ``None`` for NaN."""
+    """Every number."""
     return {
         "variants": {name: asdict(variant) for name, variant in study.variants.items()},
         "seed": study.seed,
@@ -89,15 +88,12 @@ def transfer_values(study: TransferStudy, found: Sequence[Comparison]) -> dict[s
 
 def _case_values(study: TransferStudy, one: Comparison) -> dict[str, Any]:
     values = one.agreement
-    figures = {
-        name: {end.name: finite_or_none(getattr(getattr(values, name), end.name)) for end in fields(Estimate)}
-        for name in TARGETS
-    }
+    figures = {name: vars(getattr(values, name)) for name in TARGETS}
     means = zip(study.variants, one.made.means.tolist(), one.real.means.tolist(), strict=True)
     return {
         **one.case._asdict(),
         **figures,
-        "halves": finite_or_none(values.halves),
+        "halves": values.halves,
         "pairs_separated": values.separated,
         "blocks": list(values.blocks),
         "sequences": [one.made.values.shape[1], one.real.values.shape[1]],

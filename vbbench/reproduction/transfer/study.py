@@ -25,8 +25,8 @@ from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Generator, Options
 from vbbench.geometry import BoolArray
 from vbbench.parallel.parts import in_parallel, progress_bar
-from vbbench.protocol import get_protocol
-from vbbench.registry import load, make_solver
+from vbbench.registry import load
+from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.transfer.agreement import Agreement, Errors, agreement
 from vbbench.reproduction.transfer.variants import Variant, registered_variants
@@ -88,10 +88,7 @@ class TransferStudy:
         for every in self.every:
             self.real(every)
         load("generator", self.split)
-        for protocol in self.protocols:
-            get_protocol(protocol)
-        for variant in self.variants.values():
-            make_solver(variant.solver)
+        check_names((variant.solver for variant in self.variants.values()), self.protocols)
 
 
 class Case(NamedTuple):

@@ -9,9 +9,9 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.generator import Options, Plan, Simulation
+from vbbench.generation.derived import DerivedPlan
+from vbbench.generation.generator import Options, Simulation
 from vbbench.protocol import arrivals_given
-from vbbench.scene import Scene
 from vbbench.sequence import NOBODY, SequenceData, Truth, held_persons
 
 Kind = Literal["cline", "tracked", "linked"]
@@ -58,27 +58,17 @@ class Input:
 
 
 @dataclass(frozen=True)
-class LinkedByTruth:
+class LinkedByTruth(DerivedPlan):
     """A plan's sequences as a tracker that never confuses anybody would give them.
 
     The boxes stay; each goes to the track of the person behind it, and those of nobody are gone.
     """
-
-    whole: Plan
 
     @cached_property
     def info(self) -> DatasetInfo:
         """The published facts."""
         info = self.whole.info
         return replace(info, definition={**info.definition, "linked": "by truth"})
-
-    @property
-    def scenes(self) -> tuple[Scene, ...]:
-        """Those of the whole."""
-        return self.whole.scenes
-
-    def __len__(self) -> int:
-        return len(self.whole)
 
     def build(self, index: int) -> SequenceData:
         """One sequence."""
