@@ -29,7 +29,7 @@ def draw_seed() -> int:
 def secret_seed(out: Path) -> int:
     """An unguessable seed: that of interrupted work on ``out``, or a new one."""
     path = beside(real(out), WORK) / NEW_TRUTH / SEED_FILE
-    seed = _read_seed(path) if path.is_file() else 0
+    seed = read_seed(path) if path.is_file() else 0
     return seed if seed.bit_length() > GUESSABLE_BITS else draw_seed()
 
 
@@ -67,11 +67,12 @@ def check_truth(info: DatasetInfo, truth: Path) -> None:
             raise FileError(path, "this truth table is missing; name the folder that holds all of them")
         if path.stat().st_size != facts["bytes"] or file_sha256(path) != facts["sha256"]:
             raise FileError(path, f"is not the truth of dataset {info.id}: its SHA-256 is not the published one")
-    if (truth / SEED_FILE).is_file() and info.with_seed(_read_seed(truth / SEED_FILE)).id != info.id:
+    if (truth / SEED_FILE).is_file() and info.with_seed(read_seed(truth / SEED_FILE)).id != info.id:
         raise FileError(truth / SEED_FILE, f"is not the seed of dataset {info.id}: another id follows from it")
 
 
-def _read_seed(path: Path) -> int:
+def read_seed(path: Path) -> int:
+    """The seed that a ``seed.json`` keeps."""
     try:
         return int(read_json(path)["seed"])
     except (ValueError, KeyError, TypeError, OverflowError) as error:

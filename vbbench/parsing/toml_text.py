@@ -8,6 +8,7 @@ import reprlib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
+from datetime import date
 from importlib.resources import as_file, files
 from pathlib import Path
 from types import UnionType
@@ -135,6 +136,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, dict) and all(_fits(item, get_args(hint)[1]) for item in value.values())
     if isinstance(value, bool) or hint is bool:
         return isinstance(value, bool) and hint is bool
+    if hint is date:
+        return type(value) is date  # one with a time of day is a date to Python
     return hint is Any or isinstance(value, (int, float) if hint is float else hint)
 
 
@@ -145,7 +148,13 @@ def _all_fit(values: tuple[Any, ...], hints: tuple[Any, ...]) -> bool:
     return len(values) == len(hints) and all(map(_fits, values, hints))
 
 
-_SPOKEN = {str: "a text in quotation marks", float: "a number", int: "a whole number", bool: "true or false"}
+_SPOKEN = {
+    str: "a text in quotation marks",
+    float: "a number",
+    int: "a whole number",
+    bool: "true or false",
+    date: "a day, YYYY-MM-DD without quotation marks",
+}
 
 
 def _wanted(hint: Any, value: Any) -> str:

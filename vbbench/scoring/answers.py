@@ -52,6 +52,12 @@ class Answers:
     placed: BoolArray
     fallback: BoolArray | None
 
+    def where(self, positions: BoolArray, poses: BoolArray) -> "Answers":
+        """The answers to the positions [Q] and poses [P] that are marked."""
+        fallback = None if self.fallback is None else self.fallback[poses]
+        own = {"poses": self.poses[poses], "posed": self.posed[poses], "fallback": fallback}
+        return replace(self, **own, positions=self.positions[positions], placed=self.placed[positions])
+
 
 def _match_poses(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:
     slot = rows.grid.slot(columns["sequence"], columns["frame"])

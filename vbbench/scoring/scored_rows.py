@@ -138,9 +138,12 @@ class ScoredRows:
     cell: IntArray
     given: dict[str, NDArray[Any]]
 
-    def where(self, keep: BoolArray) -> "ScoredRows":
-        """The same with only the positions marked in ``keep`` [Q]."""
-        return replace(self, **{name: getattr(self, name)[keep] for name in ("sequence", "frame", "track", "cell")})
+    def where(self, keep: BoolArray, poses: BoolArray | None = None) -> "ScoredRows":
+        """The same with only the positions marked in ``keep`` [Q], and only the ``poses`` marked [P] unless `None`."""
+        kept = {name: getattr(self, name)[keep] for name in ("sequence", "frame", "track", "cell")}
+        if poses is not None:
+            kept |= {name: getattr(self, name)[poses] for name in ("pose_sequence", "pose_frame")}
+        return replace(self, **kept)
 
     @cached_property
     def pose_slot(self) -> IntArray:

@@ -17,13 +17,20 @@ from vbbench.scoring.statistics import mean_of_groups, summarise
 from vbbench.scoring.truth import TruthRows
 
 
-def score(submission: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Score:
+def score(
+    submission: Path | str,
+    dataset: Path | str,
+    truth: Path | str | None = None,
+    *,
+    sequences: IntArray | None = None,
+) -> Score:
     """Score a submission folder against its dataset.
 
     Parameters
     ----------
     submission, dataset : the folders.
     truth : folder of the truth tables, if they are not in the dataset's folder.
+    sequences : [N] numbers of those that count; ``None`` for all. Faults are found in the others, too.
 
     Raises
     ------
@@ -37,7 +44,10 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
         check_submission(submission, opened)
     true_rows = TruthRows(opened)
     checked = CheckedSubmission(Path(submission), opened, true_rows)
-    parts = [_figures(rows, answers, true_rows, opened) for rows, answers in checked.chunks()]
+    parts = [
+        _figures(rows, answers, true_rows, opened)
+        for rows, answers in (_counted(*chunk, sequences) for chunk in checked.chunks())
+    ]
     per_sequence = PerSequence.join([part.sequences for part in parts])
     if not len(per_sequence.sequence):
         raise VbbenchError(f"{dataset}: no sequence has a frame to score; generate longer sequences")
@@ -56,6 +66,14 @@ def score(submission: Path | str, dataset: Path | str, truth: Path | str | None 
             join_figures([part.frames for part in parts]),
         ),
     )
+
+
+def _counted(rows: ScoredRows, answers: Answers, sequences: IntArray | None) -> tuple[ScoredRows, Answers]:
+    """The scored rows, and the answers to them, of the sequences that count."""
+    if sequences is None:
+        return rows, answers
+    poses, positions = np.isin(rows.pose_sequence, sequences), np.isin(rows.sequence, sequences)
+    return rows.where(positions, poses), answers.where(positions, poses)
 
 
 @dataclass(frozen=True)

@@ -144,7 +144,8 @@ def _made_of(folder: Path, results: Sequence[Result]) -> list[Result]:
 
 def _differences(result: Result, folder: Path, dataset: Path) -> list[str]:
     try:
-        fresh = Result.of(score(folder, dataset), folder, result.about, name=result.solver)
+        again = score(folder, dataset, sequences=result.per_sequence.sequence)
+        fresh = Result.of(again, folder, result.about, name=result.solver)
     except VbbenchError as error:
         return [f"{folder} cannot be scored again: {error}"]
     return drift(result, fresh)

@@ -1,0 +1,96 @@
+"""What participants get: one folder, and one archive, with the same bytes whoever makes them."""
+
+import shutil
+import zipfile
+from functools import partial
+from pathlib import Path
+
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.tables import file_sha256
+from vbbench.files.verification import verify
+from vbbench.folders.replacing import replacing
+from vbbench.folders.work_folder import WorkFolder
+from vbbench_leaderboards.challenge.definition import CHALLENGE_FILE, read_challenge
+from vbbench_leaderboards.challenge.handed_in import check
+from vbbench_leaderboards.challenge.instructions import readme, rules_text
+from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
+
+SUMS = "SHA256SUMS"
+_CARDS = ("README.md", "croissant.json", "datasheet.md")
+"""Files that describe a dataset, where it has them."""
+
+_THEN = (1980, 1, 1, 0, 0, 0)
+"""The day that every member of the archive bears: the first that the format knows."""
+
+
+def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]:
+    """Write the bundle of a challenge into the folder ``out``, and into ``out.zip`` if asked; return their paths.
+
+    Raises
+    ------
+    VbbenchError
+        If the secret set is missing, damaged or gives anything away, or ``out`` exists and is not a bundle.
+    """
+    organiser = Organiser(folder)
+    dataset, challenge = organiser.dataset, organiser.challenge
+    verify(dataset.folder, organiser.truth)
+    with WorkFolder(out, partial(_check_bundle, out)) as work:
+        work.begin()
+        (work.new / DATA).mkdir(parents=True)
+        tables = [f"{name}.parquet" for name in dataset.info.tables if not name.startswith("truth/")]
+        for name in ["dataset.json", *sorted(tables), *_CARDS]:
+            if (dataset.folder / name).is_file():
+                shutil.copyfile(dataset.folder / name, work.new / DATA / name)
+        shutil.copyfile(folder / CHALLENGE_FILE, work.new / CHALLENGE_FILE)
+        texts = {
+            "README.md": readme(challenge, dataset.info),
+            "RULES.md": rules_text(challenge),
+            "LICENCE.txt": f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n",
+        }
+        for name, text in texts.items():
+            (work.new / name).write_text(text, encoding="utf-8", newline="\n")
+        check_withheld(work.new / DATA)
+        sums = "".join(f"{file_sha256(work.new / name)}  {name}\n" for name in _names(work.new))
+        (work.new / SUMS).write_text(sums, encoding="utf-8", newline="\n")
+        work.publish()
+    return [out, _pack(out, challenge.name)] if archive else [out]
+
+
+def check_for_participant(submission: Path, folder: Path) -> str:
+    """Check a submission against a participants' bundle, without truth; return what was found, for people.
+
+    Raises
+    ------
+    VbbenchError
+        With every fault, if there is any.
+    """
+    challenge, dataset = read_challenge(folder), Dataset(folder / DATA)
+    checked = check(challenge, submission, dataset)
+    missing = [name for name in ("authors", "trained_on", "tuned_on") if not getattr(checked.info, name).strip()]
+    if checked.info.delay is None:
+        missing.append("delay")
+    if missing:
+        raise VbbenchError(f"{submission}/submission.json: {', '.join(missing)} must be said; write it there")
+    return f"{checked.table()}\nready for {challenge.name}; send the folder to {challenge.contact}"
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def _pack(folder: Path, name: str) -> Path:
+    """The archive of a bundle: stored members in the order of their names, of one day, so that its bytes are fixed."""
+    path = folder.with_name(f"{folder.name}.zip")
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
+        for member in _names(folder):
+            facts = zipfile.ZipInfo(f"{name}/{member}", _THEN)
+            facts.external_attr, facts.create_system = 0o644 << 16, 3
+            archive.writestr(facts, (folder / member).read_bytes())
+    return path
+
+
+def _check_bundle(out: Path) -> None:
+    """Raise VbbenchError if ``out`` exists and was not made by `make_bundle`."""
+    if out.exists() and not ((out / SUMS).is_file() and (out / CHALLENGE_FILE).is_file()):
+        raise VbbenchError(f"{out} exists and is not a bundle of 'vbbench challenge bundle'; choose another `out`")

@@ -1,0 +1,117 @@
+"""Commands of a challenge: parse, call one library function, print."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from tyro.conf import Positional
+
+
+def new(folder: Positional[Path], /) -> None:
+    """Make a folder for a challenge, with a commented challenge.toml to fill in.
+
+    Args:
+        folder: Folder to write into; nothing in it is overwritten.
+    """
+    from vbbench_leaderboards.challenge.organiser import start
+
+    _say(start(folder))
+
+
+def generate(folder: Positional[Path], /, jobs: int = 1) -> None:
+    """Make the secret set that challenge.toml describes: FOLDER/data, and its truth and seed in FOLDER/data.truth.
+
+    Args:
+        folder: The challenge.
+        jobs: Processes; the bytes do not depend on it.
+    """
+    from vbbench.cli import data
+    from vbbench.cli.parsing import parse
+    from vbbench_leaderboards.challenge.organiser import generate as make
+
+    make(folder, lambda words: parse({"generate": data.generate}, [*words, "--jobs", str(jobs)])())
+
+
+def bundle(folder: Positional[Path], /, out: Path, archive: bool = False) -> None:
+    """Make what participants get: the data without truth, their card, licence, rules and commands.
+
+    Args:
+        folder: The challenge.
+        out: Folder to make; replaced only if it is such a bundle.
+        archive: Also write OUT.zip, of which anybody's copy has the same bytes.
+    """
+    from vbbench_leaderboards.challenge.bundle import make_bundle
+
+    for path in make_bundle(folder, out, archive=archive):
+        _say(path)
+
+
+def check(submission: Positional[Path], /, challenge: Path) -> None:
+    """Check everything about a submission to a challenge that needs no truth, as its organiser will.
+
+    Args:
+        submission: Folder with submission.json, poses and positions (.parquet or .csv).
+        challenge: The participants' bundle, or the organiser's folder.
+    """
+    from vbbench_leaderboards.challenge.bundle import check_for_participant
+
+    _say(check_for_participant(submission, challenge))
+
+
+def accept(submission: Positional[Path], /, challenge: Path, team: str, date: str = "") -> None:
+    """Take a team's submission into a challenge, or refuse it and say why; both are kept in its log.
+
+    Args:
+        submission: Folder with submission.json, poses and positions (.parquet or .csv).
+        challenge: The organiser's folder.
+        team: Whose it is, as in challenge.toml.
+        date: When it was handed in, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
+    """
+    from vbbench_leaderboards.challenge.accepting import accept as take
+    from vbbench_leaderboards.challenge.definition import parse_moment
+
+    _say(take(challenge, submission, team, parse_moment(date)).text())
+
+
+def status(folder: Positional[Path], /, date: str = "") -> None:
+    """Say which phase is open, what each team has handed in, and who leads.
+
+    Args:
+        folder: The challenge.
+        date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
+    """
+    from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.organiser import Organiser
+    from vbbench_leaderboards.challenge.standings import status_text
+
+    _say(status_text(Organiser(folder), parse_moment(date)))
+
+
+def close(folder: Positional[Path], /, date: str = "") -> None:
+    """Score the hidden part, once the last phase has closed, and say who won.
+
+    Args:
+        folder: The challenge.
+        date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
+    """
+    from vbbench_leaderboards.challenge.closing import close as end
+    from vbbench_leaderboards.challenge.definition import parse_moment
+
+    _say(end(folder, parse_moment(date)))
+
+
+def _say(text: object) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+COMMANDS: dict[str, Callable[..., Any]] = {
+    "accept": accept,
+    "bundle": bundle,
+    "check": check,
+    "close": close,
+    "generate": generate,
+    "new": new,
+    "status": status,
+}
