@@ -30,6 +30,8 @@ def add(
 ) -> None:
     """Score a submission and write its result file.
 
+    In a challenge's results it is taken in for the team --name, if a phase is open: 'vbbench challenge accept'.
+
     What its row must say comes from submission.json, or from the options here: authors, trained-on, tuned-on, delay.
 
     Args:
@@ -49,25 +51,56 @@ def add(
         overwrite: Replace an existing result.
     """
     from vbbench_leaderboards.results.about import parse_delay
+    from vbbench_leaderboards.results.folder import challenge_folder_of
     from vbbench_leaderboards.submitting import add as write
 
-    path = write(
-        submission,
-        dataset,
-        results,
-        truth=truth,
-        overwrite=overwrite,
-        name=name,
-        reference=reference,
-        code=code,
-        authors=authors,
-        trained_on=trained_on,
-        tuned_on=tuned_on,
-        delay=parse_delay(delay),
-        date=date,
-        rerun_by=rerun_by,
-    )
-    _say(path)
+    about = {
+        "reference": reference,
+        "code": code,
+        "authors": authors,
+        "trained_on": trained_on,
+        "tuned_on": tuned_on,
+        "delay": parse_delay(delay),
+        "rerun_by": rerun_by,
+    }
+    challenge = challenge_folder_of(results)
+    if challenge is None:
+        _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **about))
+        return
+    from vbbench_leaderboards.challenge.accepting import accept
+    from vbbench_leaderboards.challenge.definition import parse_moment
+
+    _say(accept(challenge, submission, name, parse_moment(date), **about).text())
+
+
+def try_(
+    solver: Positional[str],
+    /,
+    board: str = "sim/sequential-field",
+    out: Path | None = None,
+    name: str = "",
+    work: Path = WORK,
+    jobs: int = 1,
+) -> None:
+    """Try a solver on a published board: make its dataset, solve, score, and say where it stands among the others.
+
+    Args:
+        solver: A registered name ('vbbench solvers' lists them), or module:attribute of your own.
+        board: SPLIT/PROTOCOL-TIER, as in the page's addresses.
+        out: Also make the leaderboard's page with it, in this folder; replaced only if it is one.
+        name: What the solver is called on the board; default: the attribute's name.
+        work: Folder for the dataset and the answers; a dataset that is there is used again.
+        jobs: Processes; the answers do not depend on it.
+    """
+    from vbbench_leaderboards.page.building import build as make
+    from vbbench_leaderboards.player.writing import Films
+    from vbbench_leaderboards.trying import try_solver
+
+    trial = try_solver(solver, board, work, name=name, jobs=jobs)
+    _say(trial.text())
+    if out is not None:
+        make(out, trial.results, *_all_results(), films=Films(work=work, jobs=jobs))
+        _say(out / "index.html")
 
 
 def template(folder: Positional[Path], /) -> None:
@@ -164,9 +197,10 @@ def build(
     work: Path | None = None,
     sequences: int = 24,
     pictures: str | None = None,
+    date: str = "",
     jobs: int = 1,
 ) -> None:
-    """Make the leaderboard's static site.
+    """Make the leaderboard's static site; of a challenge's results the challenge's page.
 
     Args:
         out: Folder of the site; replaced only if it is one.
@@ -177,22 +211,36 @@ def build(
         pictures: Renderer (auto, moderngl, raster, ...) of what the observer sees behind the boxes; slow, so the
             pictures are kept in the work folder. For 'footage': small copies of the pictures that the camera took;
             mind their licence before you publish the page.
+        date: As of when a challenge's page shows its phases, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
         jobs: Number of processes; the site does not depend on it.
     """
     from vbbench.generation.footage import FOOTAGE
     from vbbench.pictures.rendering import Backend
     from vbbench_leaderboards.page.building import build as make
     from vbbench_leaderboards.player.writing import Films
-    from vbbench_leaderboards.results.folder import published_results
+    from vbbench_leaderboards.results.folder import challenge_folder_of
 
-    published = published_results()
-    added = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
+    challenge = None if results is None else challenge_folder_of(results)
+    if challenge is not None:
+        from vbbench_leaderboards.challenge.definition import parse_moment
+        from vbbench_leaderboards.challenge.page import build_challenge
+
+        _say(build_challenge(out, challenge, parse_moment(date)))
+        return
     found = work or (WORK if WORK.is_dir() else None)
     own = pictures == FOOTAGE
     drawn = Backend(name=pictures) if pictures and not own else None
     films = Films(work=found, sequences=sequences, pictures=drawn, footage=own, jobs=jobs) if found else None
-    make(out, *([results] if results else [*added, published]), films=films)
+    make(out, *([results] if results else _all_results()), films=films)
     _say(out / "index.html")
+
+
+def _all_results() -> list[Path]:
+    """The folders of results that are here, and those that come with vbbench."""
+    from vbbench_leaderboards.results.folder import published_results
+
+    published = published_results()
+    return [*([RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []), published]
 
 
 def _say(text: object) -> None:
@@ -206,4 +254,5 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "check": check,
     "rerun": rerun,
     "template": template,
+    "try": try_,
 }

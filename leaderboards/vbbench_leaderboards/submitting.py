@@ -13,7 +13,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.scoring import score
 from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
-from vbbench_leaderboards.results.folder import published_results
+from vbbench_leaderboards.results.folder import challenge_folder_of, published_results
 from vbbench_leaderboards.results.result import Board, Result, write_result
 
 TEMPLATE = Path(__file__).parent / "template"
@@ -46,6 +46,9 @@ def add(
         If the submission has faults, belongs to another dataset than its board, already exists, or its name is not
         valid for a file; or if its row would not say all that every row must.
     """
+    challenge = challenge_folder_of(results)
+    if challenge is not None:
+        raise VbbenchError(f"{results} belongs to the challenge in {challenge}; use 'vbbench challenge accept'")
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
     solver = name or info.solver
     if not _NAME.fullmatch(solver):

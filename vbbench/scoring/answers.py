@@ -54,9 +54,13 @@ class Answers:
 
     def where(self, positions: BoolArray, poses: BoolArray) -> "Answers":
         """The answers to the positions [Q] and poses [P] that are marked."""
-        fallback = None if self.fallback is None else self.fallback[poses]
-        own = {"poses": self.poses[poses], "posed": self.posed[poses], "fallback": fallback}
-        return replace(self, **own, positions=self.positions[positions], placed=self.placed[positions])
+        return Answers(
+            poses=self.poses[poses],
+            positions=self.positions[positions],
+            posed=self.posed[poses],
+            placed=self.placed[positions],
+            fallback=None if self.fallback is None else self.fallback[poses],
+        )
 
 
 def _match_poses(rows: ScoredRows, file: str, columns: Arrays, faults: Faults) -> tuple[FloatArray, BoolArray]:

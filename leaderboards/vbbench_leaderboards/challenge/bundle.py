@@ -11,10 +11,11 @@ from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
 from vbbench.folders.replacing import replacing
 from vbbench.folders.work_folder import WorkFolder
-from vbbench_leaderboards.challenge.definition import CHALLENGE_FILE, read_challenge
+from vbbench_leaderboards.challenge.definition import read_challenge
 from vbbench_leaderboards.challenge.handed_in import check
 from vbbench_leaderboards.challenge.instructions import readme, rules_text
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
+from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 SUMS = "SHA256SUMS"
 _CARDS = ("README.md", "croissant.json", "datasheet.md")

@@ -10,8 +10,8 @@ from typing import Any, Literal
 from vbbench.errors import VbbenchError, is_printable
 from vbbench.parsing.toml_text import read_toml
 from vbbench_leaderboards.markup import is_web_address
+from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
-CHALLENGE_FILE = "challenge.toml"
 Part = Literal["public", "hidden"]
 MOST_SUBMISSIONS = 1000
 
@@ -115,7 +115,8 @@ class Team:
     def __post_init__(self) -> None:
         if not _TEAM.fullmatch(self.name):
             raise ValueError(
-                f"[[teams]] name = '{self.name}': up to 40 letters, digits and . _ + -, beginning with a letter or digit"
+                f"[[teams]] name = '{self.name}': up to 40 letters, digits and . _ + -, beginning with a letter or "
+                "digit"
             )
 
 

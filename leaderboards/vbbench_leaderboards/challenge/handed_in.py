@@ -1,4 +1,4 @@
-"""A submission that was handed in: copied into the challenge's folder first, so that what is checked is what is kept."""
+"""A submission that was handed in: copied into the challenge's folder first; what is checked is what is kept."""
 
 import hashlib
 import os

@@ -4,10 +4,10 @@ from vbbench.files.dataset_info import DatasetInfo, describe
 from vbbench_leaderboards.challenge.definition import Challenge, Phase
 
 OWN_RULES = (
-    "A solver uses boxes, camera, dt, the prior of heights, and what the protocol gives. It does not look for the truth "
-    "or the seed.",
+    "A solver uses boxes, camera, dt, the prior of heights, and what the protocol gives. It does not look for the "
+    "truth or the seed.",
     "Nothing learned from one sequence is used in another.",
-    "An answer depends on its own frame and earlier ones, or the row says by `delay` that it does not.",
+    "An answer depends on its own frame and earlier ones, or `delay` says in submission.json that it does not.",
 )
 """Of the rules of all boards, those that a challenge cannot do without."""
 

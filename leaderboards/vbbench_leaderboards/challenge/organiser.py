@@ -16,10 +16,11 @@ from vbbench.files.withholding import truth_folder_beside
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
-from vbbench_leaderboards.challenge.definition import CHALLENGE_FILE, Challenge, Part, read_challenge
+from vbbench_leaderboards.challenge.definition import Challenge, Part, read_challenge
 from vbbench_leaderboards.challenge.log import Entry, read_log
 from vbbench_leaderboards.challenge.parts import parts_of
 from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences
+from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 DATA = "data"
 RESULTS = "results"
@@ -84,7 +85,8 @@ class Organiser:
     def record(self, part: Part) -> BoardDataset:
         """The record of the dataset of a part's board: the secret set, of which the part's sequences are scored."""
         whole = BoardDataset.of(self.dataset)
-        scored = {self.challenge.protocol: _only(whole.scored[self.challenge.protocol], self.parts[part])}
+        protocol: str = self.challenge.protocol
+        scored = {protocol: _only(whole.scored[protocol], self.parts[part])}
         return replace(whole, title=f"{self.challenge.title}, {part} part", scored=scored)
 
     def last_accepted(self, phase: str) -> dict[str, Entry]:

@@ -1,4 +1,4 @@
-"""Which sequences of the secret set are public and which hidden: it follows from the secret seed, and from nothing else.
+"""Which sequences of the secret set are public and which hidden: it follows from the secret seed alone.
 
 Sequences that share a moment of a scene show the same people at the same time, so that a score on one tells about the
 other: they stay together.
@@ -22,7 +22,7 @@ from vbbench_leaderboards.challenge.definition import Part
 def parts_of(dataset: Dataset, public_share: float) -> dict[Part, IntArray]:
     """The numbers of the public and of the hidden sequences, ascending.
 
-    Each group of sequences is put in order by HMAC-SHA256 of its scene and first frame, with the secret seed as the key;
+    Groups of sequences are put in order by HMAC-SHA256 of their scene and first frame, with the secret seed as the key;
     the first groups, up to the share of sequences that is nearest to ``public_share``, are public.
 
     Raises

@@ -91,12 +91,14 @@ def _dx(result: Result) -> float:
 def status_text(organiser: Organiser, moment: datetime) -> str:
     """Phases, teams, and what the log says, for people."""
     challenge, entries = organiser.challenge, organiser.entries
-    lines = [f"{challenge.name}: {challenge.title}, {moment:%Y-%m-%d %H:%M} UTC"]
-    for phase in challenge.phases:
-        lines.append(
+    lines = [
+        f"{challenge.name}: {challenge.title}, {moment:%Y-%m-%d %H:%M} UTC",
+        *(
             f"  {phase.name:<16} {phase.start} to {phase.end}, {phase.part} part, {phase.submissions} a team: "
             f"{phase.state(moment)}"
-        )
+            for phase in challenge.phases
+        ),
+    ]
     for team in challenge.teams:
         own = [entry for entry in entries if entry.team == team.name]
         taken = ", ".join(

@@ -10,6 +10,7 @@ from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
+from vbbench_leaderboards.page.lines import again_lines
 from vbbench_leaderboards.page.pairs import pair_tables
 from vbbench_leaderboards.page.people import people_table
 from vbbench_leaderboards.page.site import Site
@@ -130,17 +131,10 @@ def _spreads(site: Site, board: Board, metric: str) -> list[Spread]:
 
 
 def _again(site: Site, board: Board) -> str:
-    record, solver, folder = site.dataset(board), site.results[board][0].solver, f"{board.split}-{board.tier}"
-    answers = f"{folder}-{board.protocol}-{solver}"
-    withheld = record.seed is None
-    lines = [
-        *([] if withheld else [record.command]),
-        f"vbbench solve {folder} --solver {solver} --protocol {board.protocol} --out {answers}",
-        f"vbbench leaderboard add {answers} --dataset {folder}" + " --truth TRUTH" * withheld,
-    ]
+    lines = code(again_lines(site, board), "Lines that make these figures")
     return (
         '<details class="again" id="again"><summary>Make these figures again</summary>'
-        f"{code(lines, 'Lines that make these figures')}{_facts(site, board)}</details>"
+        f"{lines}{_facts(site, board)}</details>"
     )
 
 
@@ -149,6 +143,7 @@ def _facts(site: Site, board: Board) -> str:
     score = results[0].score
     facts = {
         "Dataset": results[0].dataset,
+        "Made by": "" if record.seed is None else record.command,
         "Protocol": f"{board.protocol}/{score['protocol_version']}",
         "Scored": f"{score['sequences']} of {score['sequences_in_dataset']} sequences, {score['frames']} frames, "
         f"{score['positions']} positions",

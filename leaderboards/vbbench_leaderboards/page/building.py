@@ -38,7 +38,7 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     VbbenchError
         If ``out`` exists and is not a site, or if there are no usable results.
     """
-    with WorkFolder(out, partial(_check_site, out)) as work:
+    with WorkFolder(out, partial(check_site, out)) as work:
         unusable: list[FileError] = []
         records = read_datasets(*results, unusable=unusable)
         found = read_results(*results, records=records, unusable=unusable)
@@ -88,7 +88,7 @@ def _board(site: Site, board: Board) -> dict[str, Any]:
     }
 
 
-def _check_site(folder: Path) -> None:
+def check_site(folder: Path) -> None:
     """Raise VbbenchError if ``folder`` exists and was not made by `build`."""
     if folder.exists() and not (folder / MARKER).is_file():
         raise VbbenchError(f"{folder} exists and is not a site of 'vbbench leaderboard build'; choose another `out`")

@@ -11,6 +11,7 @@ from vbbench.protocol import get_protocol
 from vbbench_leaderboards.charts.task import task_drawing
 from vbbench_leaderboards.markup import code, link, text
 from vbbench_leaderboards.page.headline import headline_table
+from vbbench_leaderboards.page.lines import take_part_lines
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import (
     COLUMNS,
@@ -24,15 +25,6 @@ from vbbench_leaderboards.page.words import (
 )
 from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, LEADING_TIERS, PAPER_SPLITS, PAPER_TIER
 from vbbench_leaderboards.results.ranking import LEVEL
-
-_COMMANDS = [
-    "pip install vbbench",
-    "vbbench leaderboard template mine && cd mine",
-    "vbbench generate sim --tier field --observer vehicle --limit 150 --out sim-field",
-    "vbbench solve sim-field --solver mysolver:MySolver --protocol sequential --out answer",
-    "vbbench leaderboard add answer --dataset sim-field --name my-solver",
-    "vbbench leaderboard build --out site",
-]
 
 
 def front_page(site: Site) -> str:
@@ -50,7 +42,7 @@ def front_page(site: Site) -> str:
         level=f"{LEVEL:g}",
         caps=_caps(),
         paper=link(the_paper().link, the_paper().source),
-        commands=code(_COMMANDS, "Lines that add a solver"),
+        commands=code(take_part_lines(site), "Lines that add a solver"),
         count=sum(map(len, site.results.values())),
         boards_count=len(site.results),
     )

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 from vbbench.errors import FileError
@@ -17,11 +18,37 @@ Boards = Mapping[Board, tuple[Result, ...]]
 
 HERE = Path(__file__).parents[1]
 
+CHALLENGE_FILE = "challenge.toml"
+"""What makes a folder that of a challenge; its results lie below it."""
+
 
 def published_results() -> Path:
     """The results that come with vbbench: in the wheel they lie in the package, in a checkout beside it."""
     inside = HERE / "published"
     return inside if inside.is_dir() else HERE.parent / "results"
+
+
+def published_dataset(split: str, tier: str) -> str | None:
+    """The id of the dataset that vbbench publishes results on; ``None`` if it has no boards of the split and tier.
+
+    Raises
+    ------
+    FileError
+        If its record cannot be used.
+    """
+    path = published_results() / record_path(split, tier)
+    return _id_of(path) if path.is_file() else None
+
+
+@cache
+def _id_of(record: Path) -> str:
+    return read_dataset(record).id
+
+
+def challenge_folder_of(results: Path) -> Path | None:
+    """The folder of the challenge that a folder of results belongs to; ``None`` if it belongs to none."""
+    places = [results, *results.absolute().parents[:2]]
+    return next((place for place in places if (place / CHALLENGE_FILE).is_file()), None)
 
 
 def result_paths(results: Path) -> Iterator[Path]:
