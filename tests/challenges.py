@@ -3,6 +3,7 @@
 import os
 import shlex
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 
 from vbbench.cli import main
 from vbbench.files.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
 from vbbench_leaderboards.challenge.organiser import Organiser
 
 SECRET = 0xC0FFEE << 100
@@ -64,6 +67,15 @@ def make_challenge(folder: Path) -> Path:
     for solver in ("cv", "sf"):
         words = ["--solver", solver, "--protocol", "sequential", "--out", folder.parent / solver]
         assert vbbench("solve", folder / "data", *words) == 0
+    return folder
+
+
+def withheld_challenge(folder: Path, split: str, options: Options) -> Path:
+    """A challenge whose secret set has such options."""
+    text = TEXT.replace('"sim"', f'"{split}"').replace('"noisy"', f'"{options.tier}"')
+    folder.mkdir()
+    (folder / "challenge.toml").write_text(text, encoding="utf-8")
+    generate(split, folder / "data", replace(options, seed=SECRET), withhold_truth=True)
     return folder
 
 

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from tests.challenges import FACTS, make_challenge, memorised, run_lines, vbbench
+from tests.test_locks import held
 from vbbench.scoring import score
 from vbbench_leaderboards.challenge.instructions import solving_commands, unpacking_commands
 from vbbench_leaderboards.challenge.log import read_log
@@ -251,6 +252,14 @@ def test_results_that_came_in_another_way_are_not_shown(
         shutil.copy(board / "honest.json", board / "cheat.json")
         assert vbbench("leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site") == 0
         assert "belongs in sim/sequential-noisy/honest.json" in capsys.readouterr().err
+
+
+def test_one_submission_at_a_time(room: Path, refused: Refused) -> None:
+    with held(room / "tiny"):
+        assert "is being written by" in refused(*accept(room, "cv"))
+        assert "is being written by" in refused("challenge", "new", room / "tiny")
+    assert not (room / "tiny" / "log.jsonl").exists()
+    assert vbbench(*accept(room, "cv")) == 0
 
 
 def test_a_changed_log_is_refused(room: Path, refused: Refused) -> None:

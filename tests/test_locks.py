@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.challenges import withheld_challenge
 from tests.stopping import contents, names, stopped_at
 from tests.test_merging import last_part_first
 from vbbench.cli import main
@@ -45,6 +46,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     dataset = generate("demo", folder / "data", OPTIONS)
     export_dataset_tum(dataset, folder / "files")
     solve(dataset, "cv", "rollout", folder / "answer")
+    withheld_challenge(folder / "tiny", "demo", OPTIONS)
     return folder
 
 
@@ -67,6 +69,7 @@ COMMANDS = {
         "solve {data} --solver cv --out out --scheduler tcp://127.0.0.1:1",
         "merge {spread} --out out",
         "leaderboard build --out out",
+        "challenge bundle {tiny} --out out",
     ],
     "out": [
         "export csv {data} --out out",
@@ -83,6 +86,7 @@ COMMANDS = {
         "reproduce readings --every 400 --out out",
         "reproduce figure-posterior --every 400 --out out",
         "leaderboard template out",
+        "challenge new out",
     ],
 }
 
@@ -95,7 +99,8 @@ def test_the_second_command_ends_at_once_in_one_line(
         with held(tmp_path / place) as holder:
             before = contents(tmp_path)
             for command in commands:
-                words = command.format(data=room / "data", spread=room / "spread", files=room / "files").split()
+                made = {name: room / name for name in ("data", "spread", "files", "tiny")}
+                words = command.format(**made).split()
                 assert main(words) == 2, command
                 said = capsys.readouterr()
                 assert said.out == "", command
