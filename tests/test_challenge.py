@@ -102,6 +102,17 @@ def test_the_whole_story(
     assert "cheat            1 of 3 in development, 1 of 2 in final; 2 refused" in capsys.readouterr().out
 
 
+@pytest.mark.slow
+def test_what_other_sequences_are_given_helps_nobody(room: Path, refused: Refused) -> None:
+    """A solver that remembers what it was given, and looks for the same people elsewhere, finds none."""
+    for solver, out in (("map-causal", "plain"), ("tests.exploits.memory:Memory", "memory")):
+        words = ["--solver", solver, "--protocol", "sequential", "--out", room / out]
+        assert vbbench("solve", room / "tiny" / "data", *words) == 0
+    assert vbbench(*accept(room, "plain")) == 0
+    changed(room, "memory", authors="M. Allory", trained_on="nothing", tuned_on="nothing")
+    assert "are the answers that honest handed in" in refused(*accept(room, "memory", "cheat"))
+
+
 def test_a_part_is_scored_on_its_own_sequences_alone(room: Path) -> None:
     tiny, organiser = room / "tiny", Organiser(room / "tiny")
     parts, truth = organiser.parts, tiny / "data.truth"
@@ -120,11 +131,11 @@ def test_a_part_is_scored_on_its_own_sequences_alone(room: Path) -> None:
     assert vbbench("leaderboard", "check", "--results", results) == 0
 
 
-def changed(room: Path, **facts: Any) -> Path:
-    """The answer of cv, of which submission.json says something else."""
-    path = room / "cv" / "submission.json"
+def changed(room: Path, answer: str = "cv", **facts: Any) -> Path:
+    """An answer whose submission.json says something else."""
+    path = room / answer / "submission.json"
     path.write_text(json.dumps({**json.loads(path.read_text("utf-8")), **facts}), encoding="utf-8")
-    return room / "cv"
+    return room / answer
 
 
 def spoilt(room: Path, table: str, change: Callable[[pd.DataFrame], object]) -> Path:

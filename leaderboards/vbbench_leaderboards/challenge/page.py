@@ -148,7 +148,7 @@ def _table(name: str, heads: list[tuple[str, str]], body: str) -> str:
 def _phases(challenge: Challenge, moment: datetime) -> str:
     heads = [("Phase", ""), ("Now", ""), ("First day", ""), ("Last day", ""), ("Submissions", "num")]
     heads += [("What counts", "")]
-    return _table("Phases", heads, "".join(_phase(phase, moment) for phase in challenge.phases))
+    return _table("Table of phases", heads, "".join(_phase(phase, moment) for phase in challenge.phases))
 
 
 def _phase(phase: Phase, moment: datetime) -> str:
@@ -177,7 +177,7 @@ def _teams(organiser: Organiser) -> str:
         + "</tr>"
         for team in challenge.teams
     )
-    return _table("Teams", heads, "".join(rows))
+    return _table("Table of teams", heads, "".join(rows))
 
 
 def _standings(part: Part, rows: list[Row], over: bool) -> str:
@@ -192,7 +192,7 @@ def _standings(part: Part, rows: list[Row], over: bool) -> str:
     causal, late = ([row for row in rows if row.result.about.sees_the_future is apart] for apart in (False, True))
     between = f'<tr class="apart"><th colspan="{len(heads)}" scope="rowgroup">{_APART}</th></tr>' if late else ""
     body = "".join([*map(_row, causal), between, *map(_row, late)])
-    return f'{title}<p class="lead">{text(lead)}{more}</p>{_table(f"Standings of the {part} part", heads, body)}'
+    return f'{title}<p class="lead">{text(lead)}{more}</p>{_table(f"Table of the {part} part", heads, body)}'
 
 
 _NOBODY: dict[Part, str] = {
