@@ -306,4 +306,4 @@ def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
     assert "Hidden part" in (site / "index.html").read_text("utf-8")
     for part in ("public", "hidden"):
         assert (site / part / "index.html").is_file()
-        assert "--dataset data --truth data.truth" in (site / part / "index.html").read_text("utf-8")
+        assert "--dataset ../data --truth ../data.truth" in (site / part / "index.html").read_text("utf-8")

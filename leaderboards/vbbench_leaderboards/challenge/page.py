@@ -86,7 +86,7 @@ def _page(organiser: Organiser, moment: datetime, rows: dict[Part, list[Row]], o
         about="".join(f"<p>{text(words)}</p>" for words in challenge.about),
         now=text(now_words(challenge, moment)),
         facts=_facts(organiser),
-        standings="".join(_standings(part, own, over) for part, own in rows.items()),
+        standings="".join(_standings(part, own, over) for part, own in rows.items()) or _NOT_YET,
         parts=text(parts_words(challenge)),
         phases=_phases(challenge, moment),
         teams=_teams(organiser),
@@ -195,6 +195,7 @@ def _standings(part: Part, rows: list[Row], over: bool) -> str:
     return f'{title}<p class="lead">{text(lead)}{more}</p>{_table(f"Table of the {part} part", heads, body)}'
 
 
+_NOT_YET = '<p class="note">Everything counts on the hidden part, which is scored after the end.</p>'
 _NOBODY: dict[Part, str] = {
     "public": "No submission has been taken yet.",
     "hidden": "The hidden part has not been scored yet.",

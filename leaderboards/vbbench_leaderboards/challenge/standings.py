@@ -57,7 +57,9 @@ def _results(organiser: Organiser, part: Part) -> list[tuple[Result, Entry]]:
 
 def shown_parts(organiser: Organiser, moment: datetime) -> list[Part]:
     """The parts whose standings may be shown, the one that counts first."""
-    return ["hidden", "public"] if organiser.shows_hidden(moment) else ["public"]
+    counting = {phase.part for phase in organiser.challenge.phases}
+    parts: list[Part] = ["hidden", "public"] if organiser.shows_hidden(moment) else ["public"]
+    return [part for part in parts if part in counting]
 
 
 def standings_text(organiser: Organiser, moment: datetime) -> str:

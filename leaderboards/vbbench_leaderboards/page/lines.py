@@ -32,7 +32,7 @@ def _solving(site: Site, board: Board, solver: str) -> list[str]:
     if is_published(site, board):
         return [f"vbbench leaderboard try {solver} --board {board.key} --out site"]
     withheld = record.seed is None
-    folder = WITHHELD if withheld else f"{board.split}-{board.tier}"
+    folder = f"{'../' * (solver == OWN_SOLVER)}{WITHHELD}" if withheld else f"{board.split}-{board.tier}"
     score = f"vbbench score {answer} --dataset {folder}"
     return [
         *([] if withheld else [record.command]),
