@@ -73,6 +73,7 @@ def test_the_starting_file_is_one_and_overwrites_nothing(tmp_path: Path, capsys:
     assert [phase.part for phase in challenge.phases] == ["public", "hidden"]
     words = shlex.split(challenge.data.command("--seed 1", "--out x"))[1:]
     parse(all_commands(), words)
+    (tmp_path / "mine" / "challenge.toml").write_text(TEXT, encoding="utf-8")
     assert vbbench("challenge", "new", tmp_path / "mine") == 2
     assert "exists and may be yours" in capsys.readouterr().err
 

@@ -14,12 +14,14 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import partial
 from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
 
+from tests.challenges import withheld_challenge
 from tests.kill_harness import Command, Point, Stage, Tree, read_tree
 from tests.rehearsal import Rehearsal, Scenario
 from tests.system_calls import why_not
@@ -45,6 +47,24 @@ def with_parts_in_memory(command: str) -> int:
 
     parts.PATIENCE = float("inf")
     return main(command.split())
+
+
+def make_tiny() -> int:
+    """A challenge with its secret set."""
+    from vbbench.generation.generator import Options
+
+    withheld_challenge(Path("tiny"), "sim", Options(limit=3))
+    return 0
+
+
+def accept_tiny() -> int:
+    """Take a submission into it, at a time that is the same in every run."""
+    from vbbench.cli import main
+    from vbbench_leaderboards.challenge import accepting
+
+    accepting.parse_moment = lambda _text: datetime(2026, 12, 2, tzinfo=UTC)
+    words = "challenge accept tiny-answer --challenge tiny --team honest --date 2026-12-02"
+    return main(words.split())
 
 
 class Served:
@@ -80,6 +100,8 @@ SCENERY = {
     "board": f"{ADD} --results board --name first",
     "old-board": f"{ADD} --results old-board --reference old",
     "site": "leaderboard build --results old-board --out site",
+    "tiny": make_tiny,
+    "tiny-answer": "solve tiny/data --solver cv --protocol sequential --out tiny-answer",
     "picture.png": "plot data --sequence 0 --out picture.png",
     "film": f"{RENDER} --out film",
 }
@@ -144,6 +166,11 @@ SCENARIOS: dict[str, Scenario] = {
         command="leaderboard build --results board --out site", found=finding("board", "site"), whole=("site",)
     ),
     "leaderboard template": Scenario(command="leaderboard template mine", found={}),
+    "challenge new": Scenario(command="challenge new mine", found={}),
+    "challenge bundle": Scenario(
+        command="challenge bundle tiny --out out --archive", found=finding("tiny"), whole=("out",)
+    ),
+    "challenge accept": Scenario(command=accept_tiny, found={"tiny": "tiny", "tiny-answer": "tiny-answer"}),
     "export csv": Scenario(command="export csv data --out out", found=finding("data")),
     "export mot": Scenario(command="export mot data --out out", found=finding("data")),
     "export mot --heads": Scenario(command="export mot data --sequence 0 --heads --out out", found=finding("data")),

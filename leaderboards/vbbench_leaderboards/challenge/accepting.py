@@ -1,14 +1,14 @@
 """Takes a submission into a challenge, or refuses it and says why; either is written into the log."""
 
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from vbbench.errors import VbbenchError
 from vbbench.folders.locks import locked
 from vbbench.scoring import score
-from vbbench_leaderboards.challenge.definition import Part, Phase
+from vbbench_leaderboards.challenge.definition import Part, Phase, parse_moment
 from vbbench_leaderboards.challenge.handed_in import check, copied, digest_of_answers, file_hashes
 from vbbench_leaderboards.challenge.log import Entry, append, digest_of_last, said
 from vbbench_leaderboards.challenge.organiser import Organiser
@@ -28,6 +28,7 @@ class Receipt:
     phase : the phase it was taken in.
     used : submissions of the team in this phase, this one included.
     result : figures on the public part; ``None`` in a hidden phase.
+    is_again : whether the team's same answers were taken before, in the same phase: nothing was added.
     """
 
     challenge: str
@@ -35,9 +36,15 @@ class Receipt:
     phase: Phase
     used: int
     result: Result | None
+    is_again: bool = False
 
     def text(self) -> str:
         """The receipt, for people."""
+        if self.is_again:
+            return (
+                f"{self.challenge}: {self.entry.team} handed these answers in before, in phase {self.phase.name} on "
+                f"{self.entry.day} (number {self.entry.number}); they count already, and nothing was added"
+            )
         lines = [
             f"{self.challenge}: taken from {self.entry.team} in phase {self.phase.name}, submission {self.used} of "
             f"{self.phase.submissions}, number {self.entry.number}",
@@ -65,7 +72,7 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
     ------
     VbbenchError
         If it is refused: the team is unknown, no phase is open, the team has used up its submissions, the submission
-        has faults, answers something else, or repeats what was handed in before.
+        has faults, answers something else, or repeats what another team handed in.
     """
     organiser = Organiser(folder)
     organiser.challenge.team(team)
@@ -75,7 +82,7 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
         blank = Entry(
             number=len(entries) + 1,
             time=said(moment),
-            written=said(datetime.now(UTC)),
+            written=said(parse_moment("")),
             team=team,
             phase="",
             decision="accepted",
@@ -99,7 +106,9 @@ def _check_order(entries: list[Entry], moment: datetime) -> None:
 
 def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
     phase = organiser.challenge.open_phase(moment)
-    used = _check_limit(organiser, blank.team, phase)
+    own = [
+        each for each in organiser.entries if each.is_accepted and (each.team, each.phase) == (blank.team, phase.name)
+    ]
     with copied(submission, organiser.folder / blank.folder) as work:
         info = _checked(organiser, work.new, submission)
         about = About.of(info, **{"date": blank.day, **facts})
@@ -110,13 +119,17 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             files=file_hashes(work.new),
             about=vars(about),
         )
+        if own and own[-1].answers == entry.answers:
+            name = organiser.challenge.name
+            return Receipt(challenge=name, entry=own[-1], phase=phase, used=len(own), result=None, is_again=True)
+        _check_limit(own, phase)
         _check_new(organiser.entries, entry)
         result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
         work.publish()
     if result is not None:
         write_result(result, organiser.results("public"), organiser.record("public"))
     append(organiser.folder, organiser.entries, entry)
-    return Receipt(challenge=organiser.challenge.name, entry=entry, phase=phase, used=used, result=result)
+    return Receipt(challenge=organiser.challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
 
 
 def _checked(organiser: Organiser, copy: Path, submission: Path) -> Any:
@@ -127,29 +140,23 @@ def _checked(organiser: Organiser, copy: Path, submission: Path) -> Any:
         raise VbbenchError(*str(error).replace(str(copy), str(submission)).split("\n")) from error
 
 
-def _check_limit(organiser: Organiser, team: str, phase: Phase) -> int:
-    """How many submissions the team has used with this one; VbbenchError if that is too many."""
-    own = [each for each in organiser.entries if each.is_accepted and (each.team, each.phase) == (team, phase.name)]
+def _check_limit(own: list[Entry], phase: Phase) -> None:
+    """Raise VbbenchError if these submissions of a team in a phase are all that it has."""
     if len(own) >= phase.submissions:
         raise VbbenchError(
-            f"{team} has used its {phase.submissions} submissions of phase {phase.name}, the last on {own[-1].day}"
+            f"{own[-1].team} has used its {phase.submissions} submissions of phase {phase.name}, the last on "
+            f"{own[-1].day}"
         )
-    return len(own) + 1
 
 
 def _check_new(entries: list[Entry], entry: Entry) -> None:
-    """Raise VbbenchError if the same answers were taken before: of another team, or of this one in the same phase."""
+    """Raise VbbenchError if another team has handed in the same answers."""
     for other in entries:
-        if other.is_accepted and other.answers == entry.answers:
-            if other.team != entry.team:
-                raise VbbenchError(
-                    f"these are the answers that {other.team} handed in on {other.day} (submission {other.number}); "
-                    "hand in your own"
-                )
-            if other.phase == entry.phase:
-                raise VbbenchError(
-                    f"these answers were taken before, as submission {other.number} on {other.day}; they count already"
-                )
+        if other.is_accepted and other.answers == entry.answers and other.team != entry.team:
+            raise VbbenchError(
+                f"these are the answers that {other.team} handed in on {other.day} (submission {other.number}); "
+                "hand in your own"
+            )
 
 
 def result_of(organiser: Organiser, entry: Entry, submission: Path, part: Part) -> Result:

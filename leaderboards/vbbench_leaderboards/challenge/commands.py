@@ -12,7 +12,7 @@ def new(folder: Positional[Path], /) -> None:
     """Make a folder for a challenge, with a commented challenge.toml to fill in.
 
     Args:
-        folder: Folder to write into; nothing in it is overwritten.
+        folder: Folder to write into; what is yours in it is not overwritten.
     """
     from vbbench_leaderboards.challenge.organiser import start
 

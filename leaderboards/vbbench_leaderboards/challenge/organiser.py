@@ -111,11 +111,11 @@ def check_withheld(data: Path) -> None:
 
 def start(folder: Path) -> Path:
     """Write a commented ``challenge.toml`` into a folder, created if necessary; return its path."""
-    path = folder / CHALLENGE_FILE
+    path, text = folder / CHALLENGE_FILE, (files("vbbench_leaderboards.challenge") / "start.toml").read_text("utf-8")
     with loose_files(folder):
-        if path.exists():
+        if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
             raise VbbenchError(f"{path} exists and may be yours; choose another folder")
-        write_text_atomically(path, (files("vbbench_leaderboards.challenge") / "start.toml").read_text("utf-8"))
+        write_text_atomically(path, text)
     return path
 
 
