@@ -31,7 +31,7 @@ extensions = [
     "docstrings",
     "headline",
 ]
-exclude_patterns = ["images", "notebooks", "site", "tutorials/notebooks/*.py", "tutorials/notebooks/*.ipynb"]
+exclude_patterns = ["images", "notebooks", "site", "tutorials/notebooks/index.rst"]
 nitpicky = False
 suppress_warnings = ["config.cache"]  # of options that are functions
 
@@ -51,7 +51,6 @@ autoclass_content = "class"
 napoleon_google_docstring = False
 toc_object_entries_show_parents = "hide"
 python_use_unqualified_type_names = True
-python_maximum_signature_line_length = 80
 
 # Notebooks: plain scripts in docs/notebooks, run when the site is built. One that fails stops the build.
 sphinx_gallery_conf = {
