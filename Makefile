@@ -36,7 +36,7 @@ test-extras: $(VENV)/.extras
 test-under-load: $(VENV)/.dev
 	$(BIN)/python -m tests.under_load --runs 10 -- $(QUICK)
 
-test-all: $(VENV)/.extras chromium
+test-all: $(VENV)/.extras chromium site
 	$(BIN)/python -m pytest
 
 check: lint types contracts dependencies house results-check

@@ -1,5 +1,6 @@
 """The table of the front page: what the leaderboard leads with, from the committed results."""
 
+import math
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -29,7 +30,7 @@ class Headline(Directive):
 def headline_table() -> str:
     """Capped mean of Δx; the best of those that know no future bold, and those that do apart."""
     results = read_results(RESULTS)
-    boards = sorted((board for board in results if is_headline(board)), key=lambda board: SPLITS.index(board.split))
+    boards = [board for split in SPLITS for board in results if board.split == split and is_headline(board)]
     heads = "".join(f'<th scope="col">{_link(board)}</th>' for board in boards)
     groups = [_rows(late, {board: results[board] for board in boards}) for late in (False, True)]
     bodies = "".join(f"<tbody>{rows}</tbody>" for rows in groups if rows)
@@ -53,7 +54,7 @@ def _rows(late: bool, results: dict[Board, Sequence[Result]]) -> str:
             if row.about.sees_the_future is late and value is not None:
                 figures.setdefault(row.solver, {})[board] = value
     best = {board: min((own[board] for own in figures.values() if board in own), default=0.0) for board in results}
-    order = sorted(figures, key=lambda solver: sum(figures[solver].get(board, 9.0) for board in results))
+    order = sorted(figures, key=lambda solver: sum(figures[solver].get(board, math.inf) for board in results))
     note = " <small>sees the future</small>" if late else ""
     return "".join(
         f'<tr><th scope="row"><code>{escape(solver)}</code>{note}</th>'
