@@ -115,7 +115,7 @@ copybutton_only_copy_prompt_lines = True
 copybutton_exclude = ".linenos, .gp"
 
 # Pages that other changes bring: they have their place, and are left out of the navigation until they are there.
-TO_COME = ("cards", "challenge", "releasing", "torch")
+TO_COME = ("cards", "challenge", "plots", "releasing", "torch")
 
 
 def leave_out_pages_to_come(app: Any, _page: str, text: list[str]) -> None:
