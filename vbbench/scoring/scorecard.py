@@ -1,6 +1,5 @@
 """The result of scoring: figures of each sequence and of the split, as JSON, as text and as CSV."""
 
-import csv
 import io
 import json
 from dataclasses import dataclass, fields
@@ -19,6 +18,7 @@ from vbbench.scoring.block_bootstrap import is_enough
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.statistics import Summary
 from vbbench.scoring.timeline import Timeline
+from vbbench.table import csv_text
 
 if TYPE_CHECKING:
     import pandas
@@ -169,15 +169,10 @@ class Score:
     def to_csv(self) -> str:
         """Figures of each sequence as CSV, NaN as an empty cell."""
         own = self.per_sequence
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         names = ("sequence", "scene", "first_frame", "last_frame", "frames", "positions")
-        writer.writerow([*names, "coverage", *METRICS])
-        heads = *(getattr(own, name) for name in names), own.coverage.tolist()
+        heads = *(getattr(own, name).tolist() for name in names), own.coverage.tolist()
         figures = (own.figures[name].tolist() for name in METRICS)
-        for *head, values in zip(*heads, zip(*figures, strict=True), strict=True):
-            writer.writerow([*head, *("" if np.isnan(value) else repr(value) for value in values)])
-        return text.getvalue()
+        return csv_text((*names, "coverage", *METRICS), zip(*heads, *figures, strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Figures of each sequence, as `to_csv` has them, the sequence's number as index; needs the extra ``pandas``.
