@@ -8,6 +8,7 @@ import csv
 import io
 import math
 import re
+import textwrap
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,9 @@ from dataclasses import dataclass
 from vbbench.errors import one_line
 
 Write = Callable[[str], str]
+
+TERMINAL = 120
+"""Columns that facts below a table on a terminal take at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +67,8 @@ class Table:
         for line in lines:
             cells = zip(line, widths, strict=True)
             yield "  ".join(_aligned(*cell, left=n < self.names) for n, cell in enumerate(cells)).rstrip()
-        yield from map(terminal, self.facts)
+        for fact in self.facts:
+            yield from textwrap.wrap(terminal(fact), TERMINAL, break_on_hyphens=False)
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -78,17 +83,27 @@ def csv_text(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return text.getvalue()
 
 
+def decimals(values: Sequence[float]) -> int:
+    """Decimals of a column of errors: three, or four if one is below 0.01."""
+    return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
+
+
 def unmarked(text: str) -> str:
     """Text from a file as marked text that reads the same, on one line."""
     return re.sub(r"[\\`*|_<>\[\]~$&#]", r"\\\g<0>", one_line(text))
 
 
-def best(cells: Sequence[str], values: Sequence[float | None]) -> list[str]:
-    """The cells with the figure of the least value, or of several equal ones, in bold: what stands before a space."""
-    known = [value for value in values if value is not None and math.isfinite(value)]
-    if len(known) < 2:
-        return list(cells)
-    return [_bold(cell) if value == min(known) else cell for cell, value in zip(cells, values, strict=True)]
+def best(cells: Sequence[str], values: Sequence[float | None], groups: Sequence[object] = ()) -> list[str]:
+    """The cells with the figure of each group's least value in bold: what stands before a space.
+
+    Nothing is marked where a group has no two values; without ``groups`` all cells are one.
+    """
+    own = list(groups) or [None] * len(cells)
+    known = [(group, value) for group, value in zip(own, values, strict=True) if value is not None and value == value]
+    least = {group: min(value for other, value in known if other == group) for group, _ in known}
+    alone = {group for group in least if sum(other == group for other, _ in known) < 2}
+    marked = [group not in alone and value == least.get(group) for group, value in zip(own, values, strict=True)]
+    return [_bold(cell) if mark else cell for cell, mark in zip(cells, marked, strict=True)]
 
 
 def _bold(cell: str) -> str:
@@ -146,11 +161,12 @@ _TILDE = "\u0303"
 _MATHS = _pairs(r"""
     α \alpha β \beta γ \gamma δ \delta ε \varepsilon ζ \zeta η \eta θ \theta ι \iota κ \kappa λ \lambda μ \mu ν \nu
     ξ \xi π \pi ρ \rho σ \sigma τ \tau υ \upsilon φ \varphi χ \chi ψ \psi ω \omega Γ \Gamma Δ \Delta Θ \Theta Λ \Lambda
-    Ξ \Xi Π \Pi Σ \Sigma Φ \Phi Ψ \Psi Ω \Omega ± \pm × \times − - · \cdot ≤ \le ≥ \ge ≈ \approx ≠ \ne → \to √ \surd ∞ \infty
-    ‖ \Vert ° ^\circ ′ ' ∈ \in ² ^2 ³ ^3 ½ \frac12 ⁻ ^- ⁶ ^6 ᵀ ^T µ \mu ∝ \propto | \vert
+    Ξ \Xi Π \Pi Σ \Sigma Φ \Phi Ψ \Psi Ω \Omega ± \pm × \times − - · \cdot ≤ \le ≥ \ge ≈ \approx ≠ \ne → \to √ \surd
+    ∞ \infty ‖ \Vert ° ^\circ ′ ' ∈ \in ² ^2 ³ ^3 ½ \frac12 ⁻ ^- ⁶ ^6 ᵀ ^T µ \mu ∝ \propto | \vert
     """)
 _SIGNS = _pairs(r"""
-    # \# $ \$ % \% & \& _ \_ { \{ } \} \ \textbackslash{} ~ \textasciitilde{} ^ \textasciicircum{} ` \textasciigrave{}
+    # \# $ \$ % \% & \& _ \_ { \textbraceleft{} } \textbraceright{} \ \textbackslash{}
+    ~ \textasciitilde{} ^ \textasciicircum{} ` \textasciigrave{}
     < \textless{} > \textgreater{} " '' [ {[} ] {]} * {*} -- -{}- – -- — --- … \ldots{} ‘ ` ’ ' “ `` ” ''
     """)
 _LATEX = _SIGNS | {"\u00a0": "~"} | {sign: rf"\ensuremath{{{maths}}}" for sign, maths in _MATHS.items()}

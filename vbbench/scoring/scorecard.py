@@ -2,6 +2,7 @@
 
 import io
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -160,11 +161,15 @@ class Score:
             self._line(name, own.position_coverage if metric.over == "people" else own.pose_coverage)
             for name, metric in METRICS.items()
         ]
-        notes = [_RANKS, interval_note(self.per_sequence.timeline, self.summaries["dx"].blocks)]
-        notes += [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
+        return "\n".join([*self._heading(), _HEADER, *rows, _RANKS, *self.notes()])
+
+    def notes(self) -> Iterator[str]:
+        """What must be known to read its figures: where intervals come from, the dataset's caution, what is unknown."""
+        yield interval_note(self.per_sequence.timeline, self.summaries["dx"].blocks)
+        if self.dataset.caution:
+            yield f"Caution: {self.dataset.caution}"
         if self.dataset.truth != "whole":
-            notes.append(f"Figures without a number are not known: {_UNKNOWN[self.dataset.truth]}")
-        return "\n".join([*self._heading(), _HEADER, *rows, *notes])
+            yield f"Figures without a number are not known: {_UNKNOWN[self.dataset.truth]}"
 
     def to_csv(self) -> str:
         """Figures of each sequence as CSV, NaN as an empty cell."""
