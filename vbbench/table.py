@@ -52,10 +52,11 @@ class Table:
         r"""Its lines: a ``table`` with title and facts as caption, whose rules are those of the package booktabs."""
         caption = " ".join(f"{part.rstrip('.')}." for part in (self.title, *self.facts) if part)
         yield from (r"% \usepackage{booktabs}", r"\begin{table}", r"  \centering")
-        yield f"  \\caption{{{latex(caption)}}}"
-        yield f"  \\begin{{tabular}}{{{'l' * self.names}{'r' * (len(self.head) - self.names)}}}"
-        yield from (r"    \toprule", _latex_row(self.head), r"    \midrule")
-        yield from map(_latex_row, self.rows)
+        yield from (r"  \scriptsize", r"  \setlength{\tabcolsep}{2.5pt}")
+        yield from (f"  \\caption{{{latex(caption)}}}", r"  \medskip", "")
+        yield f"  \\begin{{tabular}}{{@{{}}{'l' * self.names}{'r' * (len(self.head) - self.names)}@{{}}}}"
+        yield from (r"    \toprule", _latex_row(map(latex, self.head)), r"    \midrule")
+        yield from (_latex_row([*map(latex, row[: self.names]), *map(_figure, row[self.names :])]) for row in self.rows)
         yield from (r"    \bottomrule", r"  \end{tabular}", r"\end{table}", "")
 
     def text(self) -> Iterator[str]:
@@ -96,13 +97,13 @@ def unmarked(text: str) -> str:
 def best(cells: Sequence[str], values: Sequence[float | None], groups: Sequence[object] = ()) -> list[str]:
     """The cells with the figure of each group's least value in bold: what stands before a space.
 
-    Nothing is marked where a group has no two values; without ``groups`` all cells are one.
+    Nothing is marked where a group has no two different values; without ``groups`` all cells are one.
     """
     own = list(groups) or [None] * len(cells)
     known = [(group, value) for group, value in zip(own, values, strict=True) if value is not None and value == value]
-    least = {group: min(value for other, value in known if other == group) for group, _ in known}
-    alone = {group for group in least if sum(other == group for other, _ in known) < 2}
-    marked = [group not in alone and value == least.get(group) for group, value in zip(own, values, strict=True)]
+    found = {group: {value for other, value in known if other == group} for group, _ in known}
+    least = {group: min(values) for group, values in found.items() if len(values) > 1}
+    marked = [value is not None and value == least.get(group) for group, value in zip(own, values, strict=True)]
     return [_bold(cell) if mark else cell for cell, mark in zip(cells, marked, strict=True)]
 
 
@@ -173,8 +174,14 @@ _LATEX = _SIGNS | {"\u00a0": "~"} | {sign: rf"\ensuremath{{{maths}}}" for sign, 
 _IN_LATEX = re.compile("|".join([f"[^\\W_]{_TILDE}", *map(re.escape, sorted(_LATEX, key=len, reverse=True))]))
 
 
-def _latex_row(cells: Sequence[str]) -> str:
-    return f"    {' & '.join(map(latex, cells))} \\\\"
+def _figure(cell: str) -> str:
+    """A cell of figures as LaTeX: what follows the first is small."""
+    figure, space, rest = cell.partition(" ")
+    return rf"{latex(figure)} {{\tiny {latex(rest)}}}" if space else latex(figure)
+
+
+def _latex_row(cells: Iterable[str]) -> str:
+    return f"    {' & '.join(cells)} \\\\"
 
 
 def _markdown_row(cells: Sequence[str]) -> str:

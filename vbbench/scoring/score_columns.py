@@ -15,7 +15,7 @@ Values = Mapping[str, Any]
 NONE = "–"
 _SUMMARIES = ("median", "mean", "p95", "std", "frame_mean", "failure_rate")
 
-SHOWN_HEAD = (*(metric.label for metric in section("metrics").values()), "failed", "coverage", "µs per frame")
+SHOWN_HEAD = (*(metric.label for metric in section("metrics").values()), "failed", "coverage", "µs/frame")
 """Heads of the columns for people."""
 
 VALUES_HEAD = (

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from vbbench.errors import UnknownNameError
 from vbbench.protocol import get_protocol
@@ -17,7 +17,9 @@ from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.results.standings import headline, rank_apart
 
 Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
-FORMATS: tuple[Format, ...] = get_args(Format)
+ENDINGS: dict[Format, str] = {"csv": "csv", "latex": "tex", "markdown": "md", "json": "json", "bibtex": "bib"}
+"""How a file in a format ends."""
+
 RANKED = "dx"
 """The metric that ranks a board's rows."""
 
