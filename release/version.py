@@ -13,6 +13,7 @@ The environment variable VBBENCH_VERSION goes before all of these, for builds th
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -80,3 +81,7 @@ def _git(root: Path, *arguments: str) -> str:
     except OSError:
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
+
+
+if __name__ == "__main__":
+    sys.stdout.write(f"{version()}\n")
