@@ -35,7 +35,7 @@ def check(dist: Path, tree_wheel: Path) -> str:
     if facts[0].version != facts[1].version:
         raise ValueError(f"the wheel is {facts[0].version}, the sdist {facts[1].version}; build both anew")
     ours, trees = _contents(wheel), _contents(tree_wheel)
-    if differing := sorted(name for name in ours | trees if ours.get(name) != trees.get(name)):
+    if differing := sorted(name for name in {*ours, *trees} if ours.get(name) != trees.get(name)):
         raise ValueError(f"wheels of the sdist and of the tree differ in {', '.join(differing[:5])}")
     sizes = " and ".join(f"{path.stat().st_size / 1e3:.0f} kB" for path in (wheel, sdist))
     return f"vbbench {facts[0].version}: wheel and sdist of {sizes}, {len(ours)} files"
@@ -50,7 +50,10 @@ def _only(folder: Path, pattern: str) -> Path:
 
 def _metadata(text: bytes) -> Metadata:
     """Core metadata, every field checked, with a description that is Markdown for people."""
-    facts = Metadata.from_email(text, validate=True)
+    try:
+        facts = Metadata.from_email(text, validate=True)
+    except ExceptionGroup as error:
+        raise ValueError(f"the metadata is wrong: {'; '.join(map(str, error.exceptions))}") from error
     html = MarkdownIt("js-default").render(facts.description or "")
     if facts.description_content_type != "text/markdown" or "<h1>" not in html:
         raise ValueError("the long description does not render; it must be Markdown with a title")

@@ -33,6 +33,6 @@ def notes(tag: str, root: Path = ROOT) -> str:
 
 if __name__ == "__main__":
     try:
-        sys.stdout.write(notes(*sys.argv[1:2] or [""]) + "\n")
+        sys.stdout.write(notes("".join(sys.argv[1:2])) + "\n")
     except ValueError as error:
         sys.exit(f"release: {error}")

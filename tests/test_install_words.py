@@ -32,9 +32,7 @@ def paragraphs(path: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("asked", ["", "-q ", "--upgrade --quiet "])
-@pytest.mark.parametrize(
-    "command", ["pip install", "pip3 install", "uv add", "pipx install", "uv pip install"]
-)
+@pytest.mark.parametrize("command", ["pip install", "pip3 install", "uv add", "pipx install", "uv pip install"])
 def test_the_search_finds_it(command: str, asked: str) -> None:
     for name in ("vbbench", "'vbbench'", "vbbench==0.4.0"):
         assert BY_NAME.search(f"{command} {asked}{name}")
