@@ -47,14 +47,19 @@ class Publisher:
     def __post_init__(self) -> None:
         for name, text in vars(self).items():
             if text is not None and not (0 < len(text.strip()) <= LONGEST_NOTE and is_printable(text)):
-                raise VbbenchError(f"{name} is {quoted(text)}, not text of 1 to {LONGEST_NOTE} printable characters")
+                raise VbbenchError(
+                    f"{name} must be printable text of 1 to {LONGEST_NOTE} characters, not {quoted(text)}"
+                )
         if self.url is not None and not self.url.startswith(("https://", "http://")):
-            raise VbbenchError(f"url is {quoted(self.url)}; a web address begins with https://")
-        if self.published is not None:
-            try:
-                date.fromisoformat(self.published)
-            except ValueError as error:
-                raise VbbenchError(f"published is {quoted(self.published)}, not a day such as 2026-11-30") from error
+            raise VbbenchError(f"url must be a web address such as https://..., not {quoted(self.url)}")
+        if self.published is not None and not _is_day(self.published):
+            raise VbbenchError(f"published must be a day such as 2026-11-30, not {quoted(self.published)}")
+
+
+def _is_day(text: str) -> bool:
+    with suppress(ValueError):
+        return date.fromisoformat(text).isoformat() == text
+    return False
 
 
 @dataclass(frozen=True, kw_only=True)
