@@ -89,8 +89,7 @@ TABLE_MEANINGS: dict[str, TableMeaning] = {
     ),
     "given": TableMeaning(
         about="One row per place that a solver is told: the observer's in frames 0 and 1, everybody else's in their "
-        "first two "
-        "frames with a box.",
+        "first two frames with a box.",
         key=("sequence", "frame", "track"),
         columns={
             "sequence": _SEQUENCE,
@@ -177,8 +176,7 @@ _RELATIVE = TABLE_MEANINGS["truth/scenes"]
 RELATIVE_SCENES = replace(
     _RELATIVE,
     about="One row per person and frame of a recording: where everybody is as seen from the camera, whose own place "
-    "was "
-    "not measured.",
+    "was not measured.",
     columns={
         **_RELATIVE.columns,
         "x": Column("to the right of the camera", "m"),

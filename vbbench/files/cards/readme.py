@@ -31,6 +31,7 @@ def readme(subject: Subject, said: Statements) -> str:
         *(_table(subject, name) for name in subject.tables),
         *_withheld(info),
         "## Datasheet",
+        "The questions follow Gebru et al., *Datasheets for Datasets* (2021).",
         *_datasheet(subject, said),
         "## Licence and citation",
         _citing(subject, said),
@@ -46,12 +47,13 @@ def _figures(subject: Subject) -> str:
         "camera": _camera(info),
         "sequences": f"{counts['sequences']:,}, of {counts['mean_frames']:.1f} frames on average, {info.dt:g} s apart",
         "boxes": f"{counts['observations']:,}",
-        "people in a frame": f"{counts['people_min']} / {counts['people_mean']:.1f} / {counts['people_max']} "
-        f"(least / mean / most), the observer {'' if info.definition.get('count_observer') else 'not '}included",
+        "people in a frame": f"{counts['people_min']} / {counts['people_mean']:.1f} / {counts['people_max']} (least / "
+        f"mean / most), the observer {'' if info.definition.get('count_observer') else 'not '}included",
         "made with": f"vbbench {info.package_version}, seed {info.spoken_seed}",
         "id": f"`{subject.id}`",
     }
-    return _markdown_table(("", ""), rows.items())
+    first, *others = rows.items()
+    return _markdown_table(first, others)
 
 
 def _camera(info: DatasetInfo) -> str:
@@ -64,12 +66,8 @@ def _camera(info: DatasetInfo) -> str:
 def _making(subject: Subject, said: Statements) -> str:
     info = subject.info
     command = generate_command(subject.values, info.split)
-    seed = (
-        "The seed is secret, so that nobody else can make it."
-        if info.seed is None
-        else "The same line gives the same id."
-    )
-    lines = [said.collection, "", f"    {command}", "", f"{seed} {said.raw}", ""]
+    again = "The same line gives the same id." if info.seed is not None else "Nobody else can: its seed is secret."
+    lines = [said.collection, "", f"    {command}", "", f"{again} {_sources(subject, said)}", ""]
     return "\n".join([*lines, *(f"* {step}" for step in said.preprocessing)])
 
 
@@ -91,6 +89,12 @@ boxes = mlcroissant.Dataset("FOLDER/croissant.json").records("observations")
 ```
 
 Lengths are metres, angles radians, times seconds. `vbbench verify FOLDER` checks every file."""
+
+
+def _sources(subject: Subject, said: Statements) -> str:
+    """What it was made from, public files as links."""
+    links = ", ".join(f"[{path}]({address})" for path, address in subject.origin.files)
+    return f"Source files: {links}." if links else said.raw
 
 
 def _table(subject: Subject, name: str) -> str:
@@ -127,7 +131,7 @@ def _datasheet(subject: Subject, said: Statements) -> Iterable[str]:
             "What is the label?": said.known,
             "Are there recommended splits?": "None is built in; sequences that share a scene belong on the same side.",
             "Errors, noise, redundancy?": " ".join(said.limitations),
-            "Does it rely on something outside?": "No. Pictures of footage, where they exist, are not needed.",
+            "Does it rely on something outside?": f"No{'; the pictures are not needed' if subject.is_footage else ''}.",
             "Does it show people?": said.privacy,
         },
         "Collection": {

@@ -7,14 +7,14 @@ The README and the fields of Croissant's vocabulary for responsible AI say the s
 from dataclasses import dataclass
 
 from vbbench.files.cards.licences import hub_identifier
-from vbbench.files.cards.origin import Origin, Publisher, said_licence
+from vbbench.files.cards.origin import OWN, Origin, Publisher, said_licence
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import DatasetInfo, told_noise
 
 TASK = (
     "View birdification asks where a moving camera is on the ground plane, which way it looks, and where the people "
-    "around it walk. All that a solver gets is the boxes of the people in the camera's pictures, frame by frame, and a "
-    "few first positions."
+    "around it walk. All that a solver gets is the boxes of the people in the camera's pictures, frame by frame, and "
+    "a few first positions."
 )
 
 
@@ -64,7 +64,7 @@ def statements_of(subject: Subject) -> Statements:
         preprocessing=_preprocessing(info, origin, footage),
         missing=_missing(info),
         known=_known(info),
-        limitations=_limitations(info, footage),
+        limitations=_limitations(info, origin, footage),
         biases=_biases(origin.recorded),
         privacy=_privacy(footage, origin.recorded),
         uses=_uses(info),
@@ -83,16 +83,13 @@ def _kind(footage: bool, recorded: bool) -> str:
 
 def _collection(footage: bool, recorded: bool) -> str:
     if footage and recorded:
-        return (
-            "A camera filmed people, and boxes about them were drawn or detected in its pictures. No picture is kept."
-        )
+        return "A camera filmed people; boxes about them were drawn or detected in its pictures. No picture is kept."
     if footage:
         return "A game made pictures of its own people and wrote down where they are. No picture is kept."
     if recorded:
         return (
             "The paths of people were recorded and read from pictures by others. Here a simulated camera moves among "
-            "these "
-            "paths, and the boxes are computed that it would see."
+            "these paths, and the boxes are computed that it would see."
         )
     return "A program moves people by forces between them, and computes the boxes that a camera among them would see."
 
@@ -115,20 +112,18 @@ def _preprocessing(info: DatasetInfo, origin: Origin, footage: bool) -> tuple[st
     tier = f" {origin.tier}" if origin.tier else ""
     steps = [
         f"Tier `{info.tier}`.{tier} Solvers are told these errors: {told_noise(info)}.",
-        "Every sequence has a world of its own, a random turn and shift of its scene, and tracks are numbered at "
-        "random, "
-        "so that one sequence tells nothing of another.",
     ]
+    if info.truth in ("whole", "poses"):
+        steps.append(
+            "Every sequence has a world of its own, a random turn and shift of its scene: places in two differ."
+        )
     if not footage:
-        steps.append(
-            f"People's heights are drawn, not measured; solvers are told N({info.height_mean:g}, "
-            f"{info.height_std:g}²) m."
-        )
-    if info.definition.get("grid"):
-        steps.append(
-            f"Places in the source are multiples of {info.definition['grid']:g} m and were spread within that, by the "
-            "seed."
-        )
+        told = f"N({info.height_mean:g}, {info.height_std:g}²) m"
+        steps.append(f"People's heights are drawn, not measured; solvers are told {told}.")
+    if grid := info.definition.get("grid"):
+        steps.append(f"Places in the source are multiples of {grid:g} m, and were spread within that by the seed.")
+    if "import" in info.definition:
+        steps.append("Boxes and tracks are those of another program, read by `vbbench import mot`.")
     if info.calibration is not None:
         steps.append(f"Calibration: {info.calibration['summary']}.")
     steps.append("The rules that chose people and frames stand under `definition` in dataset.json.")
@@ -141,34 +136,36 @@ def _missing(info: DatasetInfo) -> str:
     if limit is not None:
         parts.append(f"only the first {limit} sequences were asked for")
     if stride is not None:
-        parts.append(f"only every {stride}th sequence was made")
+        parts.append(f"one of every {stride} sequences was made")
     return "; ".join(parts) + "."
 
 
 def _known(info: DatasetInfo) -> str:
     if info.seed is None:
         return (
-            "The truth and the seed are withheld by whoever made the dataset; the SHA-256 of every truth table below "
-            "lets "
-            "anybody check later that it was not exchanged."
+            "The truth and the seed are withheld by whoever made the dataset; the SHA-256 of every truth table "
+            "lets anybody check later that it was not exchanged."
         )
     return {
         "whole": "Truth is in the folder `truth`: the observer's poses, everybody's positions and heights.",
         "poses": "Truth is in the folder `truth`: the observer's poses. Where people are was not measured.",
-        "relative": "Truth is in the folder `truth`: where people are as seen from the camera, whose own place was not "
-        "measured.",
+        "relative": "Truth is in the folder `truth`: where people are as seen from the camera, whose own place was "
+        "not measured.",
         "none": "No truth was ever measured.",
     }[info.truth]
 
 
-def _limitations(info: DatasetInfo, footage: bool) -> tuple[str, ...]:
+def _limitations(info: DatasetInfo, origin: Origin, footage: bool) -> tuple[str, ...]:
     said = [_sentence(info.caution)] if info.caution else []
     said.append("A place is two numbers on a plane: slopes and stairs are not in the data.")
     if not footage:
         said.append("A simulated camera has no lens, no blur and no exposure, unless the tier says otherwise.")
     if info.tier == "ideal":
         said.append("Boxes are exact: figures measured here are a diagnostic, and say little of real cameras.")
-    said.append("Sequences of one scene share people and time, so that their errors are not independent of each other.")
+    if origin.files:
+        said.append("The source is public: whoever has it knows the truth, even where it is not told.")
+    if info.scenes:
+        said.append("Sequences of one scene share people and time, so that their errors are not independent.")
     return tuple(said)
 
 
@@ -176,13 +173,11 @@ def _biases(recorded: bool) -> tuple[str, ...]:
     if not recorded:
         return (
             "People move by one program's rules. Whatever real people do that these rules lack is missing here: a "
-            "solver "
-            "that knows the rules has an advantage it would not have outside.",
+            "solver that knows the rules has an advantage it would not have outside.",
         )
     return (
         "The people are those of a few recordings: how people walk, how near they come and how tall they are differs "
-        "from place "
-        "to place, and with age, ability, time of day and purpose. None of this was recorded of them.",
+        "from place to place, and with age, ability, time of day and purpose. None of this was recorded of them.",
     )
 
 
@@ -193,13 +188,11 @@ def _privacy(footage: bool, recorded: bool) -> str:
     if footage:
         return (
             f"The data hold boxes and, where measured, places {filmed}. There are no names or faces here; with the "
-            "pictures "
-            "of the source, which are not included, people could be recognised. Do not try to."
+            "pictures of the source, which are not included, people could be recognised. Do not try to."
         )
     return (
         f"The data hold the paths {filmed}. There are no names, faces or pictures here, but whoever knows who was "
-        "where and "
-        "when could recognise a person by the path. Do not try to. Nothing else about them is in the data."
+        "where and when could recognise a person by the path. Do not try to. Nothing else about them is in the data."
     )
 
 
@@ -208,8 +201,7 @@ def _uses(info: DatasetInfo) -> tuple[str, ...]:
     if info.truth == "whole" and info.seed is not None:
         uses.append(
             "Training and validation, as long as no sequence of a tested scene is used: cut by time or by recording, "
-            "never "
-            "at random."
+            "never at random."
         )
     return tuple(uses)
 
@@ -222,24 +214,18 @@ def _misuses(recorded: bool) -> tuple[str, ...]:
 
 
 def _sharing(licence: str, origin: Origin) -> str:
-    if origin.is_own:
+    if origin.licence in OWN:
         return f"The recording belongs to whoever made it, and so does the licence: {_full(licence)}"
     hub = hub_identifier(licence)
     if hub == "unknown":
         return (
             f"Licence of the source: {licence}. Nobody has allowed the source to be passed on, and tables and truth "
-            "are made "
-            "of it: share the command, not the folder."
+            "are made of it: share the command, not the folder."
         )
     if hub == "other":
-        return (
-            f"Licence of the source: {licence}. Read it before you pass this folder on: the tables are made of the "
-            "source."
-        )
+        return f"Licence of the source: {licence}. The tables are made of it: read it before you pass this folder on."
     if "-sa-" in hub:
-        return (
-            f"Licence: {_full(licence)} What is made of it may be passed on under the same licence only, with credit."
-        )
+        return f"Licence: {_full(licence)} What is made of it may be passed on under the same licence, with credit."
     return f"Licence: {_full(licence)}"
 
 
@@ -248,8 +234,7 @@ def _maintenance(publisher: Publisher) -> str:
     return (
         "The folder never changes: its id stands for all parameters, dataset.json has the SHA-256 of every table, and "
         "`vbbench verify` checks them. A mistake that is mended gives a dataset of another id; the changelog of "
-        "vbbench says "
-        f"so.{contact}"
+        f"vbbench says so.{contact}"
     )
 
 

@@ -46,7 +46,8 @@ class Subject:
     @property
     def is_footage(self) -> bool:
         """Whether a real camera, or a game's, saw the boxes."""
-        return "every" in self.info.definition
+        definition = self.info.definition
+        return "every" in definition.get("of", definition)
 
     @property
     def tables(self) -> list[str]:
