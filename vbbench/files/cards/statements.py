@@ -114,13 +114,12 @@ def _preprocessing(info: DatasetInfo, origin: Origin, footage: bool) -> tuple[st
         f"Tier `{info.tier}`.{tier} Solvers are told these errors: {told_noise(info)}.",
     ]
     if info.truth in ("whole", "poses"):
-        steps.append(
-            "Every sequence has a world of its own, a random turn and shift of its scene: places in two differ."
-        )
+        steps.append("Every sequence has a world of its own: its scene, turned and shifted at random.")
     if not footage:
         told = f"N({info.height_mean:g}, {info.height_std:g}²) m"
         steps.append(f"People's heights are drawn, not measured; solvers are told {told}.")
-    if grid := info.definition.get("grid"):
+    grid = info.definition.get("grid")
+    if isinstance(grid, float):
         steps.append(f"Places in the source are multiples of {grid:g} m, and were spread within that by the seed.")
     if "import" in info.definition:
         steps.append("Boxes and tracks are those of another program, read by `vbbench import mot`.")

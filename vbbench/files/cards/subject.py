@@ -46,8 +46,8 @@ class Subject:
     @property
     def is_footage(self) -> bool:
         """Whether a real camera, or a game's, saw the boxes."""
-        definition = self.info.definition
-        return "every" in definition.get("of", definition)
+        imported = self.info.definition.get("of")
+        return "every" in (imported if isinstance(imported, dict) else self.info.definition)
 
     @property
     def tables(self) -> list[str]:

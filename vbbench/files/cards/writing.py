@@ -26,8 +26,8 @@ _NOT_OURS = f"; its {README} is not one of vbbench's cards and was not checked"
 _LONGEST_README = 2**22
 
 
-def write_cards(folder: Path, card: "Card | None" = None, publisher: Publisher | None = None) -> tuple[Path, Path]:
-    """Write ``README.md`` and ``croissant.json`` of the complete dataset in ``folder``; return their paths.
+def card_texts(folder: Path, card: "Card | None" = None, publisher: Publisher | None = None) -> dict[str, str]:
+    """The text of each card of the complete dataset in ``folder``, by file name.
 
     Nothing but ``dataset.json`` is read, so that nothing can be told that is not published.
 
@@ -46,14 +46,18 @@ def write_cards(folder: Path, card: "Card | None" = None, publisher: Publisher |
         publisher=publisher or Publisher(),
     )
     said = statements_of(subject)
-    for name, text in {README: readme(subject, said), CROISSANT: croissant(subject, said)}.items():
+    return {README: readme(subject, said), CROISSANT: croissant(subject, said)}
+
+
+def write_cards(folder: Path, card: "Card | None" = None, publisher: Publisher | None = None) -> list[Path]:
+    """Write the cards of the complete dataset in ``folder``; return their paths. See `card_texts`."""
+    texts = card_texts(folder, card, publisher)
+    for name, text in texts.items():
         write_text_atomically(folder / name, text)
-    return folder / README, folder / CROISSANT
+    return [folder / name for name in texts]
 
 
-def card_dataset(
-    folder: Path | str, publisher: Publisher | None = None, *, overwrite: bool = False
-) -> tuple[Path, Path]:
+def card_dataset(folder: Path | str, publisher: Publisher | None = None, *, overwrite: bool = False) -> list[Path]:
     """Write the cards of an existing dataset; see `write_cards`.
 
     Raises
