@@ -26,7 +26,7 @@ from vbbench.files.cards.columns import TABLE_MEANINGS
 from vbbench.files.cards.front_matter import size_category
 from vbbench.files.cards.licences import hub_identifier, licence_address
 from vbbench.files.cards.origin import Publisher
-from vbbench.files.cards.writing import CROISSANT, README, card_dataset
+from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TABLES
 from vbbench.files.dataset_info import DatasetInfo
@@ -246,6 +246,12 @@ def test_withheld_truth_stays_withheld(tmp_path: Path) -> None:
     assert not list((tmp_path / "d.truth").glob("*.md"))
     card_dataset(folder, overwrite=True)
     assert {name: (folder / name).read_text("utf-8") for name in texts} == texts
+
+
+def test_nothing_but_dataset_json_is_read(crowd: Path, tmp_path: Path) -> None:
+    """However large the tables are, cards take no longer."""
+    (tmp_path / "dataset.json").write_bytes((crowd / "dataset.json").read_bytes())
+    assert card_texts(tmp_path) == {name: (crowd / name).read_text("utf-8") for name in (README, CROISSANT)}
 
 
 def test_merged_partitions_have_the_same_cards(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
