@@ -8,6 +8,7 @@ from vbbench import __version__
 from vbbench.generation.footage import FOOTAGE
 from vbbench.paper import the_paper
 from vbbench.protocol import get_protocol
+from vbbench.version import INSTALL
 from vbbench_leaderboards.charts.task import task_drawing
 from vbbench_leaderboards.markup import code, link, text
 from vbbench_leaderboards.page.headline import headline_table
@@ -42,7 +43,7 @@ def front_page(site: Site) -> str:
         level=f"{LEVEL:g}",
         caps=_caps(),
         paper=link(the_paper().link, the_paper().source),
-        commands=code(take_part_lines(site), "Lines that add a solver"),
+        commands=code([INSTALL, *take_part_lines(site)], "Lines that add a solver"),
         count=sum(map(len, site.results.values())),
         boards_count=len(site.results),
     )
