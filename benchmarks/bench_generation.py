@@ -36,8 +36,7 @@ def plan() -> Reprojection:
         return load("generator", "students").plan(options)
     except SourceMissingError:
         scenes = [record_plaza(0, index, 60, 500) for index in range(2)]
-        card = Card(name="made", title="Made crowds", licence="", citation="", sources=())
-        return plan_reprojection(card, Rules(skip_first_frames=1), scenes, options, {})
+        return plan_reprojection(_Made.card, Rules(skip_first_frames=1), scenes, options, {})
 
 
 def as_table(laid_out: Reprojection, scene: int) -> pd.DataFrame:
@@ -101,6 +100,8 @@ def _split() -> tuple[str, Options]:
 
 
 class _Made:
+    card = Card(name="made", title="Made crowds", licence="", citation="", sources=())
+
     def plan(self, _options: Options) -> Reprojection:
         return plan()
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import PART_SIZE
-from vbbench.generation.generator import Generator, Options, Plan
+from vbbench.generation.generator import Card, Generator, Options, Plan
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -69,6 +69,12 @@ def sequence_of(frame: Frame) -> int:
 
 class SlowDemo:
     """The split."""
+
+    @property
+    def card(self) -> Card:
+        """That of the split which it slows down."""
+        generator: Generator = load("generator", "demo")
+        return generator.card
 
     def plan(self, options: Options) -> SlowPlan:
         generator: Generator = load("generator", "demo")
