@@ -1,17 +1,22 @@
-"""A row's figures one after the other: a line the height of a word, with a dot for each and a band for its interval."""
+"""A row's figures one after the other: a line the height of a word, with a dot for each and a bar for its interval."""
 
 from collections.abc import Sequence
 
-from vbbench_leaderboards.charts.svg import Series, axis_over, figure, line, number
+from vbbench_leaderboards.charts.svg import Axis, Series, figure, line, number
 
 _WIDTH, _HEIGHT = 150, 44
 _EDGE = 7
+_LEAST = 1e-6
+"""The least that the height stands for: figures that are all the same have one, too."""
 
 
 def trend(name: str, series: Series, says: str, points: Sequence[tuple[float, float | None, float | None]]) -> str:
-    """The chart of figures with the ends of their intervals, the oldest left; ``name`` is unique on the page."""
+    """The chart of figures with the ends of their intervals, the oldest left; ``name`` is unique on the page.
+
+    Its height is that of the intervals: what can be seen is more than they explain.
+    """
     values = [value for point in points for value in point if value is not None]
-    y = axis_over(values, _HEIGHT - _EDGE, _EDGE, log=False)
+    y = Axis(low=min(values), high=max(*values, min(values) + _LEAST), start=_HEIGHT - _EDGE, end=_EDGE, log=False)
     step = (_WIDTH - 2 * _EDGE) / max(len(points) - 1, 1)
     across = [_EDGE + n * step for n in range(len(points))]
     bars = [

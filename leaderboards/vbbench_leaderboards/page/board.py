@@ -28,6 +28,7 @@ def board_html(site: Site, board: Board) -> str:
             _heading(site, board),
             _caution(site, board),
             _tools(site, board),
+            '<p class="note" id="board-note" role="status" hidden></p>',
             '<p class="unseen" id="board-says" role="status"></p>',
             board_table(site, board),
             '<p id="nothing-found" class="note" hidden>No solver fits what is chosen above.</p>',

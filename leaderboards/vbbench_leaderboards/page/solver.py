@@ -33,7 +33,7 @@ def solver_html(site: Site, solver: str) -> str:
     own = site.solvers[solver]
     return (
         f'<p class="trail"><a href="#/">All solvers</a></p>'
-        f'<h2 id="solver-title" tabindex="-1">{dot(site, solver)}{text(solver)}</h2>{_facts(site, own)}'
+        f'<h1 id="solver-title" tabindex="-1">{dot(site, solver)}{text(solver)}</h1>{_facts(site, own)}'
         f"{_standings(site, own)}{_history(site, own)}"
     )
 
@@ -64,45 +64,87 @@ def _said(words: Iterator[str]) -> str:
 
 def _standings(site: Site, own: Row) -> str:
     metric = error_terms()[HEADLINE_METRIC]
-    groups = (
-        ("Where it counts", [board for board in own if is_headline(board)]),
-        ("All other boards", [board for board in own if not is_headline(board)]),
-    )
-    tables = "".join(_table(site, own, name, boards) for name, boards in groups if boards)
+    leading = [board for board in own if is_headline(board)]
+    tables = (_leading_table(site, own, leading) if leading else "") + _every_table(site, own)
     return (
-        f'<section aria-labelledby="standings-title"><h3 id="standings-title">Where it stands</h3><p class="lead">'
-        f"Ranks by {metric.name} among the solvers that compete; beside each the best and the worst rank that the data "
-        f"leave open.</p>{tables}</section>"
+        f'<section aria-labelledby="standings-title"><h2 id="standings-title">Where it stands</h2><p class="lead">'
+        f"Capped mean {metric.name} in {metric.unit} with its 95 % interval, and the rank among the solvers that "
+        f"compete; beside it the best and the worst rank that the data leave open.</p>{tables}</section>"
     )
 
 
-def _table(site: Site, own: Row, name: str, boards: list[Board]) -> str:
+def _leading_table(site: Site, own: Row, boards: list[Board]) -> str:
+    """The boards that lead the front page, a row each."""
     term = error_terms()[HEADLINE_METRIC]
     heads = ("Rank", f"{term.name}, {term.unit}", "Lost", "Coverage", "Date")
-    digits = decimals(value for board in boards if (value := headline(own[board], HEADLINE_METRIC).value))
-    rows = "".join(_row(site, board, own[board], digits) for board in boards)
+    digits = _digits(own, boards)
+    rows = "".join(_leading_row(site, board, own[board], digits) for board in boards)
     head = "".join(f'<th scope="col" class="num">{word}</th>' for word in heads)
     return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{name}"><table class="plain standings">'
-        f'<caption>{name}</caption><thead><tr><th scope="col">Board</th>{head}</tr></thead><tbody>{rows}</tbody>'
-        "</table></div>"
+        '<div class="scroll" tabindex="0" role="region" aria-label="Boards like a real camera, and real ones">'
+        f'<table class="plain standings stacked"><thead><tr><th scope="col">Board</th>{head}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
     )
 
 
-def _row(site: Site, board: Board, result: Result, digits: int) -> str:
-    found, place = headline(result, HEADLINE_METRIC), site.rankings[board][HEADLINE_METRIC].places[result.solver]
-    of = sum(row.about.sees_the_future is result.about.sees_the_future for row in site.results[board])
-    open_ranks = "" if place.best == place.worst else f'<span class="ci">{place.best}–{place.worst}</span>'
+def _leading_row(site: Site, board: Board, result: Result, digits: int) -> str:
     lost = failure_rate(result)
-    cells = (
-        f'<b>{place.rank}</b><span class="of"> of {of}</span>{open_ranks}',
-        NONE if found.value is None else f"{padded(found.value, digits)}{interval(found, digits)}",
-        NONE if lost is None else percent(lost),
-        percent(result.score["coverage"]),
-        f"<time>{text(result.about.date)}</time>",
-    )
-    shown = "".join(f'<td class="num">{cell}</td>' for cell in cells)
+    cells = {
+        "Rank": _rank(site, board, result),
+        "Error": _error(result, digits),
+        "Lost": NONE if lost is None else percent(lost),
+        "Coverage": percent(result.score["coverage"]),
+        "Date": f"<time>{text(result.about.date)}</time>",
+    }
+    shown = "".join(f'<td class="num" data-label="{name}">{cell}</td>' for name, cell in cells.items())
     return f"<tr>{_board_cell(board)}{shown}</tr>"
+
+
+def _every_table(site: Site, own: Row) -> str:
+    """Every board: a row for each split and tier, a column for each protocol."""
+    datasets = list(dict.fromkeys((board.split, board.tier) for board in own))
+    columns = [name for name in PROTOCOLS if any(board.protocol == name for board in own)]
+    heads = "".join(f'<th scope="col" class="num">{text(term_of(PROTOCOLS, name).full)}</th>' for name in columns)
+    digits = _digits(own, list(own))
+    rows = "".join(_dataset_row(site, own, split, tier, columns, digits) for split, tier in datasets)
+    return (
+        '<h3 id="every-title">All boards</h3><div class="scroll" tabindex="0" role="region" '
+        f'aria-labelledby="every-title"><table class="plain standings stacked four" id="every"><thead><tr>'
+        f'<th scope="col">Data</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
+    )
+
+
+def _dataset_row(site: Site, own: Row, split: str, tier: str, columns: list[str], digits: int) -> str:
+    cells = []
+    for name in columns:
+        board = Board(split=split, tier=tier, protocol=name)
+        shown = NONE
+        if board in own:
+            link_to = f'<a href="{text(board_address(board))}">{_error(own[board], digits, between=False)}</a>'
+            shown = f'{link_to}<span class="ci">rank {_rank(site, board, own[board], among=False)}</span>'
+        cells.append(f'<td class="num" data-label="{text(term_of(PROTOCOLS, name).full)}">{shown}</td>')
+    words = f'{text(split)} <span class="which">{text(term_of(tiers(), tier).name)}</span>'
+    return f'<tr><th scope="row">{words}</th>{"".join(cells)}</tr>'
+
+
+def _rank(site: Site, board: Board, result: Result, *, among: bool = True) -> str:
+    place = site.rankings[board][HEADLINE_METRIC].places[result.solver]
+    of = sum(row.about.sees_the_future is result.about.sees_the_future for row in site.results[board])
+    if not among:
+        return f"{place.rank} of {of}"
+    open_ranks = "" if place.best == place.worst else f'<span class="ci">{place.best}–{place.worst}</span>'
+    return f'<b>{place.rank}</b><span class="of"> of {of}</span>{open_ranks}'
+
+
+def _error(result: Result, digits: int, *, between: bool = True) -> str:
+    found = headline(result, HEADLINE_METRIC)
+    if found.value is None:
+        return NONE
+    return padded(found.value, digits) + (interval(found, digits) if between else "")
+
+
+def _digits(own: Row, boards: list[Board]) -> int:
+    return decimals(value for board in boards if (value := headline(own[board], HEADLINE_METRIC).value))
 
 
 def _board_cell(board: Board) -> str:
@@ -115,7 +157,7 @@ def _history(site: Site, own: Row) -> str:
     told = {board: result for board, result in own.items() if result.history}
     if not told:
         words = "Nothing yet: no figure of this solver has taken the place of another."
-        return f'<section aria-labelledby="history-title"><h3 id="history-title">History</h3><p>{words}</p></section>'
+        return f'<section aria-labelledby="history-title"><h2 id="history-title">History</h2><p>{words}</p></section>'
     counting = {board: result for board, result in told.items() if is_headline(board)} or told
     rest = {board: result for board, result in told.items() if board not in counting}
     name = error_terms()[HEADLINE_METRIC].name
@@ -125,7 +167,7 @@ def _history(site: Site, own: Row) -> str:
         else ""
     )
     return (
-        '<section aria-labelledby="history-title"><h3 id="history-title">History</h3><p class="lead">Capped mean '
+        '<section aria-labelledby="history-title"><h2 id="history-title">History</h2><p class="lead">Capped mean '
         f"{name} of each result that stood on the board, the newest last. Where the data were made anew, or the "
         "protocol changed, the task was another: only a change well beyond the intervals says something of the "
         f"solver.</p>{_past_table(site, counting, 'counting')}{folded}</section>"
@@ -137,7 +179,7 @@ def _past_table(site: Site, told: Row, name: str) -> str:
     heads = '<th scope="col">Board</th><th scope="col">Course</th><th scope="col">Results, the newest last</th>'
     return (
         '<div class="scroll" tabindex="0" role="region" aria-label="Table of earlier results">'
-        f'<table class="plain past"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
+        f'<table class="plain past stacked"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
     )
 
 
@@ -150,7 +192,7 @@ def _past_row(site: Site, n: int, board: Board, result: Result, name: str) -> st
     series = Series(solver=result.solver, colour=site.colours[result.solver])
     drawn = trend(f"trend-{name}-{n}", series, says, points) if points else NONE
     entries = "".join(_entry(past, course[k - 1] if k else None, most) for k, past in enumerate(course))
-    return f'<tr>{_board_cell(board)}<td>{drawn}</td><td><ol class="entries">{entries}</ol></td></tr>'
+    return f'<tr>{_board_cell(board)}<td class="wide-cell">{drawn}</td><td class="wide-cell"><ol class="entries">{entries}</ol></td></tr>'
 
 
 def _entry(past: Past, before: Past | None, most: int) -> str:

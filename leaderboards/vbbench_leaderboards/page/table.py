@@ -171,7 +171,8 @@ _READING = (
 def _quoted_row(row: Quoted, digits: Mapping[str, int]) -> str:
     cells = "".join(_quoted_cells(row, metric, digits[metric]) for metric in error_terms())
     rest = f"{_EMPTY_MORE * len(drift_terms())}<td></td><td></td><td></td>{_EMPTY_MORE * 2}"
-    words = f'<span class="about">paper, read as {QUOTED_PROTOCOL}</span>'
+    fits = f"read as {QUOTED_PROTOCOL}" if len(row.figures) > 1 else "no single reading fits"
+    words = f'<span class="about">paper, {fits}</span>'
     return f'<tr><td class="rank"></td><th scope="row" class="name">{text(row.solver)}{words}</th>{cells}{rest}</tr>'
 
 
