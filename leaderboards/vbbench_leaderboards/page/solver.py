@@ -192,7 +192,8 @@ def _past_row(site: Site, n: int, board: Board, result: Result, name: str) -> st
     series = Series(solver=result.solver, colour=site.colours[result.solver])
     drawn = trend(f"trend-{name}-{n}", series, says, points) if points else NONE
     entries = "".join(_entry(past, course[k - 1] if k else None, most) for k, past in enumerate(course))
-    return f'<tr>{_board_cell(board)}<td class="wide-cell">{drawn}</td><td class="wide-cell"><ol class="entries">{entries}</ol></td></tr>'
+    told = f'<td class="wide-cell">{drawn}</td><td class="wide-cell"><ol class="entries">{entries}</ol></td>'
+    return f"<tr>{_board_cell(board)}{told}</tr>"
 
 
 def _entry(past: Past, before: Past | None, most: int) -> str:

@@ -6,7 +6,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from vbbench.registry import registered
-from vbbench_leaderboards.checks.bundled import bundled_solvers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +26,17 @@ class Source:
 
 def bundled_sources(solvers: Iterable[str]) -> dict[str, Source]:
     """The sources of those solvers that come with vbbench, by name."""
-    points, own = registered("solver"), set(bundled_solvers())
     found = {}
     for name in solvers:
-        module = points[name].value.partition(":")[0] if name in own and name in points else ""
-        spec = find_spec(module) if module else None
+        place = _bundled(name)
+        spec = find_spec(place.partition(":")[0]) if place else None
         if spec is not None and spec.origin is not None:
-            address = f"code/{module.replace('.', '/')}.py.txt"
-            text = Path(spec.origin).read_text("utf-8")
-            found[name] = Source(place=points[name].value, address=address, text=text)
+            address = f"code/{spec.name.replace('.', '/')}.py.txt"
+            found[name] = Source(place=place, address=address, text=Path(spec.origin).read_text("utf-8"))
     return found
+
+
+def _bundled(solver: str) -> str:
+    """The ``module:class`` of a solver that this distribution registers; empty for any other."""
+    point = registered("solver").get(solver)
+    return point.value if point and point.dist and point.dist.name == "vbbench" else ""
