@@ -137,6 +137,8 @@ def test_the_sequences_where_they_differ_most_are_one_click_from_the_player(open
     page.go_back()
     expect(page.locator("#comparison-title")).to_be_visible()
     expect(page.locator(".film")).to_have_count(6)
+    page.locator(".film").first.dispatch_event("click")
+    expect(page.locator("[data-clock]")).to_be_visible()
 
 
 def test_the_comparison_follows_the_keyboard(open_page: Open) -> None:

@@ -104,7 +104,7 @@ def _solver(site: Site, result: Result) -> str:
     code = code_link(site, result)
     words = f'<span class="about">{text(result.about.timing)}{f" · {code}" if code else ""}</span>'
     name = f"{dot(site, result.solver)}{solver_link(result.solver)}"
-    return f'<th scope="row" class="name" data-column="solver" data-value="{text(result.solver)}">{name}{words}</th>'
+    return f'<th scope="row" class="name" data-value="{text(result.solver)}">{name}{words}</th>'
 
 
 def _metric_cells(result: Result, metric: str, digits: int) -> Iterator[str]:

@@ -87,9 +87,8 @@
     const tip = `Sequence ${row.sequence}: A ${show(row.a)}, B ${show(row.b)} ${view.metric.unit}${films ? "; click to watch" : ""}`;
     const dot = draw("circle", { class: "seq" + colour + (films ? " film" : ""), cx: across.toFixed(1), cy: up.toFixed(1),
       r: films ? 5 : 4, "data-tip": tip });
-    if (!films) return dot;
-    const link = draw("a", { href: vbbench.comparison.address(view, row.sequence), "aria-label": tip }, dot);
-    return link;
+    if (films) dot.addEventListener("click", () => { location.hash = vbbench.comparison.address(view, row.sequence); });
+    return dot;
   }
 
   /** Every sequence's A − B as a bar, the smallest left. */
@@ -111,6 +110,8 @@
     const won = values.filter((value) => value < 0).length, lost = values.filter((value) => value > 0).length;
     const parts = [...grid, ...sorted.map(bar), words(0, 14, `${metric.name} of A − B, ${metric.unit}`, "axis-name"),
       words(LEFT, HEIGHT - BOTTOM + 22, `A is better in ${won}`, "tick"),
+      ...(won + lost < rows.length ? [words((LEFT + WIDTH - RIGHT) / 2, HEIGHT - BOTTOM + 22,
+        `alike in ${rows.length - won - lost}`, "tick", "middle")] : []),
       words(WIDTH - RIGHT, HEIGHT - BOTTOM + 22, `B is better in ${lost}`, "tick", "end")];
     const text = `${won} sequences in which A is better, ${lost} in which B is.`;
     return figureOf(frame("in-order", `${metric.name} of A − B in every sequence`, text, parts),
