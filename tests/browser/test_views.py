@@ -134,6 +134,7 @@ def test_the_sequences_where_they_differ_most_are_one_click_from_the_player(open
     expect(page.locator("[data-clock]")).to_be_visible()
     assert f"sequence={sequence}" in page.url
     assert "solvers=vb-cv,cv" in page.url
+    assert page.title().startswith("Sequences of demo, sequential, noisy")
     page.go_back()
     expect(page.locator("#comparison-title")).to_be_visible()
     expect(page.locator(".film")).to_have_count(6)
@@ -157,6 +158,7 @@ def test_the_comparison_follows_the_keyboard(open_page: Open) -> None:
     expect(page.locator("#comparison")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.locator("#board-table")).to_have_attribute("data-board", DEMO.key)
+    expect(page.locator("#board-title")).to_be_focused()
 
 
 def test_a_comparison_with_nobody_is_with_somebody_else_and_says_so(open_page: Open) -> None:

@@ -96,6 +96,7 @@
     if (playing) vbbench.player.unmount();
     only("player");
     playing = board.key;
+    document.title = "Sequences of " + board.words + TITLE;
     leadBack(board);
     const onState = (options) => replace({ board: board.key, view: "play", options: asText(options) });
     vbbench.player.mount(places.player, { board, state: state.options, onState });
@@ -130,9 +131,14 @@
 
   /** Where a view begins: seen, and read out. @param {HTMLElement} place @param {HTMLElement} top */
   function arrive(place, top) {
+    focusHeading(place);
+    top.scrollIntoView({ behavior: "instant" });
+  }
+
+  /** @param {HTMLElement} place of which the link that led here is gone */
+  function focusHeading(place) {
     const heading = /** @type {HTMLElement | null} */ (place.querySelector("[tabindex='-1']"));
     if (heading) heading.focus({ preventScroll: true });
-    top.scrollIntoView({ behavior: "instant" });
   }
 
   /** @param {string} name @param {number} own */
@@ -168,6 +174,7 @@
   /** @param {any} state @param {number} own */
   async function showBoard(state, own) {
     const key = state.kind === "board" ? state.board : first;
+    const came = document.body.dataset.view;
     aim(key, { view: "", options: {} });
     const board = await vbbench.load(key);
     if (own !== turn) return;
@@ -175,7 +182,10 @@
     const films = state.view === "play" && board.playable.length;
     if (films) await showPlayer(board, state, own);
     else if (state.view === "compare" && board.solvers.length > 1) await showComparison(board, state, own);
-    else showTable(board, { ...state, board: key, view: "" });
+    else {
+      showTable(board, { ...state, board: key, view: "" });
+      if (came && came !== "board") focusHeading(places.board);
+    }
     if (state.view === "play" && !films) vbbench.boards.note("Its sequences cannot be watched: this page was built without them.");
     if (own === 1 && !playing && state.kind === "board") boards.scrollIntoView({ behavior: "instant" });
   }
