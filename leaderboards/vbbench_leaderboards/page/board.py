@@ -10,6 +10,7 @@ from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
+from vbbench_leaderboards.page.downloads import download_links
 from vbbench_leaderboards.page.naming import board_address
 from vbbench_leaderboards.page.pairs import pair_tables
 from vbbench_leaderboards.page.people import people_table
@@ -32,6 +33,7 @@ def board_html(site: Site, board: Board) -> str:
             '<p class="unseen" id="board-says" role="status"></p>',
             board_table(site, board),
             '<p id="nothing-found" class="note" hidden>No solver fits what is chosen above.</p>',
+            download_links(board),
             _charts(site, board),
             people_table(site, board),
             pair_tables(board, site.rankings[board]),

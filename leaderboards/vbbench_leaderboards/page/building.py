@@ -14,6 +14,7 @@ from vbbench_leaderboards.charts.colours import colours_css
 from vbbench_leaderboards.markup import provided
 from vbbench_leaderboards.page.board import board_html
 from vbbench_leaderboards.page.comparing import comparison_key, comparison_values
+from vbbench_leaderboards.page.downloads import download_files
 from vbbench_leaderboards.page.front import front_page
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.solver import solver_key, solver_values
@@ -79,6 +80,7 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
         yield _data(comparison_key(board), comparison_values(site, board))
     for solver in site.solvers:
         yield _data(solver_key(solver), solver_values(site, solver))
+    yield from download_files(site)
     yield from ((source.address, source.text) for source in {s.address: s for s in site.sources.values()}.values())
 
 
