@@ -38,16 +38,6 @@ def test_a_shared_address_opens_as_it_was(open_page: Open) -> None:
     expect(page.locator("th[data-column=dr]")).to_have_attribute("aria-sort", "descending")
 
 
-@pytest.mark.parametrize(
-    "address",
-    ["#/nowhere/one-step-noisy", "#/hotel", "#/%E0%A4%A", "#/hotel/rollout-noisy?by=nonsense&show=%25&order=sideways"],
-)
-def test_a_damaged_address_shows_a_board_all_the_same(address: str, open_page: Open) -> None:
-    page = open_page(address)
-    expect(page.locator("#board-table")).to_be_visible()
-    expect(page.get_by_role("alert")).to_have_count(0)
-
-
 def test_the_site_works_below_a_servers_folder(visitor: Callable[..., Visitor], address: str) -> None:
     guest = visitor(address)
     page = guest.open("#/hotel/sequential-noisy")

@@ -9,6 +9,8 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.made_site import HOSTILE, STRANGER, TWIN
 from vbbench.paper import the_paper
+from vbbench_leaderboards.markup import decimals
+from vbbench_leaderboards.markup import figure as figure_text
 from vbbench_leaderboards.results.boards import is_headline
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.results.standings import rank_apart
@@ -77,14 +79,14 @@ def test_every_column_sorts_both_ways(board: Board, open_page: Open, boards: Boa
 def test_the_figures_are_those_of_the_files(open_page: Open, boards: Boards) -> None:
     page = open_page(address(HOTEL))
     on_board(page, HOTEL)
-    for result in boards[HOTEL]:
+    rows = boards[HOTEL]
+    for result in rows:
         row = page.locator(f"#board-table tr[data-solver='{result.solver}']")
         for metric in METRICS:
             mean = result.score["metrics"][metric]["capped"]
             shown = row.locator(f"td[data-column={metric}]").inner_text().split()[0]
-            digits = len(shown.partition(".")[2])
-            assert digits >= 3
-            assert shown.startswith(f"{mean:.{digits}f}"), (result.solver, metric)
+            assert shown == figure_text(mean, decimals(row.score["metrics"][metric]["capped"] for row in rows))
+            assert 2 <= len(shown.replace(".", "").lstrip("0")) <= 3, (result.solver, metric)
 
 
 @pytest.mark.parametrize("board", [DEMO, HOTEL], ids=SPLITS)
@@ -197,14 +199,16 @@ def test_the_papers_rows_are_quoted_and_take_no_rank(open_page: Open) -> None:
     on_board(page, board)
     quoted = page.locator("#board-table .quoted")
     expect(quoted.locator("tr").first).to_contain_text("not measured here, not ranked")
+    expect(quoted.locator("tr").first).to_contain_text("The paper's text describes sequential")
     printed = the_paper().select("hotel", "ideal")
     wanted = {
         row.solver: [f"{row.figures[metric]:.3f}" for metric in METRICS if metric in row.figures] for row in printed
     }
     for row in quoted.locator("tr").all()[1:]:
         assert row.locator("td").first.inner_text() == ""
-        name = row.locator("th").inner_text()
+        name = row.locator("th").inner_text().split("\n")[0]
         assert re.findall(r"\d\.\d+", row.inner_text()) == wanted[name]
+        assert re.search("read as one-step|no single reading fits", row.inner_text())
     page.locator("[data-sort=dt]").click()
     assert page.locator("#board-table tbody").last.get_attribute("class") == "quoted"
 
@@ -216,4 +220,5 @@ def test_a_strangers_words_are_words(open_page: Open) -> None:
     row = page.locator(f"#board-rows tr[data-solver='{STRANGER}']")
     assert page.locator("#who img").count() == 0
     assert row.locator("img").count() == 0
-    assert row.get_by_role("link", name=STRANGER).get_attribute("href") == "https://example.org/?a=1&b=2"
+    assert row.get_by_role("link", name=STRANGER).get_attribute("href") == f"#/solver/{STRANGER}"
+    assert row.get_by_role("link", name="code").get_attribute("href") == "https://example.org/?a=1&b=2"

@@ -14,6 +14,7 @@ from vbbench_leaderboards.checks.drift import drift, record_faults
 from vbbench_leaderboards.checks.recount import count_faults, summary_faults
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import read_datasets, read_results, record_paths, result_paths
+from vbbench_leaderboards.results.history import history_faults
 from vbbench_leaderboards.results.result import Result, table_hashes
 
 
@@ -52,7 +53,8 @@ def check(
         faults += [f"{results / record.path}: {fault}" for fault in (*_contradictions(record), *again)]
     for result in usable:
         record = records[result.board.split, result.board.tier]
-        faults += [f"{results / result.path}: {fault}" for fault in count_faults(result, record)]
+        own = (*count_faults(result, record), *history_faults(result.history, result.about.date))
+        faults += [f"{results / result.path}: {fault}" for fault in own]
     faults += [f"{results / result.path}: {fault}" for result, fault in summary_faults(usable)]
     faults += _unmatched(usable, submissions, at_hand)
     rescored = list(_rescored(usable, _submissions_at_hand(work, submissions), at_hand))

@@ -12,6 +12,7 @@ from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
 from vbbench_leaderboards.page.downloads import download_links
 from vbbench_leaderboards.page.lines import again_lines
+from vbbench_leaderboards.page.naming import board_address
 from vbbench_leaderboards.page.pairs import pair_tables
 from vbbench_leaderboards.page.people import people_table
 from vbbench_leaderboards.page.site import Site
@@ -29,13 +30,14 @@ def board_html(site: Site, board: Board) -> str:
             _heading(site, board),
             _caution(site, board),
             _tools(site, board),
+            '<p class="note" id="board-note" role="status" hidden></p>',
             '<p class="unseen" id="board-says" role="status"></p>',
             board_table(site, board),
             '<p id="nothing-found" class="note" hidden>No solver fits what is chosen above.</p>',
             download_links(board),
-            people_table(site, board),
             _charts(site, board),
-            pair_tables(dict(site.rankings[board])),
+            people_table(site, board),
+            pair_tables(board, site.rankings[board]),
             _again(site, board),
             "" if board in site.playable else _NO_FILMS,
         ]
@@ -49,11 +51,17 @@ _NO_FILMS = (
 
 def _heading(site: Site, board: Board) -> str:
     protocol, tier = term_of(PROTOCOLS, board.protocol), term_of(tiers(), board.tier)
-    link = f'<a class="watch" id="watch" href="#/{text(board.key)}/play">Watch the sequences</a>'
-    watch = link if board in site.playable else ""
+    watch = compare = ""
+    if board in site.playable:
+        watch = f'<a class="watch" id="watch" href="{text(board_address(board, "play"))}">Watch the sequences</a>'
+    if len(site.results[board]) > 1:
+        compare = (
+            f'<a class="second" id="compare" href="{text(board_address(board, "compare"))}">Compare two solvers</a>'
+        )
     return (
         f'<div class="board-head"><h3 id="board-title" tabindex="-1">{text(board.split)} '
-        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>{watch}</div>'
+        f'<span class="which">{text(protocol.name)}, {text(tier.name)}</span></h3>'
+        f'<span class="ways">{compare}{watch}</span></div>'
         f'<p class="lead">{text(site.title(board.split))}. {text(protocol.meaning)} {text(tier.meaning)}</p>'
     )
 
@@ -74,7 +82,7 @@ def _tools(site: Site, board: Board) -> str:
     solvers = [result.solver for result in site.results[board]]
     chips = "".join(
         f'<label class="chip c{site.colours[solver]}"><input type="checkbox" name="solver" value="{text(solver)}" '
-        f'checked><span class="dot c{site.colours[solver]}"></span>{text(solver)}</label>'
+        f"checked>{text(solver)}</label>"
         for solver in solvers
     )
     return (
@@ -82,7 +90,7 @@ def _tools(site: Site, board: Board) -> str:
         '<span class="unseen">Filter solvers</span><input type="search" id="filter" placeholder="Filter solvers" '
         f'autocomplete="off"></label><fieldset class="chips" id="chips"><legend class="unseen">Solvers shown</legend>'
         f'{chips}</fieldset><button type="button" id="more-columns" aria-pressed="false" aria-controls="board-table">'
-        "More columns</button></div>"
+        '<span class="wide">More columns</span><span class="narrow">All columns</span></button></div>'
     )
 
 

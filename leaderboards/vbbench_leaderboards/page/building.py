@@ -10,11 +10,15 @@ from typing import Any
 from vbbench import __version__
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.folders.work_folder import WorkFolder
+from vbbench_leaderboards.charts.colours import colours_css
 from vbbench_leaderboards.markup import provided
 from vbbench_leaderboards.page.board import board_html
+from vbbench_leaderboards.page.comparing import comparison_key, comparison_values
 from vbbench_leaderboards.page.downloads import download_files
 from vbbench_leaderboards.page.front import front_page
 from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.page.solver import solver_key, solver_values
+from vbbench_leaderboards.page.words import PROTOCOLS, term_of, tiers
 from vbbench_leaderboards.player.writing import Films, write_player
 from vbbench_leaderboards.results.folder import read_datasets, read_results
 from vbbench_leaderboards.results.result import Board
@@ -70,9 +74,18 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
     yield "index.html", front_page(site)
     for asset in files("vbbench_leaderboards.page").joinpath("assets").iterdir():
         yield f"assets/{asset.name}", asset.read_text("utf-8")
+    yield "assets/colours.css", colours_css()
     for board in site.boards:
-        yield f"data/{board.key}.js", provided(board.key, _board(site, board))
+        yield _data(board.key, _board(site, board))
+        yield _data(comparison_key(board), comparison_values(site, board))
+    for solver in site.solvers:
+        yield _data(solver_key(solver), solver_values(site, solver))
     yield from download_files(site)
+    yield from ((source.address, source.text) for source in {s.address: s for s in site.sources.values()}.values())
+
+
+def _data(key: str, values: dict[str, Any]) -> tuple[str, str]:
+    return f"data/{key}.js", provided(key, values)
 
 
 def _board(site: Site, board: Board) -> dict[str, Any]:
@@ -84,6 +97,7 @@ def _board(site: Site, board: Board) -> dict[str, Any]:
         "tier": board.tier,
         "title": site.title(board.split),
         "caution": site.caution(board),
+        "words": f"{board.split}, {term_of(PROTOCOLS, board.protocol).name}, {term_of(tiers(), board.tier).name}",
         "solvers": [{"name": r.solver, "colour": site.colours[r.solver]} for r in site.results[board]],
         "playable": list(site.playable.get(board, ())),
         "html": board_html(site, board),

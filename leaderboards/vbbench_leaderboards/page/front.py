@@ -71,9 +71,10 @@ def _picker(site: Site) -> str:
     names = [name for name in _TIERS if name in shown]
     names += sorted(shown.difference(names, (PAPER_TIER,))) + [PAPER_TIER] * (PAPER_TIER in shown)
     kept = [split for split in site.splits if split in PAPER_SPLITS]
+    leading, solvers = " ".join(board.key for board in site.headlines), " ".join(site.solvers)
     return (
         f'<nav class="picker" id="picker" aria-label="Boards" data-boards="{text(boards)}" '
-        f'data-first="{text(site.first.key)}">'
+        f'data-first="{text(site.first.key)}" data-leading="{text(leading)}" data-solvers="{text(solvers)}">'
         f"{_splits(site, [split for split in site.splits if split not in kept])}"
         f"{_choices('protocol', PROTOCOLS, PROTOCOLS)}"
         f"{_choices('tier', names, tiers())}"

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from vbbench.protocol import get_protocol
-from vbbench_leaderboards.markup import NONE, decimals, percent, text
+from vbbench_leaderboards.markup import NONE, decimals, padded, percent, text
+from vbbench_leaderboards.page.naming import dot, solver_link
 from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.page.table import interval
 from vbbench_leaderboards.page.words import HEADLINE_METRIC, term_of, tiers
 from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, HEADLINE_TIER, is_real
 from vbbench_leaderboards.results.result import Board, Result
@@ -25,7 +27,7 @@ def headline_table(site: Site) -> str:
     )
     bodies = [f"<tbody>{rows}</tbody>" for rows in groups]
     return (
-        '<div class="scroll" tabindex="0" role="region" aria-label="Table of solvers"><table class="headline" '
+        '<div class="scroll" tabindex="0" role="region" aria-label="Table of solvers"><table class="headline stacked" '
         f'id="headline"><thead><tr><th scope="col">Solver</th>{"".join(_head(board) for board in boards)}</tr></thead>'
         f"{bodies[0]}{apart + bodies[1] if groups[1] else ''}</table></div>{_cautions(site, boards)}"
     )
@@ -35,7 +37,7 @@ def _head(board: Board) -> str:
     tier = term_of(tiers(), board.tier)
     kind = "real" if is_real(board) else "made"
     return (
-        f'<th scope="col" class="{kind}"><a href="#/{text(board.key)}">{text(board.split)}</a>'
+        f'<th scope="col" class="num {kind}"><a href="#/{text(board.key)}">{text(board.split)}</a>'
         f'<span class="about">{text("real footage" if is_real(board) else tier.name)}</span></th>'
     )
 
@@ -62,25 +64,23 @@ def _standing(own: dict[Board, Result], boards: Sequence[Board]) -> float:
 
 
 def _row(site: Site, solver: str, own: dict[Board, Result], boards: Sequence[Board]) -> str:
-    dot = f'<span class="dot c{site.colours[solver]}"></span>'
     cells = "".join(_cell(site, board, own.get(board)) for board in boards)
-    return f'<tr><th scope="row">{dot}{text(solver)}</th>{cells}</tr>'
+    return f'<tr><th scope="row">{dot(site, solver)}{solver_link(solver)}</th>{cells}</tr>'
 
 
 def _cell(site: Site, board: Board, result: Result | None) -> str:
     figure = None if result is None else headline(result, HEADLINE_METRIC)
-    classes = ["real"] if is_real(board) else []
+    classes = ["num", *(["real"] if is_real(board) else [])]
     if result is None or figure is None or figure.value is None:
-        return f'<td class="{" ".join(classes)}">{NONE}</td>'
+        return f'<td class="{" ".join(classes)}" data-label="{text(board.split)}">{NONE}</td>'
     if site.rankings[board][HEADLINE_METRIC].places[result.solver].rank == 1:
         classes.append("first")
-    digits = decimals([figure.value])
-    between = "" if figure.low is None else f"{figure.low:.{digits}f}–{figure.high:.{digits}f}"
+    digits = decimals(value for row in site.results[board] if (value := headline(row, HEADLINE_METRIC).value))
     lost = failure_rate(result)
     failures = "" if lost is None else f'<span class="lost">{percent(lost)} lost</span>'
     return (
-        f'<td class="{" ".join(classes)}"><b class="figure">{figure.value:.{digits}f}</b>'
-        f'<span class="ci">{between}</span>{failures}</td>'
+        f'<td class="{" ".join(classes)}" data-label="{text(board.split)}"><b class="figure">'
+        f"{padded(figure.value, digits)}</b>{interval(figure, digits)}{failures}</td>"
     )
 
 

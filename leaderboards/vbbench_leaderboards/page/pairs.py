@@ -1,17 +1,20 @@
 """The differences between every two solvers of a board that compete, folded away below it."""
 
 import math
+from collections.abc import Mapping
 
-from vbbench_leaderboards.markup import NONE, decimals, text
+from vbbench_leaderboards.markup import NONE, decimals, figure_decimals, signed, text
+from vbbench_leaderboards.page.naming import board_address
 from vbbench_leaderboards.page.words import error_terms
 from vbbench_leaderboards.results.ranking import LEVEL, Pair, Ranking
+from vbbench_leaderboards.results.result import Board
 
 
-def pair_tables(rankings: dict[str, Ranking]) -> str:
+def pair_tables(board: Board, rankings: Mapping[str, Ranking]) -> str:
     """A table per metric, folded away; empty where there is nobody to compare."""
     if not next(iter(rankings.values())).pairs:
         return ""
-    tables = "".join(_pair_table(metric, rankings[metric]) for metric in error_terms())
+    tables = "".join(_pair_table(board, metric, rankings[metric]) for metric in error_terms())
     return (
         '<details class="pairs" id="pairs"><summary>Differences between solvers</summary>'
         "<p>Mean over sequences of A − B, each error capped, with its 95 % interval: below zero, A is better. The "
@@ -21,31 +24,32 @@ def pair_tables(rankings: dict[str, Ranking]) -> str:
     )
 
 
-def _pair_table(metric: str, ranking: Ranking) -> str:
+def _pair_table(board: Board, metric: str, ranking: Ranking) -> str:
     term = error_terms()[metric]
     digits = decimals([pair.difference for pair in ranking.pairs])
-    rows = "".join(_pair_row(pair, digits) for pair in ranking.pairs)
+    rows = "".join(
+        _pair_row(pair, digits, board_address(board, "compare", a=pair.a, b=pair.b, by=metric))
+        for pair in ranking.pairs
+    )
     return (
         f'<div class="scroll" data-metric="{metric}" tabindex="0" role="region" aria-label="Differences in '
         f'{term.name}"><table class="plain"><thead><tr><th scope="col">A</th><th scope="col">B</th>'
         f'<th scope="col" class="num">{term.name} of A − B, {term.unit}</th><th scope="col" class="num">p</th>'
-        f'<th scope="col">Better</th></tr></thead><tbody>{rows}</tbody></table></div>'
+        f'<th scope="col">Better</th><td></td></tr></thead><tbody>{rows}</tbody></table></div>'
     )
 
 
-def _pair_row(pair: Pair, digits: int) -> str:
+def _pair_row(pair: Pair, digits: int, address: str) -> str:
     low, high = pair.ci95
     if math.isnan(pair.difference):
         figures = f'<td class="num">{NONE}</td><td class="num">{NONE}</td>'
     else:
         p = "&lt; 0.01" if pair.p < 0.01 else f"{pair.p:.2f}"
-        between = f'<span class="ci">{_signed(low, digits)} to {_signed(high, digits)}</span>'
-        figures = f'<td class="num">{_signed(pair.difference, digits)}{between}</td><td class="num">{p}</td>'
+        ends = " to ".join(f"{end:+.{figure_decimals(pair.difference, digits)}f}" for end in (low, high))
+        between = "" if math.isnan(low) else f'<span class="ci">{ends.replace("-", "−")}</span>'
+        figures = f'<td class="num">{signed(pair.difference, digits)}{between}</td><td class="num">{p}</td>'
     return (
         f'<tr><th scope="row">{text(pair.a)}</th><td>{text(pair.b)}</td>{figures}'
-        f"<td>{text(pair.better) if pair.better else 'not settled'}</td></tr>"
+        f"<td>{text(pair.better) if pair.better else 'not settled'}</td>"
+        f'<td><a href="{text(address)}" aria-label="Compare {text(pair.a)} and {text(pair.b)}">compare</a></td></tr>'
     )
-
-
-def _signed(value: float, digits: int) -> str:
-    return f"{value:+.{digits}f}".replace("-", "−")

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from vbbench_leaderboards.markup import NONE, link, text
+from vbbench_leaderboards.page.naming import code_link, dot, solver_link
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.results.result import Board, Result
 
@@ -25,24 +26,25 @@ def people_table(site: Site, board: Board) -> str:
     return (
         '<section class="who" aria-labelledby="who-title"><h4 id="who-title">The solvers</h4>'
         '<div class="scroll" tabindex="0" role="region" aria-label="Table of the solvers">'
-        f'<table class="plain" id="who"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div></section>'
+        f'<table class="plain stacked" id="who"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody>'
+        "</table></div></section>"
     )
 
 
 def _row(site: Site, result: Result) -> str:
-    dot = f'<span class="dot c{site.colours[result.solver]}"></span>'
     about = result.about.reference
     words = f'<span class="about">{link(about, about)}</span>' if about else ""
-    cells = "".join(f"<td>{cell}</td>" for cell in _cells(result))
-    return f'<tr><th scope="row">{dot}{text(result.solver)}{words}</th>{cells}</tr>'
+    pairs = zip(_HEADS[1:], _cells(site, result), strict=True)
+    cells = "".join(f'<td data-label="{name}">{cell}</td>' for name, cell in pairs)
+    return f'<tr><th scope="row">{dot(site, result.solver)}{solver_link(result.solver)}{words}</th>{cells}</tr>'
 
 
-def _cells(result: Result) -> Iterator[str]:
+def _cells(site: Site, result: Result) -> Iterator[str]:
     about = result.about
     yield text(about.timing)
     yield text(about.trained_on)
     yield text(about.tuned_on)
     yield text(about.authors)
     yield f"<time>{text(about.date)}</time>"
-    yield link(about.code, "code") if about.code else NONE
+    yield code_link(site, result) or NONE
     yield text(about.rerun_by) or "nobody yet"

@@ -2,16 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from vbbench.protocol import PROTOCOLS
+from vbbench_leaderboards.charts.colours import colour_number
+from vbbench_leaderboards.page.sources import Source, bundled_sources
 from vbbench_leaderboards.page.words import tiers
 from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, SPLITS, is_diagnostic, is_headline
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import Boards, Records
 from vbbench_leaderboards.results.ranking import Ranking
-from vbbench_leaderboards.results.result import Board
-
-COLOURS = 8
+from vbbench_leaderboards.results.result import Board, Result
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +32,7 @@ class Site:
     rankings: Mapping[Board, Mapping[str, Ranking]]
     playable: Mapping[Board, tuple[str, ...]]
 
-    @property
+    @cached_property
     def boards(self) -> list[Board]:
         """All boards in the order of the page."""
         return sorted(self.results, key=_place)
@@ -46,11 +47,25 @@ class Site:
         """The boards that the front page leads with: those of the tier that is like a real camera, then real ones."""
         return [board for board in self.boards if is_headline(board)]
 
-    @property
+    @cached_property
+    def solvers(self) -> dict[str, dict[Board, Result]]:
+        """Solver → board → its result there, boards in the order of the page."""
+        rows = [(result.solver, board, result) for board in self.boards for result in self.results[board]]
+        found: dict[str, dict[Board, Result]] = {name: {} for name in sorted({name for name, _, _ in rows})}
+        for name, board, result in rows:
+            found[name][board] = result
+        return found
+
+    @cached_property
+    def sources(self) -> dict[str, Source]:
+        """Solver → its source file, of those that come with vbbench and name no other code."""
+        silent = [name for name, own in self.solvers.items() if not any(row.about.code for row in own.values())]
+        return bundled_sources(silent)
+
+    @cached_property
     def colours(self) -> dict[str, int]:
-        """Solver → number of its colour, the same on every board."""
-        solvers = {result.solver for results in self.results.values() for result in results}
-        return {solver: n % COLOURS + 1 for n, solver in enumerate(sorted(solvers))}
+        """Solver → number of its colour, whatever else is shown."""
+        return {solver: colour_number(solver) for solver in self.solvers}
 
     @property
     def first(self) -> Board:

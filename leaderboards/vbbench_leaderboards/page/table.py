@@ -1,15 +1,16 @@
 """The table of a board: causal solvers, those that see the future, and the paper's rows below."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from vbbench.paper import Quoted, the_paper
 from vbbench.scoring.metrics import METRICS
-from vbbench_leaderboards.markup import NONE, decimals, link, percent, text
+from vbbench_leaderboards.markup import NONE, decimals, figure_decimals, link, padded, percent, text
+from vbbench_leaderboards.page.naming import code_link, dot, solver_link
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.page.words import COLUMNS, SUMMARIES, drift_terms, error_terms
+from vbbench_leaderboards.page.words import COLUMNS, HEADLINE_METRIC, SUMMARIES, drift_terms, error_terms
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.standings import failure_rate, headline, summary
+from vbbench_leaderboards.results.standings import Headline, failure_rate, headline, summary
 
 _MORE = "more"
 """Class of the columns that are shown on request only."""
@@ -45,10 +46,10 @@ def _apart(rows: str) -> str:
 
 
 def _heads() -> Iterator[str]:
-    yield _head("rank", COLUMNS["rank"].name, definition="rank")
+    yield _head("rank", COLUMNS["rank"].name, definition="rank", kind="num rank")
     yield _head("solver", "Solver", kind="name")
     for metric, term in error_terms().items():
-        yield _head(metric, term.name, term.unit, definition=metric)
+        yield _head(metric, term.name, term.unit, definition=metric, kind=f"num {_main(metric)}".strip())
         for key, how in SUMMARIES.items():
             name = f"{term.name} {how.name}"
             yield _head(f"{metric}_{key}", name, term.unit, definition=key, kind=f"num {_MORE}")
@@ -79,15 +80,15 @@ def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> st
     ranks = {metric: [place.rank, place.best, place.worst] for metric, place in own.items()}
     every = text(json.dumps(ranks, separators=(",", ":")))
     cells = [
-        f'<td class="num rank" data-ranks="{every}">{_rank(*ranks["dx"])}</td>',
+        f'<td class="num rank" data-column="rank" data-ranks="{every}">{_rank(*ranks["dx"])}</td>',
         _solver(site, result),
         *(cell for metric in error_terms() for cell in _metric_cells(result, metric, digits[metric])),
         *(_cell(drift, headline(result, drift).value, digits[drift], kind=_MORE) for drift in drift_terms()),
         _share("failures", failure_rate(result)),
         _share("coverage", score["coverage"], low=score["coverage"] < 1),
         _cell("time", None if seconds is None else 1e6 * seconds, 0),
-        f'<td class="{_MORE}">{text(result.version) or NONE}</td>',
-        f'<td class="{_MORE} hardware">{text(result.hardware) or NONE}</td>',
+        f'<td class="{_MORE}" data-column="version">{text(result.version) or NONE}</td>',
+        f'<td class="{_MORE} hardware" data-column="hardware">{text(result.hardware) or NONE}</td>',
     ]
     about = result.about
     said = [about.timing, about.reference, about.authors, about.trained_on, about.tuned_on]
@@ -100,17 +101,30 @@ def _rank(rank: int, best: int, worst: int) -> str:
 
 
 def _solver(site: Site, result: Result) -> str:
-    name = f'<span class="dot c{site.colours[result.solver]}"></span>{link(result.about.code, result.solver)}'
-    words = f'<span class="about">{text(result.about.timing)}</span>'
+    code = code_link(site, result)
+    words = f'<span class="about">{text(result.about.timing)}{f" · {code}" if code else ""}</span>'
+    name = f"{dot(site, result.solver)}{solver_link(result.solver)}"
     return f'<th scope="row" class="name" data-value="{text(result.solver)}">{name}{words}</th>'
 
 
 def _metric_cells(result: Result, metric: str, digits: int) -> Iterator[str]:
     figure, others = headline(result, metric), summary(result, metric)
-    between = "" if figure.low is None else f'<span class="ci">{figure.low:.{digits}f}–{figure.high:.{digits}f}</span>'
-    yield _cell(metric, figure.value, digits, after=between)
+    yield _cell(metric, figure.value, digits, kind=_main(metric), after=interval(figure, digits))
     for name in SUMMARIES:
         yield _cell(f"{metric}_{name}", others[name], digits, kind=_MORE)
+
+
+def interval(figure: Headline, digits: int) -> str:
+    """The interval of a ranking figure in a column of so many decimals, with as many as the figure has; or nothing."""
+    if figure.value is None or figure.low is None or figure.high is None:
+        return ""
+    own = figure_decimals(figure.value, digits)
+    return f'<span class="ci">{figure.low:.{own}f}–{figure.high:.{own}f}</span>'
+
+
+def _main(column: str) -> str:
+    """The class of the column by which the table is sorted at first, the one that a phone shows."""
+    return "main" if column == HEADLINE_METRIC else ""
 
 
 def _cell(column: str, value: float | None, digits: int, *, kind: str = "", after: str = "") -> str:
@@ -118,7 +132,7 @@ def _cell(column: str, value: float | None, digits: int, *, kind: str = "", afte
     classes = f"num {kind}".strip()
     if value is None:
         return f'<td class="{classes}" data-column="{column}" data-value="">{NONE}</td>'
-    return f'<td class="{classes}" data-column="{column}" data-value="{value:.9g}">{value:,.{digits}f}{after}</td>'
+    return f'<td class="{classes}" data-column="{column}" data-value="{value:.9g}">{padded(value, digits)}{after}</td>'
 
 
 def _share(column: str, share: float | None, *, low: bool = False) -> str:
@@ -134,20 +148,39 @@ def _ranking_figure(result: Result, metric: str) -> float:
 
 
 def _quoted_rows(board: Board) -> str:
-    """The paper's rows: quoted beside the board, unranked, and never part of its statistics."""
+    """The paper's rows: quoted beside the board, unranked, with what they are of, and never part of its statistics."""
     rows = the_paper().select(board.split, board.tier) if board.protocol == QUOTED_PROTOCOL else ()
     if not rows:
         return ""
     title = link(the_paper().link, f"the paper, Table {rows[0].table}")
-    words = f"Quoted from {title}: plain means, not measured here, not ranked"
+    words = f"Quoted from {title}: not measured here, not ranked. {_READING}"
     head = f'<tr><th colspan="{_columns()}" scope="rowgroup"><span>{words}</span></th></tr>'
-    return f'<tbody class="quoted">{head}{"".join(map(_quoted_row, rows))}</tbody>'
+    digits = {metric: decimals([row.figures.get(metric, 0.0) for row in rows]) for metric in error_terms()}
+    return f'<tbody class="quoted">{head}{"".join(_quoted_row(row, digits) for row in rows)}</tbody>'
 
 
-def _quoted_row(row: Quoted) -> str:
-    more = f'<td class="{_MORE}"></td>'
-    figures = [row.figures.get(metric) for metric in error_terms()]
-    means = [f'<td class="num">{NONE if value is None else f"{value:.3f}"}</td>' for value in figures]
-    cells = "".join(mean + more * len(SUMMARIES) for mean in means)
-    rest = f"{more * len(drift_terms())}<td></td><td></td><td></td>{more}{more}"
-    return f'<tr><td></td><th scope="row" class="name">{text(row.solver)}</th>{cells}{rest}</tr>'
+_READING = (
+    "<b>Which protocol?</b> The paper's text describes sequential. Nothing measured under that text comes near its VB "
+    "figures: Δx is 8.5 times as large. They are met under <b>one-step</b>, with heights known from the given "
+    "frames, so they stand here. Its CV and SF rows fit no single reading. All are plain means over frames, without a "
+    "cap."
+)
+"""What `vbbench reproduce readings` finds (docs/reproduce.md)."""
+
+
+def _quoted_row(row: Quoted, digits: Mapping[str, int]) -> str:
+    cells = "".join(_quoted_cells(row, metric, digits[metric]) for metric in error_terms())
+    rest = f"{_EMPTY_MORE * len(drift_terms())}<td></td><td></td><td></td>{_EMPTY_MORE * 2}"
+    fits = f"read as {QUOTED_PROTOCOL}" if len(row.figures) > 1 else "no single reading fits"
+    words = f'<span class="about">paper, {fits}</span>'
+    return f'<tr><td class="rank"></td><th scope="row" class="name">{text(row.solver)}{words}</th>{cells}{rest}</tr>'
+
+
+_EMPTY_MORE = f'<td class="{_MORE}"></td>'
+
+
+def _quoted_cells(row: Quoted, metric: str, digits: int) -> str:
+    value = row.figures.get(metric)
+    mean = '<span class="ci">plain mean</span>' if value is not None else ""
+    shown = NONE if value is None else f"{value:.{digits}f}"
+    return f'<td class="{f"num {_main(metric)}".strip()}">{shown}{mean}</td>{_EMPTY_MORE * len(SUMMARIES)}'

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.metrics import METRICS
@@ -72,7 +72,7 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     pairs = list(combinations(range(len(results)), 2))
     if not pairs:
         return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in METRICS}
-    timeline, figures = _figures(results)
+    timeline, _, figures = capped_table(results)
     differences = np.stack([figures[a] - figures[b] for a, b in pairs], axis=1)
     found = block_means(timeline, differences.reshape(len(differences), -1))
     shape = (len(pairs), len(METRICS))
@@ -92,8 +92,13 @@ def holm(p: FloatArray) -> FloatArray:
     return corrected
 
 
-def _figures(results: Sequence[Result]) -> tuple[Timeline, FloatArray]:
-    """When the sequences were that any of the results has, and capped figures [solvers, sequences, metrics] or NaN."""
+def capped_table(results: Sequence[Result]) -> tuple[Timeline, IntArray, FloatArray]:
+    """The sequences that any result of a board has, and all their capped errors.
+
+    Returns
+    -------
+    When the sequences were, their numbers [N], and figures [solvers, N, metrics], NaN where there is none.
+    """
     own = [result.per_sequence for result in results]
     columns = ("sequence", "scene", "first_frame", "last_frame")
     every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
@@ -102,7 +107,7 @@ def _figures(results: Sequence[Result]) -> tuple[Timeline, FloatArray]:
     figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
     for row, one in zip(figures, own, strict=True):
         row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
-    return Timeline.of(*every[first, 1:].T), figures
+    return Timeline.of(*every[first, 1:].T), sequences, figures
 
 
 def _ranking(

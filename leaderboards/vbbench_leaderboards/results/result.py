@@ -4,6 +4,7 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand be
 ``SPLIT/PROTOCOL-TIER/SOLVER.json`` below the folder of results.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
+from vbbench_leaderboards.results.history import Past, grown
 from vbbench_leaderboards.results.sealed_json import (
     FORMAT_VERSION,
     Block,
@@ -70,6 +72,7 @@ class Result:
     submission : file name → SHA-256 of the submission's tables, so that it can be told whether one at hand is the one.
     score : as ``vbbench score --json`` prints it, under the name that the solver goes by here.
     per_sequence : figures of each scored sequence, to float32.
+    history : what the row said before, the oldest first.
     """
 
     board: Board
@@ -84,11 +87,19 @@ class Result:
     submission: dict[str, str]
     score: dict[str, Any]
     per_sequence: PerSequence
+    history: tuple[Past, ...] = ()
 
     @property
     def path(self) -> Path:
         """Where its file lies below the folder of results."""
         return Path(self.board.key, f"{self.solver}.json")
+
+    @property
+    def present(self) -> Past:
+        """What the row says now, as its history will have it."""
+        protocol = f"{self.board.protocol}/{self.score['protocol_version']}"
+        said = {"date": self.about.date, "version": self.version, "vbbench": self.package_version}
+        return Past.of(self.score, dataset=self.dataset, protocol=protocol, **said)
 
     @staticmethod
     def of(score: Score, submission: Path, about: About, *, name: str = "") -> "Result":
@@ -140,11 +151,14 @@ def read_result(path: Path) -> Result:
         submission=values["submission"],
         score=values["score"],
         per_sequence=_per_sequence(values["per_sequence"], path),
+        history=_history(values),
     )
 
 
 def write_result(result: Result, results: Path, record: BoardDataset | None = None) -> Path:
     """Write the file of a result below the folder ``results``, whole or not at all, and return its path.
+
+    Figures of the solver that lie there already become part of the row's history.
 
     Parameters
     ----------
@@ -156,11 +170,31 @@ def write_result(result: Result, results: Path, record: BoardDataset | None = No
         If the result does not keep to the schema; nothing is written then.
     """
     path = results / result.path
-    text = sealed_text(_values(result), path, SCHEMA)
+    text = sealed_text(_values(_with_history(result, path)), path, SCHEMA)
     if record is not None and not (results / record.path).is_file():
         write_dataset(record, results)
     write_text_atomically(path, text)
     return path
+
+
+def _with_history(result: Result, path: Path) -> Result:
+    """The result with the history of the one at ``path``, which it replaces; one that is damaged leaves nothing.
+
+    The one there may be of an older version of its protocol.
+    """
+    if not path.is_file():
+        return result
+    with suppress(FileError):
+        old = read_object(path, SCHEMA)
+        solver = old["solver"]
+        said = {"date": solver["date"], "version": solver["version"], "vbbench": old["made_with"]["vbbench"]}
+        past = Past.of(old["score"], dataset=old["dataset"]["id"], protocol=old["protocol"], **said)
+        return replace(result, history=grown(_history(old), past, result.present))
+    return result
+
+
+def _history(values: Values) -> tuple[Past, ...]:
+    return tuple(map(Past.read, values.get("history", ())))
 
 
 def table_hashes(submission: Path) -> dict[str, str]:
@@ -191,6 +225,7 @@ def _values(result: Result) -> Values:
         "submission": result.submission,
         "score": result.score,
         "per_sequence": encode(columns),
+        **({"history": [past.values() for past in result.history]} if result.history else {}),
     }
 
 

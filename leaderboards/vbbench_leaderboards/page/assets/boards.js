@@ -4,6 +4,8 @@
   const vbbench = window.vbbench;
   const place = document.getElementById("board");
   const BY = "dx";
+  const OPTIONS = ["by", "order", "show", "find", "columns"];
+  const ORDERS = ["up", "down"];
 
   /** @type {{state: any, change: (options: Record<string, string>) => void} | null} */
   let now = null;
@@ -34,6 +36,7 @@
     table.classList.toggle("all", all);
     pressed(document.getElementById("more-columns"), all);
     choose(options);
+    note(unknown(options));
     showMetric(vbbench.table.metricOf(column));
     say(column, down, table);
   }
@@ -62,6 +65,26 @@
     if (document.activeElement !== field) field.value = options.find || "";
     const count = vbbench.table.filter(place, options.find || "", chosen);
     document.getElementById("nothing-found").hidden = count > 0;
+  }
+
+  /** What the address asks for that this board does not have. @param {Record<string, string>} options @returns {string} */
+  function unknown(options) {
+    const names = new Set(Array.from(place.querySelectorAll("#chips input"), (box) => box.value));
+    const shown = (options.show || "").split(",").filter(Boolean).map(vbbench.state.decoded);
+    const said = [
+      ...(options.by && !headOf(options.by) ? ["the column " + options.by] : []),
+      ...shown.filter((name) => !names.has(name)).map((name) => "the solver " + (name || "with a damaged name")),
+      ...(options.order && !ORDERS.includes(options.order) ? ["the order " + options.order] : []),
+      ...Object.keys(options).filter((name) => !OPTIONS.includes(name)).map((name) => "an option " + name),
+    ];
+    return said.length ? "The address asks for what this board does not have: " + said.join(", ") + "." : "";
+  }
+
+  /** @param {string} text what the reader must know of this view; empty for nothing */
+  function note(text) {
+    const line = document.getElementById("board-note");
+    line.textContent = text;
+    line.hidden = !text;
   }
 
   /** @param {string} metric of which charts and differences are shown */
@@ -130,5 +153,5 @@
     place.setAttribute("aria-busy", "false");
   }
 
-  vbbench.boards = { show, fail };
+  vbbench.boards = { show, fail, note };
 })();

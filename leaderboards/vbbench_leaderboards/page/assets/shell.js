@@ -1,13 +1,18 @@
-/* What the address asks for is what the page shows: a board's table, or its sequences in the player. */
+/* What the address asks for is what the page shows: a board's table, its sequences in the player, two of its solvers,
+   a solver's own page; and where it asks for nothing that there is, what lies near. */
 (function () {
   "use strict";
   const vbbench = window.vbbench;
-  const { parse, format, replace } = vbbench.state;
+  const { parse, format, replace, decoded } = vbbench.state;
   const picker = document.getElementById("picker");
-  const known = (picker.dataset.boards || "").split(" ");
+  const listed = (name) => (picker.dataset[name] || "").split(" ").filter(Boolean);
+  const [known, solvers, leading] = [listed("boards"), listed("solvers"), listed("leading")];
   const first = picker.dataset.first;
-  const boardPlace = document.getElementById("board");
-  const playerPlace = document.getElementById("player");
+  const COMPARING = ["figures", "paircharts", "compare"];
+  const TITLE = ": results of vbbench";
+  const places = Object.fromEntries(
+    ["board", "player", "comparison", "page"].map((name) => [name, document.getElementById(name)]),
+  );
   const boards = document.getElementById("boards");
   const back = document.getElementById("back");
   let turn = 0;
@@ -30,15 +35,15 @@
     );
   }
 
-  /** Links of the picker lead on from the board that is shown. @param {string} key */
-  function aim(key) {
+  /** Links of the picker lead on from the board that is shown, to the same view. @param {string} key @param {any} on */
+  function aim(key, on) {
     const [split, which] = key.split("/");
     const cut = which.lastIndexOf("-");
     const [protocol, tier] = [which.slice(0, cut), which.slice(cut + 1)];
     for (const link of picker.querySelectorAll("a")) {
       const own = link.dataset;
       const to = nearest(own.split || split, own.protocol || protocol, own.tier || tier, Boolean(own.tier));
-      link.href = format({ board: to, play: false, options: {} });
+      link.href = format({ board: to, ...on });
       const here = own.split === split || own.protocol === protocol || own.tier === tier;
       if (here) link.setAttribute("aria-current", "true");
       else link.removeAttribute("aria-current");
@@ -47,22 +52,30 @@
     if (kept && kept.querySelector("[aria-current]")) kept.open = true;
   }
 
+  /** Show one place and no other. @param {"board" | "player" | "comparison" | "page"} name */
+  function only(name) {
+    if (name !== "player" && playing) {
+      vbbench.player.unmount();
+      playing = "";
+    }
+    for (const [other, place] of Object.entries(places)) place.hidden = other !== name;
+    document.body.dataset.view = name;
+    back.hidden = name !== "player" && name !== "comparison";
+  }
+
+  /** @param {any} board */
+  function leadBack(board) {
+    back.firstElementChild.href = format({ board: board.key, view: "", options: {} });
+  }
+
   /** @param {any} board @param {any} state */
   function showTable(board, state) {
-    stopPlayer();
-    boardPlace.hidden = false;
+    only("board");
     vbbench.boards.show(board, state, function (options) {
       const next = { ...state, options };
       replace(next);
       showTable(board, next);
     });
-  }
-
-  function stopPlayer() {
-    if (playing) vbbench.player.unmount();
-    playing = "";
-    playerPlace.hidden = true;
-    back.hidden = true;
   }
 
   /** @returns {Promise<void>} */
@@ -81,13 +94,12 @@
     if (own !== turn) return;
     const arrives = !playing;
     if (playing) vbbench.player.unmount();
+    only("player");
     playing = board.key;
-    back.hidden = false;
-    back.firstElementChild.href = format({ board: board.key, play: false, options: {} });
-    boardPlace.hidden = true;
-    playerPlace.hidden = false;
-    const onState = (options) => replace({ board: board.key, play: true, options: asText(options) });
-    vbbench.player.mount(playerPlace, { board, state: state.options, onState });
+    document.title = "Sequences of " + board.words + TITLE;
+    leadBack(board);
+    const onState = (options) => replace({ board: board.key, view: "play", options: asText(options) });
+    vbbench.player.mount(places.player, { board, state: state.options, onState });
     if (arrives) back.scrollIntoView({ behavior: "instant" });
   }
 
@@ -97,26 +109,111 @@
     return Object.fromEntries(given.map(([name, value]) => [name, String(value)]));
   }
 
+  /** @param {any} board @param {any} state @param {number} own */
+  async function showComparison(board, state, own) {
+    if (!vbbench.comparison) for (const name of COMPARING) await vbbench.script("assets/" + name + ".js");
+    const found = await vbbench.comparison.load(board);
+    if (own !== turn) return;
+    const arrives = document.body.dataset.view !== "comparison";
+    const show = function (options) {
+      const chosen = vbbench.comparison.show(places.comparison, board, found, options, function (next) {
+        replace({ board: board.key, view: "compare", options: next });
+        show(next);
+      });
+      document.title = chosen.a + " and " + chosen.b + " on " + board.words + TITLE;
+      aim(board.key, { view: "compare", options: { a: chosen.a, b: chosen.b } });
+    };
+    only("comparison");
+    leadBack(board);
+    show(state.options);
+    if (arrives) arrive(places.comparison, back);
+  }
+
+  /** Where a view begins: seen, and read out. @param {HTMLElement} place @param {HTMLElement} top */
+  function arrive(place, top) {
+    focusHeading(place);
+    top.scrollIntoView({ behavior: "instant" });
+  }
+
+  /** @param {HTMLElement} place of which the link that led here is gone */
+  function focusHeading(place) {
+    const heading = /** @type {HTMLElement | null} */ (place.querySelector("[tabindex='-1']"));
+    if (heading) heading.focus({ preventScroll: true });
+  }
+
+  /** @param {string} name @param {number} own */
+  async function showSolver(name, own) {
+    const page = await vbbench.load("pages/solver/" + name);
+    if (own !== turn) return;
+    places.page.innerHTML = page.html; // written by the build, with every stranger's word escaped there
+    document.title = name + TITLE;
+    only("page");
+    window.scrollTo({ top: 0, behavior: "instant" });
+    arrive(places.page, document.body);
+  }
+
+  /** @param {string[]} parts of the address */
+  function showUnknown(parts) {
+    const paths = [...solvers.map((name) => "solver/" + name), ...leading, ...known];
+    const near = vbbench.near(parts, [...new Set(paths)]);
+    const words = parts[0] === "solver" ? "No solver of this name is here" : "No board of this name is here";
+    const item = (address, text) => '<li><a href="' + address + '">' + text + "</a></li>";
+    places.page.innerHTML =
+      '<h1 id="missing-title" tabindex="-1"></h1><p><code></code></p><h2></h2><ul class="plain-list"></ul>';
+    places.page.querySelector("h1").textContent = parts.length === 2 ? words : "There is no such page";
+    places.page.querySelector("code").textContent = decoded(location.hash) || location.hash;
+    places.page.querySelector("h2").textContent = near.length ? "What lies near" : "Where to go on";
+    // Names of boards and solvers have nothing but letters, digits and . _ + - in them.
+    const links = near.map((path) => item("#/" + path, path.replace("solver/", "solver ").replace("/", ", ")));
+    places.page.querySelector("ul").innerHTML = [...links, item("#/", "All solvers and boards")].join("");
+    document.title = "No such page" + TITLE;
+    only("page");
+    arrive(places.page, document.body);
+  }
+
+  /** @param {any} state @param {number} own */
+  async function showBoard(state, own) {
+    const key = state.kind === "board" ? state.board : first;
+    const came = document.body.dataset.view;
+    aim(key, { view: "", options: {} });
+    const board = await vbbench.load(key);
+    if (own !== turn) return;
+    document.title = board.title + ", " + board.protocol + ", " + board.tier + TITLE;
+    const films = state.view === "play" && board.playable.length;
+    if (films) await showPlayer(board, state, own);
+    else if (state.view === "compare" && board.solvers.length > 1) await showComparison(board, state, own);
+    else {
+      showTable(board, { ...state, board: key, view: "" });
+      if (came && came !== "board") focusHeading(places.board);
+    }
+    if (state.view === "play" && !films) vbbench.boards.note("Its sequences cannot be watched: this page was built without them.");
+    if (own === 1 && !playing && state.kind === "board") boards.scrollIntoView({ behavior: "instant" });
+  }
+
   async function route() {
     const state = parse(location.hash);
-    if (state === null && turn > 0) return;
-    const wanted = state && known.includes(state.board) ? state : { board: first, play: false, options: {} };
+    const away = document.body.dataset.view === "page";
+    if (state === null && turn > 0 && !away) return;
     const own = ++turn;
-    aim(wanted.board);
+    const wanted = state || { kind: "front", board: "", view: "", options: {} };
     try {
-      const board = await vbbench.load(wanted.board);
-      if (own !== turn) return;
-      document.title = board.title + ", " + board.protocol + ", " + board.tier + ": results of vbbench";
-      if (wanted.play && board.playable.length) await showPlayer(board, wanted, own);
-      else showTable(board, { ...wanted, play: false });
-      if (own === 1 && !playing && state && state.board) boards.scrollIntoView({ behavior: "instant" });
+      if (wanted.kind === "board" && known.includes(wanted.board)) await showBoard(wanted, own);
+      else if (wanted.kind === "solver" && solvers.includes(wanted.solver)) await showSolver(wanted.solver, own);
+      else if (wanted.kind === "front") await showBoard(wanted, own);
+      else showUnknown(wanted.parts);
+      if (away && state === null) document.querySelector(location.hash)?.scrollIntoView({ behavior: "instant" });
+      else if (away && wanted.kind === "front") window.scrollTo({ top: 0, behavior: "instant" });
+      else if (away && wanted.kind === "board") boards.scrollIntoView({ behavior: "instant" });
     } catch (error) {
-      stopPlayer();
-      boardPlace.hidden = false;
-      vbbench.boards.fail("This board cannot be shown: " + error.message + ".");
+      only("board");
+      vbbench.boards.fail("This cannot be shown: " + error.message + ".");
     }
   }
 
+  document.addEventListener("keydown", function (event) {
+    const free = !(event.target instanceof Element && event.target.closest("select, input"));
+    if (event.key === "Escape" && !event.defaultPrevented && free && document.body.dataset.view === "comparison") back.firstElementChild.click();
+  });
   window.addEventListener("hashchange", route);
   route();
 })();

@@ -49,6 +49,10 @@
       body.append(...rows);
       showRanks(rows, metric);
     }
+    const main = heads.findIndex((head) => head.dataset.column === metric);
+    for (const row of table.querySelectorAll("thead tr, tbody.rows tr, tbody.quoted tr:not(:first-child)")) {
+      Array.from(row.cells).forEach((cell, n) => cell.classList.toggle("main", n === main || n === index));
+    }
     heads.forEach(function (head) {
       head.removeAttribute("aria-sort");
     });

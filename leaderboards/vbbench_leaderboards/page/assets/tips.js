@@ -60,6 +60,8 @@
   document.addEventListener("focusout", leave);
   document.addEventListener("scroll", follow, { capture: true, passive: true });
   document.addEventListener("keydown", function (event) {
-    if (event.key === "Escape") hide();
+    if (event.key !== "Escape" || !owner) return;
+    hide();
+    event.preventDefault();
   });
 })();
