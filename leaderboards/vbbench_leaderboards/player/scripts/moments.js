@@ -1,0 +1,36 @@
+/* The moments that tell most: where a solver is lost, or where two solvers differ most. */
+"use strict";
+(function (parts) {
+  const MOST = 5, APART = 1.5; // so many moments, seconds apart
+
+  /** [T] how much a frame tells: the capped error, its mean over solvers, or of two solvers the difference. */
+  function signal(curves, cap) {
+    const least = (value) => Math.min(value, cap), T = curves.length ? curves[0].length : 0, out = new Float64Array(T);
+    for (let t = 0; t < T; t++) {
+      const values = curves.map((curve) => least(curve[t])).filter((value) => value === value);
+      if (curves.length === 2) out[t] = values.length === 2 ? Math.abs(values[0] - values[1]) : 0;
+      else for (const value of values) out[t] += value / curves.length;
+    }
+    return out;
+  }
+
+  /** Frames that tell most, the first of equals, none close to another that tells more. */
+  function moments(curves, cap, dt) {
+    const told = signal(curves, cap), order = Array.from(told.keys()).sort((a, b) => told[b] - told[a] || a - b), found = [];
+    for (const t of order) {
+      if (found.length === MOST || !(told[t] > 0.1 * told[order[0]])) break;
+      if (found.every((other) => Math.abs(other - t) * dt >= APART)) found.push(t);
+    }
+    return found;
+  }
+
+  /** Which of two solvers is nearer the truth, in words. */
+  function tellPair(drawn, curves) {
+    if (curves.length !== 2) return "";
+    const apart = curves[0].map((first, t) => curves[1][t] - first).filter((one) => one === one);
+    const first = apart.filter((one) => one > 0).length, second = apart.filter((one) => one < 0).length, ahead = first >= second ? 0 : 1;
+    return apart.length ? `${drawn[ahead].name} is nearer the truth in ${Math.max(first, second)} of ${apart.length} frames` : "";
+  }
+
+  Object.assign(parts, { moments, tellPair });
+})(vbbench.player.parts);
