@@ -41,7 +41,18 @@
       this.canvas.style.setProperty("--aspect", this.shown.width / this.shown.height);
       const around = this.canvas.parentElement;
       around.classList.toggle("player-round", clip.picture.round);
-      around.scrollLeft = (around.scrollWidth - around.clientWidth) / 2; // ahead
+    }
+
+    /** On a narrow screen, move the panorama to where most boxes of a moment are; straight ahead if there are none. */
+    turnTo({ boxes }) {
+      const around = this.canvas.parentElement, wide = around.clientWidth, rate = this.canvas.clientWidth / this.shown.width;
+      const places = boxes.u.filter((u) => u === u).map((u) => u * rate);
+      let best = this.canvas.clientWidth / 2, most = 0;
+      for (const place of places) {
+        const count = places.filter((other) => Math.abs(other - place) < 0.45 * wide).length;
+        if (count > most) { most = count; best = place; }
+      }
+      around.scrollLeft = best - wide / 2;
     }
 
     draw(moment, theme, options) {
@@ -99,16 +110,17 @@
       for (let copy = 0; copy < copies; copy++) {
         const centre = copy ? u[k] + (u[k] < half ? 1 : -1) * width : u[k];
         context.fillStyle = context.strokeStyle = theme.people[k];
-        context.lineWidth = 1.4 * thin;
+        context.lineWidth = (this.pictures ? 1.8 : 1.4) * thin;
         if (options.isAlarm(moment.frame, k)) this.drawAlarm(centre, v[k], l[k], theme, thin);
-        else if (half < SMALL * thin) this.drawRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);
-        else this.drawRound(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);
+        else if (half < SMALL * thin) this.drawRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k], theme.dark);
+        else this.drawRound(centre - half, v[k] - l[k] / 2, 2 * half, l[k], theme.dark);
       }
     }
 
     /** A box that shows nobody: crossed out. */
     drawAlarm(u, v, l, theme, thin) {
       const { context } = this, half = 0.5 * ASPECT * l;
+      if (this.pictures) this.drawHalo(u - half, v - l / 2, 2 * half, l, theme.dark);
       context.strokeStyle = theme.warn;
       context.setLineDash([5 * thin, 3 * thin]);
       context.strokeRect(u - half, v - l / 2, 2 * half, l);
@@ -145,16 +157,29 @@
     }
 
     /** Far people, of whom there are many: corners are too small to be round, and a plain box is quickly drawn. */
-    drawRect(left, top, width, height) {
+    drawRect(left, top, width, height, dark) {
       const { context } = this;
+      if (this.pictures) this.drawHalo(left, top, width, height, dark);
       context.globalAlpha = this.pictures ? FILL_ON_PICTURE : FILL;
       context.fillRect(left, top, width, height);
       context.globalAlpha = 1;
       context.strokeRect(left, top, width, height);
     }
 
-    drawRound(left, top, width, height) {
+    /** A line of the paper's shade under a box, so that its colour shows on any picture. */
+    drawHalo(left, top, width, height, dark) {
+      const { context } = this, { lineWidth, strokeStyle } = context;
+      context.beginPath();
+      context.roundRect(left, top, width, height, 0.25 * width);
+      context.lineWidth = 2.2 * lineWidth;
+      context.strokeStyle = dark ? "rgb(0 0 0 / 60%)" : "rgb(255 255 255 / 75%)";
+      context.stroke();
+      Object.assign(context, { lineWidth, strokeStyle });
+    }
+
+    drawRound(left, top, width, height, dark) {
       const { context } = this;
+      if (this.pictures) this.drawHalo(left, top, width, height, dark);
       context.beginPath();
       context.roundRect(left, top, width, height, 0.25 * width);
       context.globalAlpha = this.pictures ? FILL_ON_PICTURE : FILL;

@@ -13,6 +13,7 @@
       this.view = { x: 0, y: 0, scale: 40 }; // centre in m, CSS px a metre
       this.legend = canvas.parentElement.querySelector(".player-legend");
       this.trails = new parts.Trails();
+      this.below = 0; // CSS px at the bottom, under the legend
       this.home = true; // still as `fitTruth` left it
       this.following = false; // when it is true, the centre is counted from the camera
     }
@@ -46,7 +47,8 @@
       const { canvas, view } = this, still = this.following && !from;
       view.x = still ? 0 : (left + right) / 2 - (from?.x || 0);
       view.y = still ? 0 : (low + high) / 2 - (from?.y || 0);
-      view.scale = Math.min(canvas.clientWidth / (right - left), canvas.clientHeight / (high - low)) || 40;
+      view.scale = Math.min(canvas.clientWidth / (right - left), (canvas.clientHeight - this.below) / (high - low)) || 40;
+      view.y -= this.below / 2 / view.scale; // above the legend
     }
 
     /** Keep the camera in the middle, or the world where it is. */
@@ -78,9 +80,9 @@
       const { context, canvas, view } = this;
       const resized = parts.fit(canvas);
       if (resized || this.fresh !== this.clip) {
+        this.below = this.legend.offsetHeight + 14;
         if (this.home) this.fitTruth();
         this.fresh = this.clip;
-        this.below = this.legend.offsetHeight + 14;
       }
       const { ratio } = canvas;
       this.k = view.scale * ratio;

@@ -2,6 +2,7 @@
 "use strict";
 (function (parts) {
   const MOST = 5, APART = 1.5; // so many moments, seconds apart
+  const LEVELS = 20, FEW = 2; // of what is told: within one, the first counts; the lowest tell nothing
 
   /** [T] how much a frame tells: the capped error, its mean over solvers, or of two solvers the difference. */
   function signal(curves, cap) {
@@ -14,11 +15,12 @@
     return out;
   }
 
-  /** Frames that tell most, the first of equals, none close to another that tells more. */
+  /** Frames that tell most, of nearly equal ones the first, none close to another that tells more. */
   function moments(curves, cap, dt) {
-    const told = signal(curves, cap), order = Array.from(told.keys()).sort((a, b) => told[b] - told[a] || a - b), found = [];
-    for (const t of order) {
-      if (found.length === MOST || !(told[t] > 0.1 * told[order[0]])) break;
+    const told = signal(curves, cap), most = told.reduce((one, other) => Math.max(one, other), 0), found = [];
+    const level = (t) => Math.round((LEVELS * told[t]) / most);
+    for (const t of most > 0 ? Array.from(told.keys()).sort((a, b) => level(b) - level(a) || a - b) : []) {
+      if (found.length === MOST || level(t) <= FEW) break;
       if (found.every((other) => Math.abs(other - t) * dt >= APART)) found.push(t);
     }
     return found;

@@ -110,6 +110,8 @@
       this.recolour();
       this.go(Number(this.wanted ?? this.moments[0]) || 0);
       this.wanted = null;
+      this.moment.go(this.at, false, false);
+      if (fresh) views.ego.turnTo(this.moment);
       if (fresh && clip.unboxed) this.findOthers(folder, clip);
     }
 

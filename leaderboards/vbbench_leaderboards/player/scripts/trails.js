@@ -23,13 +23,13 @@
     isStale(map, moment, solvers, theme) {
       const moved = Math.max(Math.abs(map.ox - this.ox), Math.abs(map.oy - this.oy));
       return !(moved <= MARGIN && this.k === map.k && this.frame === moment.frame && this.moment === moment &&
-        this.theme === theme && this.solvers === solvers && this.layer.width === map.canvas.width + 2 * MARGIN &&
+        this.theme === theme && this.solvers === solvers && this.others === moment.others && this.layer.width === map.canvas.width + 2 * MARGIN &&
         this.layer.height === map.canvas.height + 2 * MARGIN);
     }
 
     paint(map, moment, solvers, theme) {
       const { ox, oy, k, canvas } = map, { layer, context } = this;
-      Object.assign(this, { ox, oy, k, moment, frame: moment.frame, solvers, theme });
+      Object.assign(this, { ox, oy, k, moment, frame: moment.frame, others: moment.others, solvers, theme });
       const width = canvas.width + 2 * MARGIN, height = canvas.height + 2 * MARGIN;
       if (layer.width !== width || layer.height !== height) Object.assign(layer, { width, height });
       else context.clearRect(0, 0, width, height);
