@@ -83,4 +83,4 @@ def hidden_people(made: MadeSequence, places: Any, reasons: Any) -> Unboxed:
     )
     columns = np.hstack([np.zeros((frames, tracks), np.int64), np.tile(reasons, (frames, 1))])
     where = np.tile(np.asarray(places, np.float64), (frames, 1, 1))
-    return Unboxed(reasons=columns, boxes=boxes, positions=where, smallest=12.0)
+    return Unboxed(reasons=columns, boxes=boxes, positions=where)

@@ -173,8 +173,7 @@ def encode_unboxed(truth: Truth, unboxed: Unboxed) -> dict[str, Any]:
         return [*masks, reasons, differences(boxes, boxed, _SMOOTH), differences(places, there, _SMOOTH)]
 
     masks = [flags(told), flags(boxed)]
-    facts = {"people": unboxed.positions.shape[1], "smallest": round(unboxed.smallest, 1)}
-    return {**facts, **_packed(columns, UNBOXED_SIZE)}
+    return {"people": unboxed.positions.shape[1], **_packed(columns, UNBOXED_SIZE)}
 
 
 def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, FloatArray]:

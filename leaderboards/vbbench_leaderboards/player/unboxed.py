@@ -40,13 +40,11 @@ class Unboxed:
     reasons : [T, K + M] of `Reason`.
     boxes : [T, K + M, 3] (u, v, l) in px where a box would be; NaN outside the picture, and where there is a box.
     positions : [T, M, 2] in m of the M people while they have no box, as the player shows the truth.
-    smallest : height in px of the smallest box of the sequence.
     """
 
     reasons: IntArray
     boxes: FloatArray
     positions: FloatArray
-    smallest: float
 
 
 def find_unboxed(dataset: Dataset, sequence: Sequence, truth: Truth) -> Unboxed | None:
@@ -56,7 +54,7 @@ def find_unboxed(dataset: Dataset, sequence: Sequence, truth: Truth) -> Unboxed 
     ----------
     truth : the sequence's, as the player shows it.
     """
-    if dataset.info.truth == "poses" or not sequence.observed.any():
+    if dataset.info.truth == "poses":
         return None
     people, places, heights = dataset.surroundings(sequence)
     if dataset.info.truth == "relative":
@@ -65,13 +63,16 @@ def find_unboxed(dataset: Dataset, sequence: Sequence, truth: Truth) -> Unboxed 
     camera = dataset.camera(sequence)
     relative = world_to_relative(places, truth.poses)
     boxes = camera.project(relative, np.where(np.isfinite(heights), heights, dataset.info.height_mean))
-    persons, smallest = dataset.track_persons(sequence), float(np.nanmin(sequence.observations[..., 2]))
+    persons, smallest = (
+        dataset.track_persons(sequence),
+        float(sequence.observations[sequence.observed, 2].min(initial=np.inf)),
+    )
     without = np.isfinite(places[..., 0]) & ~_holds(persons, sequence.observed, people)
     found = any(name in dataset.info.definition for name in _FINDERS) or dataset.info.tier == FOOTAGE
-    hides = found or bool(np.nanmin(sequence.visible) < 1.0)
+    hides = found or bool(np.any(sequence.visible < 1.0))
     hidden = _hidden(boxes, camera.depth(relative), camera.period) if hides else np.zeros(without.shape)
     reasons = np.where(without, _reasons(boxes, hidden, camera, smallest, found), 0)
-    return _by_track(people, persons, reasons, boxes, places, smallest)
+    return _by_track(people, persons, reasons, boxes, places)
 
 
 def _holds(persons: IntArray, observed: BoolArray, people: IntArray) -> BoolArray:
@@ -110,9 +111,7 @@ def _covered(boxes: FloatArray, depths: FloatArray, period: float | None) -> Flo
     return covered
 
 
-def _by_track(
-    people: IntArray, persons: IntArray, reasons: IntArray, boxes: FloatArray, places: FloatArray, smallest: float
-) -> Unboxed:
+def _by_track(people: IntArray, persons: IntArray, reasons: IntArray, boxes: FloatArray, places: FloatArray) -> Unboxed:
     """Move everybody who is behind a track, of several the last, from the column of the person to that of the track."""
     frames, tracks = persons.shape
     boxes = np.where((reasons > 0)[..., None], boxes, np.nan)
@@ -130,5 +129,4 @@ def _by_track(
         reasons=np.hstack([of_tracks, kept]),
         boxes=np.hstack([boxes_of_tracks, np.where((kept > 0)[..., None], boxes[:, left], np.nan)]),
         positions=np.where((kept > 0)[..., None], places[:, left], np.nan),
-        smallest=smallest,
     )

@@ -7,19 +7,17 @@
 
   const far = (metres) => (metres >= 1000 ? `${+(metres / 1000).toPrecision(2)} km` : `${+metres.toPrecision(2)} m`);
 
-  /** Those of an estimate that are outside: direction → { x, y, count, off, camera }, the place being that of the farthest. */
-  function gather(map, moment, room, isGiven) {
+  /** Those of an estimate that are outside, by where their error lines leave the map: { at, turn, count, off, own }. */
+  function gather(map, moment, room, isGiven, more) {
     const { canvas, clip } = map, { truth } = moment, found = new Map();
     const add = (x, y, tx, ty, camera) => {
       const sx = map.sx(x), sy = map.sy(y), slack = 4 * canvas.ratio;
       if (sx >= -slack && sy >= -slack && sx <= canvas.width + slack && sy <= canvas.height + slack) return;
-      const turn = Math.atan2(sy - canvas.height / 2, sx - canvas.width / 2);
-      const sector = Math.round(((turn / (2 * Math.PI)) * SECTORS + SECTORS) % SECTORS) % SECTORS;
-      const one = found.get(sector) || { turn, count: 0, off: 0, own: NaN };
-      const off = Math.hypot(x - tx, y - ty);
+      const { at, turn } = map.exit([map.sx(tx), map.sy(ty)], [sx, sy], more), off = Math.hypot(x - tx, y - ty);
+      const side = Math.atan2(at[1] - canvas.height / 2, at[0] - canvas.width / 2) / (2 * Math.PI);
+      const sector = Math.round((side + 1) * SECTORS) % SECTORS, one = found.get(sector) || { at, turn, count: 0, off: 0, own: NaN };
       if (camera) one.own = off;
       else { one.count += 1; one.off = Math.max(one.off, off); }
-      if (camera || !(one.own === one.own)) one.turn = turn;
       found.set(sector, one);
     };
     if (room.x === room.x) add(room.x, room.y, truth.x, truth.y, true);
@@ -43,16 +41,16 @@
       const taken = [];
       this.outside = solvers.map(() => []);
       moment.estimates.forEach((room, n) => {
-        for (const one of gather(this, moment, room, options.isGiven).values()) {
+        for (const one of gather(this, moment, room, options.isGiven, STEP * n).values()) {
           this.outside[n].push(words(one));
-          this.drawArrow(one, n, solvers[n].colour, theme, taken);
+          this.drawArrow(one, solvers[n].colour, theme, taken);
         }
       });
     },
 
-    drawArrow(one, n, colour, theme, taken) {
+    drawArrow(one, colour, theme, taken) {
       const { context, canvas } = this, { ratio } = canvas, size = SIZE * ratio;
-      const dx = Math.cos(one.turn), dy = Math.sin(one.turn), [x, y] = this.edgeAt(dx, dy, STEP * n);
+      const dx = Math.cos(one.turn), dy = Math.sin(one.turn), [x, y] = one.at;
       context.beginPath();
       for (const [along, across] of [[1, 0], [-0.8, 0.85], [-0.8, -0.85]]) {
         context.lineTo(x + size * (along * dx - across * dy), y + size * (along * dy + across * dx));
@@ -65,13 +63,15 @@
       this.drawDistance(words(one), [x - 2.4 * size * dx, y - 2.4 * size * dy], dx, colour, theme.paper, taken);
     },
 
-    /** Where the ray from the middle in a direction meets the edge, `more` CSS px further in than usual. */
-    edgeAt(dx, dy, more) {
+    /** Where the line from a place of the canvas to one outside leaves it, `more` CSS px further in than usual. */
+    exit(from, to, more) {
       const { width, height, ratio } = this.canvas, inset = (side) => ((INSET[side] || this.below) + more) * ratio;
-      const across = width / 2 - inset(dx > 0 ? "right" : "left"), down = height / 2 - inset(dy > 0 ? "bottom" : "top");
-      const reach = Math.min(across / Math.abs(dx), down / Math.abs(dy)), y = height / 2 + dy * reach;
-      const right = width - (y < BUTTONS.high * ratio ? BUTTONS.wide + more : 0) * ratio;
-      return [Math.min(width / 2 + dx * reach, right), y];
+      const low = [inset("left"), inset("top")], high = [width - inset("right"), height - inset("bottom")];
+      const inside = from.every((place, axis) => place > low[axis] && place < high[axis]);
+      const [x, y] = inside ? from : [width / 2, height / 2], dx = to[0] - x, dy = to[1] - y;
+      const reach = Math.min((dx > 0 ? high[0] - x : low[0] - x) / dx || Infinity, (dy > 0 ? high[1] - y : low[1] - y) / dy || Infinity);
+      const row = y + reach * dy, right = width - (row < BUTTONS.high * ratio ? BUTTONS.wide + more : 0) * ratio;
+      return { at: [Math.min(x + reach * dx, right), row], turn: Math.atan2(dy, dx) };
     },
 
     /** Beside an arrow, inwards, where no other such text stands; without room there is none. */

@@ -11,7 +11,7 @@
     };
     parts.options(s.ui.sequence, s.sorted().map((sequence) => [sequence, text(sequence)]), s.sequence);
     const known = { relative: "; all as seen from the camera, Δx is Δx̃", poses: "; where people really are is not known" };
-    s.ui.facts.textContent = `${index.sequences.length} sequences of ${index.split}, the best and the worst among them${known[index.truth] || ""}`;
+    s.ui.facts.textContent = `${index.sequences.length === 1 ? "1 sequence" : `${index.sequences.length} sequences`} of ${index.split}${index.sequences.length > 2 ? ", the best and the worst among them" : ""}${known[index.truth] || ""}`;
   }
 
   /** The boards on which this sequence can be played. */
