@@ -7,7 +7,9 @@ of 3 to its paper. People who come near one another have different ones, as far 
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.sequence import Sequence, Truth
 
 ON_LIGHT = (
     "#0099ee",
@@ -38,9 +40,20 @@ ON_DARK = (
 LEAST_APART = 0.09
 """Least distance in Oklab between two colours of a palette, in whosever eyes."""
 
+_TALL = 1.7  # m; how far somebody is whose place is not known, by the box
 _NEAR = 4.0  # m from which on two people may be taken for one another
 _FRAMES = 40  # as many moments are looked at, however long the sequence is
 _ROUNDS = 6
+
+
+def person_slots(camera: Camera, sequence: Sequence, truth: Truth | None) -> IntArray:
+    """[K] which colour of a palette each track of a sequence has, by where it is seen."""
+    boxes = sequence.observations
+    places = camera.unproject(boxes, np.full(boxes.shape[:-1], _TALL))
+    if truth is not None:
+        known = world_to_relative(truth.positions, truth.poses)
+        places = np.where(np.isnan(known), places, known)
+    return colour_slots(np.where(sequence.observed[..., None], places, np.nan))
 
 
 def colour_slots(positions: FloatArray, count: int = len(ON_LIGHT)) -> IntArray:

@@ -17,7 +17,7 @@ from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, world_to_relative, wrap_angle
-from vbbench.pictures.people_colours import colour_slots
+from vbbench.pictures.people_colours import person_slots
 from vbbench.sequence import Sequence, Truth
 from vbbench_leaderboards.player.unboxed import Unboxed
 
@@ -70,17 +70,10 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
         "camera": camera_to_dict(camera),
         "picture": picture_of(camera),
         "tracks": sequence.tracks.tolist(),
-        "colours": colour_slots(_seen_places(camera, sequence, truth)).tolist(),
+        "colours": person_slots(camera, sequence, truth).tolist(),
         "origin": _origin(truth)[:2].tolist(),
         **_packed(columns, CLIP_SIZE),
     }
-
-
-def _seen_places(camera: Camera, sequence: Sequence, truth: Truth) -> FloatArray:
-    """[T, K, 2] where whoever has a box is; where that is not known, where somebody 1.7 m tall would be."""
-    relative = camera.unproject(sequence.observations, np.full(sequence.observed.shape, 1.7))
-    places = np.where(np.isnan(truth.positions), relative_to_world(relative, truth.poses), truth.positions)
-    return np.where(sequence.observed[..., None], places, np.nan)
 
 
 def picture_of(camera: Camera) -> dict[str, Any]:
