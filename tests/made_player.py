@@ -33,7 +33,7 @@ def write_crowd(
     clip = encode_clip(made.camera, DT, made.sequence, made.truth)
     write_data(site, "made/noisy/0", {**clip, "unboxed": unboxed is not None})
     if unboxed is not None:
-        write_data(site, "made/noisy/0-unboxed", encode_unboxed(made.truth, unboxed))
+        write_data(site, "made/noisy/0/unboxed", encode_unboxed(made.truth, unboxed))
     for name, answer in answers.items():
         values = encode_estimate(made.sequence, made.truth, answer, clip["coarse"])
         write_data(site, f"{BOARD}/0/{name}", values)

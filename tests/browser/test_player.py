@@ -183,6 +183,19 @@ def test_a_shared_address_opens_the_same_frame(visitor: Callable[..., Visitor]) 
     assert chosen(other) == chosen(page)
 
 
+def test_only_what_is_shown_is_loaded(visitor: Callable[..., Visitor]) -> None:
+    guest = visitor()
+    page = guest.open(FIRST)
+    expect(clock(page)).to_contain_text("0 /")
+    page.wait_for_function("vbbench.player.session.moment.others")
+    sequence = page.locator("[data-sequence]").input_value()
+    asked = [address.split("/data/player/")[1] for address in guest.asked if "/data/player/" in address]
+    answers = [f"demo/sequential-noisy/{sequence}/{name}.js" for name in chosen(page)]
+    wanted = ["demo.js", f"demo/noisy/{sequence}.js", *answers, f"demo/noisy/{sequence}/unboxed.js"]
+    assert sorted(asked) == sorted(wanted)
+    assert asked[-1] == wanted[-1]  # people without a box come when all else is on the screen
+
+
 def test_back_leaves_the_player_and_forward_returns(open_page: Open) -> None:
     page = open_page(BOARD)
     page.locator("#watch").click()

@@ -112,7 +112,7 @@ def test_who_has_no_box_is_told_and_why(play: Open) -> None:
         page.locator("[data-map]").hover(position={"x": x, "y": y})
         expect(page.locator("[data-person-text]")).to_contain_text(f"no box: {words}")
     page.mouse.move(0, 0)
-    page.locator("[data-person]").select_option(value=str(ALARM))
+    page.locator("[data-person]").select_option(index=ALARM + 1)  # nobody stands first
     expect(page.locator("[data-person-text]")).to_contain_text("shows nobody: a false alarm")
 
 
@@ -147,20 +147,4 @@ def test_on_a_phone_all_of_it_is_there_and_axe_finds_nothing(scheme: str, play: 
         assert min(box["width"], box["height"]) >= 24
     page.locator("[data-do=telling]").tap()
     found = Axe().run(page, options={"resultTypes": ["violations"], "preload": False}).response["violations"]
-    own = [one for one in found if one["id"] not in ("region", "landmark-one-main", "page-has-heading-one")]
-    assert not own, json.dumps(own)[:2000]
-
-
-def test_a_crowd_is_drawn_within_a_frame(play: Open) -> None:
-    """Strokes, not time: a test knows nothing of the machine. 44 people and two solvers take a few for each."""
-    page = play({"solvers": "near,lost"})
-    strokes = page.evaluate(
-        """() => { const s = vbbench.player.session, canvas = CanvasRenderingContext2D.prototype;
-        let strokes = 0;
-        for (const name of ["stroke", "fill", "fillText", "strokeText", "fillRect", "strokeRect", "drawImage"]) {
-          const drawn = canvas[name];
-          canvas[name] = function (...rest) { strokes += 1; return drawn.apply(this, rest); };
-        }
-        s.draw(); return strokes; }"""
-    )
-    assert 0 < strokes < 600
+    assert not found, json.dumps(found)[:2000]

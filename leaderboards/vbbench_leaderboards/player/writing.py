@@ -115,7 +115,7 @@ def _write_clips(site: Path, split: str, tier: str, dataset: Dataset, chosen: li
         unboxed = find_unboxed(dataset, sequence, truth)
         write_data(site, f"{split}/{tier}/{number}", {**values, "unboxed": unboxed is not None})
         if unboxed is not None:
-            write_data(site, f"{split}/{tier}/{number}-unboxed", encode_unboxed(truth, unboxed))
+            write_data(site, f"{split}/{tier}/{number}/unboxed", encode_unboxed(truth, unboxed))
         yield sequence, truth, values["coarse"]
 
 

@@ -117,7 +117,7 @@
 
     /** People without a box come when all else is on the screen. */
     async findOthers(folder, clip) {
-      const found = await parts.load(`${folder}-unboxed`).then((value) => parts.decodeOthers(value, clip)).catch(() => null);
+      const found = await parts.load(`${folder}/unboxed`).then((value) => parts.decodeOthers(value, clip)).catch(() => null);
       if (!found || this.clip !== clip) return;
       this.others = found;
       this.moment.others = new parts.Others(clip, found);
