@@ -21,7 +21,7 @@ _ASSETS = Path(__file__).parents[1] / "leaderboards" / "vbbench_leaderboards" / 
 MOUNT = """state => {
   const solvers = Object.keys(vbbench.made.boards["sequential-noisy"].solvers);
   const board = { key: "made/sequential-noisy", solvers: solvers.map((name, n) => ({ name, colour: n + 1 })) };
-  vbbench.player.mount(document.querySelector("main"), { board, state, onState: (told) => { vbbench.told = told; } });
+  vbbench.player.mount(document.getElementById("player"), { board, state, onState: (told) => { vbbench.told = told; } });
 }"""
 """Mounts the player on the page; `state` is what an address would hold."""
 
@@ -53,7 +53,7 @@ def write_page(site: Path) -> None:
     style = (_ASSETS / "page.css").read_text("utf-8") + player_assets()["player.css"]
     head = f"<!doctype html><html lang=en><meta charset=utf-8><title>Player</title><style>{style}</style>"
     width = "<meta name=viewport content='width=device-width'>"
-    page = f"{head}{width}<body><main><h1>Player</h1></main>{text}"
+    page = f"{head}{width}<body><main><h1>Player</h1><div id=player></div></main>{text}"
     (site / "index.html").write_text(page, encoding="utf-8")
 
 
