@@ -4,11 +4,11 @@
   const MOST = 5, APART = 1.5; // so many moments, seconds apart
   const LEVELS = 20, FEW = 2; // of what is told: within one, the first counts; the lowest tell nothing
 
-  /** [T] how much a frame tells: the capped error, its mean over solvers, or of two solvers the difference. */
+  /** [T] how much a frame tells: the error, its mean over solvers, or of two the difference; beyond the cap it counts less and less. */
   function signal(curves, cap) {
-    const least = (value) => Math.min(value, cap), T = curves.length ? curves[0].length : 0, out = new Float64Array(T);
+    const tame = (value) => value / (1 + value / cap), T = curves.length ? curves[0].length : 0, out = new Float64Array(T);
     for (let t = 0; t < T; t++) {
-      const values = curves.map((curve) => least(curve[t])).filter((value) => value === value);
+      const values = curves.map((curve) => tame(curve[t])).filter((value) => value === value);
       if (curves.length === 2) out[t] = values.length === 2 ? Math.abs(values[0] - values[1]) : 0;
       else for (const value of values) out[t] += value / curves.length;
     }
