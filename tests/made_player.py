@@ -21,7 +21,7 @@ _ASSETS = Path(__file__).parents[1] / "leaderboards" / "vbbench_leaderboards" / 
 MOUNT = """state => {
   const solvers = Object.keys(vbbench.made.boards["sequential-noisy"].solvers);
   const board = { key: "made/sequential-noisy", solvers: solvers.map((name, n) => ({ name, colour: n + 1 })) };
-  vbbench.player.mount(document.getElementById("player"), { board, state, onState: (told) => { vbbench.told = told; } });
+  vbbench.player.mount(document.getElementById("player"), { board, state });
 }"""
 """Mounts the player on the page; `state` is what an address would hold."""
 
