@@ -17,14 +17,13 @@ from typing import Any
 import numpy as np
 
 from tests.browser.browsing import chromium
-from tests.made_sequence import DT, made_sequence
-from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.writing import FOLDER, Films, player_assets, write_data, write_player
+from tests.made_player import write_crowd, write_page
+from tests.made_sequence import made_sequence
+from vbbench_leaderboards.player.writing import FOLDER, Films, write_player
 from vbbench_leaderboards.results.folder import read_results
 
 CROWD = {"people": 500, "frames": 300}
 SHOWN = 3
-PAGE_ASSETS = Path(__file__).parents[1] / "leaderboards" / "vbbench_leaderboards" / "page" / "assets"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 
 DRAWS = 240
@@ -96,7 +95,7 @@ def report_drawing(site: Path) -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 900})
-        page.goto((site / "bench.html").as_uri())
+        page.goto((site / "index.html").as_uri())
         clock = page.context.new_cdp_session(page)
         clock.send("Performance.enable")
         for key, state in cases:
@@ -125,25 +124,9 @@ def processor_seconds(clock: Any) -> float:
 def made_crowd(site: Path) -> dict[str, Any]:
     """A large crowd that was never solved, as if it had been."""
     made, rng = made_sequence(**CROWD, share=1.0), np.random.default_rng(0)
-    clip = encode_clip(made.camera, DT, made.sequence, made.truth)
-    write_data(site, "made/noisy/0", clip)
     names = ["cv", "vb-cv", "vb-sf"]
-    for name in names:
-        values = encode_estimate(made.sequence, made.truth, made.estimate(rng, 0.2), clip["coarse"])
-        write_data(site, f"made/sequential-noisy/0/{name}", values)
-    board = {"tier": "noisy", "given": "arrivals", "solvers": {name: {"dx": [0.2], "dt": [0.2]} for name in names}}
-    index = {"split": "made", "sequences": [0], "people": [500], "frames": [300], "pictures": {}}
-    write_data(site, "made", {**index, "boards": {"sequential-noisy": board}})
+    write_crowd(site, made, {name: made.estimate(rng, 0.2) for name in names})
     return {"sequence": 0, "solvers": ",".join(names)}
-
-
-def write_page(site: Path) -> None:
-    """A page with nothing but the player."""
-    scripts = [(PAGE_ASSETS / f"{name}.js").read_text("utf-8") for name in ("store", "state")]
-    scripts.append(player_assets()["player.js"])
-    text = "".join(f"<script>{script}</script>" for script in scripts)
-    head = f"<!doctype html><meta charset=utf-8><style>{player_assets()['player.css']}</style>"
-    (site / "bench.html").write_text(f"{head}<body>{text}", encoding="utf-8")
 
 
 if __name__ == "__main__":

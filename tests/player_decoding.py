@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 
 METRE, PIXEL, RADIAN = 1e-3, 0.1, 1e-4
 
@@ -50,6 +50,18 @@ def decode_estimate(values: dict[str, Any], clip: dict[str, Any]) -> tuple[Float
         poses * [METRE, METRE, RADIAN] * values["coarse"] + clip["poses"],
         np.stack(places, axis=-1) * METRE * values["coarse"] + np.nan_to_num(clip["positions"]),
     )
+
+
+def decode_unboxed(values: dict[str, Any], shape: tuple[int, int]) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Reasons [T, K + M], boxes [T, K + M, 3] in px and positions [T, M, 2] in m, relative to the clip's origin."""
+    stream, (frames, tracks) = numbers(values["data"]), shape
+    told, boxed = (read_flags(stream, (frames, tracks + values["people"])) for _ in range(2))
+    reasons = np.nan_to_num(read_column(stream, told, 1)).astype(np.int64)
+    boxes = [read_column(stream, boxed, 2) for _ in "uvl"]
+    places = [read_column(stream, told[:, tracks:], 2) for _ in "xy"]
+    assert next(stream, None) is None
+    coarse = values["coarse"]
+    return reasons, np.stack(boxes, axis=-1) * PIXEL * coarse, np.stack(places, axis=-1) * METRE * coarse
 
 
 def read_flags(stream: Iterator[int], shape: tuple[int, int]) -> BoolArray:

@@ -17,7 +17,9 @@ from vbbench.camera import Camera, camera_to_dict
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, world_to_relative, wrap_angle
+from vbbench.pictures.people_colours import person_slots
 from vbbench.sequence import Sequence, Truth
+from vbbench_leaderboards.player.unboxed import Unboxed
 
 POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
 """Quanta of poses (m, m, rad), of places (m) and of boxes (px)."""
@@ -25,8 +27,8 @@ POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
 COARSE = (1, 2, 5, 10)
 """How many quanta are taken at a time: the fewest with which a file keeps to its size."""
 
-CLIP_SIZE, ESTIMATE_SIZE = 21_000, 12_500
-"""Bytes of text for a sequence and for a solver: with three solvers under 60 kB."""
+CLIP_SIZE, ESTIMATE_SIZE, UNBOXED_SIZE = 21_000, 12_500, 12_500
+"""Bytes of text for a sequence and for a solver: with three solvers under 60 kB. People without a box come later."""
 
 _SMOOTH = 2
 """People and boxes move evenly: their second differences are small."""
@@ -68,6 +70,7 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
         "camera": camera_to_dict(camera),
         "picture": picture_of(camera),
         "tracks": sequence.tracks.tolist(),
+        "colours": person_slots(camera, sequence, truth).tolist(),
         "origin": _origin(truth)[:2].tolist(),
         **_packed(columns, CLIP_SIZE),
     }
@@ -145,6 +148,25 @@ def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_c
         lambda coarse: [*masks, *(fine[order] if coarse == 1 else columns(coarse, _ORDERS[order]))], ESTIMATE_SIZE
     )
     return {"order": _ORDERS[order], **packed}
+
+
+def encode_unboxed(truth: Truth, unboxed: Unboxed) -> dict[str, Any]:
+    """Who has no box.
+
+    ``data`` holds by `flags` who has a reason, and for whom a box is told; then by `differences` the reasons, of first
+    order, and of second order u, v, l of these boxes and x, y of the ``people`` who are in no track, as in the clip.
+    """
+    told, there = unboxed.reasons > 0, np.isfinite(unboxed.positions[..., 0])
+    boxed = np.isfinite(unboxed.boxes[..., 0])
+
+    def columns(coarse: int) -> list[IntArray]:
+        boxes = quantise(unboxed.boxes, PIXEL * coarse)
+        places = quantise(unboxed.positions - _origin(truth)[:2], METRE * coarse)
+        reasons = differences(unboxed.reasons[..., None], told, 1)
+        return [*masks, reasons, differences(boxes, boxed, _SMOOTH), differences(places, there, _SMOOTH)]
+
+    masks = [flags(told), flags(boxed)]
+    return {"people": unboxed.positions.shape[1], **_packed(columns, UNBOXED_SIZE)}
 
 
 def _errors(truth: Truth, estimate: Estimate, coarse: int) -> tuple[FloatArray, FloatArray]:

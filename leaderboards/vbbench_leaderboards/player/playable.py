@@ -12,6 +12,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, Known
 from vbbench.files.submission import SUBMISSION_FILE
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
 from vbbench.protocol import get_protocol
 from vbbench_leaderboards.results.boards import HEADLINE_TIER
 from vbbench_leaderboards.results.folder import Boards, dataset_folder, submission_folder
@@ -24,6 +25,7 @@ _CHOSEN_BY = ("dx", "dx_rel", "dt")
 """Figures by which sequences are chosen: the first that the truth allows."""
 
 _INDEXED = ("dx", "dt")
+_CAPPED = ("dx", "dt", "dr")
 _DIGITS = 4
 
 
@@ -140,11 +142,13 @@ def split_index(playable: Playable, chosen: IntArray, pictures: Mapping[str, int
         f"{board.protocol}-{board.tier}": {
             "tier": board.tier,
             "given": get_protocol(board.protocol).given,
+            "caps": {name: get_protocol(board.protocol).caps[name] for name in _CAPPED},
             "solvers": {row.solver: _figures(row, chosen, known) for row in rows},
         }
         for board, rows in playable.boards.items()
     }
-    facts = {"split": playable.split, "truth": known, **_facts(dataset, chosen)}
+    palette = {"light": ON_LIGHT, "dark": ON_DARK}
+    facts = {"split": playable.split, "truth": known, "palette": palette, **_facts(dataset, chosen)}
     return {**facts, "pictures": dict(pictures), "boards": boards}
 
 

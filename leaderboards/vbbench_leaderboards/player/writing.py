@@ -13,9 +13,10 @@ from vbbench.parallel.parts import check_jobs, in_parallel
 from vbbench.pictures.rendering import Backend
 from vbbench.sequence import Sequence, Truth
 from vbbench_leaderboards.markup import provided
-from vbbench_leaderboards.player.clip import encode_clip, encode_estimate, shown_estimate, shown_truth
+from vbbench_leaderboards.player.clip import encode_clip, encode_estimate, encode_unboxed, shown_estimate, shown_truth
 from vbbench_leaderboards.player.pictures import copy_footage, copy_pictures, make_pictures
 from vbbench_leaderboards.player.playable import Playable, choose_sequences, find_playable, split_index
+from vbbench_leaderboards.player.unboxed import find_unboxed
 from vbbench_leaderboards.results.folder import Boards, submission_folder
 from vbbench_leaderboards.results.result import Board
 
@@ -23,7 +24,7 @@ FOLDER = Path("data", "player")
 """Where the data lie in a site."""
 
 _HERE = Path(__file__).parent
-_PARTS = "data moment theme ego trails map legend strip gestures controls words session player"
+_PARTS = "data moment others moments theme ego trails map edges legend strip gestures controls words session player"
 """Files of which the page's ``player.js`` is made, in the order in which they need one another."""
 
 
@@ -111,7 +112,10 @@ def _write_clips(site: Path, split: str, tier: str, dataset: Dataset, chosen: li
         sequence = dataset.sequence(number)
         truth = shown_truth(dataset, sequence)
         values = encode_clip(dataset.camera(sequence), dataset.info.dt, sequence, truth)
-        write_data(site, f"{split}/{tier}/{number}", values)
+        unboxed = find_unboxed(dataset, sequence, truth)
+        write_data(site, f"{split}/{tier}/{number}", {**values, "unboxed": unboxed is not None})
+        if unboxed is not None:
+            write_data(site, f"{split}/{tier}/{number}/unboxed", encode_unboxed(truth, unboxed))
         yield sequence, truth, values["coarse"]
 
 

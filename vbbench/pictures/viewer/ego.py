@@ -30,7 +30,7 @@ def record_boxes(tape: Tape, replay: Replay) -> None:
     """Record everybody's box in their colour, false alarms in red, and at both ends if it crosses a panorama's seam."""
     root, sequence = ego_root(replay), replay.sequence
     frame, track = np.nonzero(sequence.observed)
-    colours = marks.id_colours(sequence.tracks)[track]
+    colours = marks.people_colours(replay)[track]
     colours[replay.false_alarms[frame, track]] = marks.ALARM
     boxes, row = with_seam_copies(rectangles(sequence.observations[frame, track]), replay.camera.period)
     tape.many(
@@ -48,7 +48,7 @@ def record_boxes(tape: Tape, replay: Replay) -> None:
 def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iterable[Picture]) -> None:
     """Record rendered pictures, one per frame; the pixels of the ``people`` [N] have the colours of their boxes."""
     rr, root, tracks = tape.rr, ego_root(replay), replay.sequence.tracks
-    looks = zip(tracks.astype(str), marks.id_colours(tracks).tolist(), strict=True)
+    looks = zip(tracks.astype(str), marks.people_colours(replay).tolist(), strict=True)
     classes = [("nobody", (0, 0, 0, 0)), *looks, ("no box", marks.UNSEEN)]
     tape.always(root, rr.AnnotationContext([(number, *look) for number, look in enumerate(classes)]))
     class_of = _classes(replay, people)

@@ -4,8 +4,6 @@ Colours are RGBA, 0 to 255, for rerun's dark background. Each mark on the ground
 the map from above. Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
 """
 
-import colorsys
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.pictures.people_colours import ON_DARK, person_slots
+from vbbench.pictures.replay import Replay
 
 Colours = NDArray[np.uint8]
 """[N, 4]"""
@@ -32,14 +32,11 @@ SOLVERS = (
 )
 """One per submission, in order, safe for colour-blind readers (after Okabe and Ito); a seventh starts again."""
 
-_GOLDEN = 0.6180339887
 
-
-def id_colours(ids: Iterable[int]) -> Colours:
-    """The colour [N, 4] of each id, the same in every recording; neighbouring ids look different."""
-    tones = [((int(number) * _GOLDEN) % 1.0, 0.5, 0.8 + 0.1 * (int(number) % 3)) for number in ids]
-    colours = [[*(round(255 * part) for part in colorsys.hsv_to_rgb(*tone)), 255] for tone in tones]
-    return np.array(colours, np.uint8).reshape(-1, 4)
+def people_colours(replay: Replay) -> Colours:
+    """The colour [K, 4] of each track's person; those who come near one another have different ones."""
+    palette = np.array([[*bytes.fromhex(name[1:]), 255] for name in ON_DARK], np.uint8)
+    return palette[person_slots(replay.camera, replay.sequence, replay.truth)]
 
 
 def solver_colour(number: int) -> Colour:

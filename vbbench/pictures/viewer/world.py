@@ -28,7 +28,7 @@ def record_world(ground: Ground, replay: Replay) -> None:
         ground.rings("given", sequence.given.positions, marks.GIVEN, 1.5 * GIRTH)
     source = sequence.given if replay.truth is None else replay.truth
     places = np.where(sequence.observed[..., None], source.positions, np.nan)
-    look = People(marks.id_colours(sequence.tracks), [str(track) for track in sequence.tracks], shown=True)
+    look = People(marks.people_colours(replay), [str(track) for track in sequence.tracks], shown=True)
     ground.bodies("people", places, _heights(replay), look, solid=True)
     ground.dots("people", places, look, 5.0)
     if replay.truth is None:

@@ -3,37 +3,41 @@
 (function (parts) {
   const ICONS = {
     start: "M5 4v16M20 4 9 12l11 8z", back: "M16 5 7 12l9 7z", play: "M7 4l13 8-13 8z", pause: "M7 4v16M17 4v16",
-    on: "M8 5l9 7-9 7z", end: "M19 4v16M4 4l11 8-11 8z", link: "M9 15l6-6M10 6l2-2a4 4 0 0 1 6 6l-2 2M14 18l-2 2a4 4 0 0 1-6-6l2-2",
+    on: "M8 5l9 7-9 7z", fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5", all: "M9 4v5H4M15 9h5M15 4v5M20 15h-5v5M9 20v-5H4M4 4l5 5M20 4l-5 5M20 20l-5-5M4 20l5-5", end: "M19 4v16M4 4l11 8-11 8z", link: "M9 15l6-6M10 6l2-2a4 4 0 0 1 6 6l-2 2M14 18l-2 2a4 4 0 0 1-6-6l2-2",
   };
   const icon = (name) => `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
   const button = (name, label, content) => `<button type="button" data-do="${name}" title="${label}" aria-label="${label}">${content}</button>`;
   const check = (name, label, key) => `<label class="player-check"><input type="checkbox" data-flag="${name}"> ${label} <kbd>${key}</kbd></label>`;
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
-    ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see everybody"], ["f", "follow the camera"],
+    ["w", "the moments that tell most"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
+    ["a", "see all estimates of the frame"], ["f", "follow the camera"], ["b", "people without a box"],
     ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
     ["[ ]", "previous or next person"], ["?", "this help"],
   ];
 
   const TEMPLATE = `
     <div class="player-head">
-      <label>Board <select data-board></select></label>
-      <label>Sequence <select data-sequence></select></label>
-      <label>Order <select data-order>
+      <label class="player-which"><span>Sequence</span> <select data-sequence></select></label>
+      ${button("earlier", "Previous sequence in this order", icon("back"))}${button("later", "Next sequence in this order", icon("on"))}
+      <label><span>Order</span> <select data-order>
         <option value="worst">worst first</option><option value="best">best first</option>
         <option value="number">by number</option></select></label>
-      ${button("earlier", "Previous sequence in this order", icon("back"))}${button("later", "Next sequence in this order", icon("on"))}
+      <label><span>Board</span> <select data-board></select></label>
       <span class="player-facts" data-facts></span>
       <span class="player-end">${button("link", "Copy a link to this frame", icon("link") + "<span>Copy link</span>")}${button("help", "Keys", "?")}</span>
     </div>
+    <p class="player-gone" data-gone role="status" hidden></p>
     <p class="player-note" data-note role="status" hidden></p>
     <div class="player-body" data-body>
       <div class="player-sight" data-sight role="group" aria-label="What the observer sees" tabindex="0">
         <canvas class="player-ego" data-ego role="img"></canvas></div>
+      <p class="player-boxes" data-boxes-line><span data-boxes><i class="player-box"></i> <span></span></span> <span data-alarms><i class="player-box player-alarm"></i> <span></span></span>
+        <span data-without><i class="player-box player-without"></i> <span></span></span></p>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
-        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See everybody", "⤢")}</div>
-        <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
+        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}${button("all", "See all estimates of this frame, however far off", icon("all"))}</div>
+        <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-hollow"></span> without a box</b> <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
       </div>
       <div class="player-side">
         <table class="player-solvers">
@@ -45,7 +49,7 @@
         <div class="player-person"><label>Person <select data-person><option value="-1">nobody</option></select></label>
           <p data-person-text></p></div>
         <div class="player-flags">
-          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}
+          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}${check("unboxed", "No box", "b")}
           ${check("ids", "Ids", "i")}${check("smooth", "Smooth", "m")}${check("loop", "Loop", "l")}
         </div>
       </div>
@@ -54,11 +58,14 @@
         <input type="range" min="0" step="1" data-scrub aria-label="Frame">
         <output class="player-clock" data-clock></output>
         <label>Speed <select data-speed><option value="0.25">¼×</option><option value="0.5">½×</option>
-          <option value="1">1×</option><option value="2">2×</option><option value="4">4×</option></select></label>
+          <option value="1" selected>1×</option><option value="2">2×</option><option value="4">4×</option></select></label>
       </div>
       <div class="player-over-time">
         <label class="player-metric">Over time <select data-metric><option value="dx">Δx, people, m</option>
           <option value="dt">Δt, camera, m</option><option value="dr">Δr, camera, rad</option></select></label>
+        ${button("telling", "Go to the moment that tells most, and on to the next", `<span class="player-tip">▼</span> Moments`)}
+        <span class="player-key">▼ tells most; grey and ticks: given</span>
+        <span class="player-pair" data-pair></span>
         <canvas class="player-strip" data-strip role="img" aria-label="Error over time, a line a solver"></canvas>
       </div>
       <p class="player-said" data-said aria-live="polite"></p>
@@ -73,9 +80,10 @@
     element.innerHTML = `<section class="player" aria-label="Sequence player">${TEMPLATE}</section>`;
     const root = element.firstElementChild, found = { root };
     for (const name of ["sight", "board", "sequence", "order", "facts", "note", "body", "ego", "map", "solvers", "person", "person-text",
-      "scrub", "clock", "speed", "metric", "strip", "said", "help"]) {
+      "scrub", "clock", "speed", "metric", "strip", "said", "help", "gone", "pair"]) {
       found[name.replace("-t", "T")] = root.querySelector(`[data-${name}]`);
     }
+    found.boxes = root.querySelector("[data-boxes-line]");
     found.button = (name) => root.querySelector(`[data-do="${name}"]`);
     found.flag = (name) => root.querySelector(`[data-flag="${name}"]`);
     return found;

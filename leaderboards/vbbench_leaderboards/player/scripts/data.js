@@ -101,5 +101,7 @@ vbbench.player = { parts: {} };
     return estimate;
   }
 
-  Object.assign(parts, { load, decodeClip, decodeEstimate });
+  const QUANTA = { METRE, PIXEL };
+
+  Object.assign(parts, { load, inflate, Reader, QUANTA, decodeClip, decodeEstimate });
 })(vbbench.player.parts);

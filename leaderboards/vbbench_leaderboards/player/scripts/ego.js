@@ -38,9 +38,21 @@
       this.shown = clip.picture; // rows and columns in px of the camera, as player/clip.py chose them
       this.order = Array.from({ length: clip.K }, (_, k) => k);
       this.canvas.style.aspectRatio = `${this.shown.width} / ${this.shown.height}`;
+      this.canvas.style.setProperty("--aspect", this.shown.width / this.shown.height);
       const around = this.canvas.parentElement;
       around.classList.toggle("player-round", clip.picture.round);
-      around.scrollLeft = (around.scrollWidth - around.clientWidth) / 2; // ahead
+    }
+
+    /** On a narrow screen, move the panorama to where most boxes of a moment are; straight ahead if there are none. */
+    turnTo({ boxes }) {
+      const around = this.canvas.parentElement, wide = around.clientWidth, rate = this.canvas.clientWidth / this.shown.width;
+      const places = boxes.u.filter((u) => u === u).map((u) => u * rate);
+      let best = this.canvas.clientWidth / 2, most = 0;
+      for (const place of places) {
+        const count = places.filter((other) => Math.abs(other - place) < 0.45 * wide).length;
+        if (count > most) { most = count; best = place; }
+      }
+      around.scrollLeft = best - wide / 2;
     }
 
     draw(moment, theme, options) {
@@ -53,8 +65,9 @@
       context.fillRect(0, 0, canvas.width, canvas.height);
       this.drawGround(moment, theme);
       context.setTransform(scale, 0, 0, scale, 0, -shown.top * scale);
+      if (options.unboxed && moment.others) this.drawUnboxed(moment.others, theme, scale);
       this.order.sort((a, b) => (moment.boxes.l[a] || 0) - (moment.boxes.l[b] || 0));
-      for (const k of this.order) this.drawBox(moment, k, theme, scale);
+      for (const k of this.order) this.drawBox(moment, k, theme, scale, options);
       if (clip.picture.round) this.drawCompass(theme);
       if (options.selected >= 0) this.drawSelected(moment, theme, options);
       else if (options.ids) this.drawIds(moment, theme);
@@ -89,7 +102,7 @@
       context.globalAlpha = 1;
     }
 
-    drawBox(moment, k, theme, scale) {
+    drawBox(moment, k, theme, scale, options) {
       const { u, v, l } = moment.boxes;
       if (l[k] !== l[k]) return;
       const { context, clip } = this, { round, width } = clip.picture, half = 0.5 * ASPECT * l[k], thin = this.canvas.ratio / scale;
@@ -97,23 +110,76 @@
       for (let copy = 0; copy < copies; copy++) {
         const centre = copy ? u[k] + (u[k] < half ? 1 : -1) * width : u[k];
         context.fillStyle = context.strokeStyle = theme.people[k];
-        context.lineWidth = 1.4 * thin;
-        if (half < SMALL * thin) this.drawRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);
-        else this.drawRound(centre - half, v[k] - l[k] / 2, 2 * half, l[k]);
+        context.lineWidth = (this.pictures ? 1.8 : 1.4) * thin;
+        if (options.isAlarm(moment.frame, k)) this.drawAlarm(centre, v[k], l[k], theme, thin);
+        else if (half < SMALL * thin) this.drawRect(centre - half, v[k] - l[k] / 2, 2 * half, l[k], theme.dark);
+        else this.drawRound(centre - half, v[k] - l[k] / 2, 2 * half, l[k], theme.dark);
       }
     }
 
+    /** A box that shows nobody: crossed out. */
+    drawAlarm(u, v, l, theme, thin) {
+      const { context } = this, half = 0.5 * ASPECT * l;
+      if (this.pictures) this.drawHalo(u - half, v - l / 2, 2 * half, l, theme.dark);
+      context.strokeStyle = theme.warn;
+      context.setLineDash([5 * thin, 3 * thin]);
+      context.strokeRect(u - half, v - l / 2, 2 * half, l);
+      context.setLineDash([]);
+      context.beginPath();
+      context.moveTo(u - half, v - l / 2); context.lineTo(u + half, v + l / 2);
+      context.moveTo(u + half, v - l / 2); context.lineTo(u - half, v + l / 2);
+      context.globalAlpha = 0.5;
+      context.stroke();
+      context.globalAlpha = 1;
+    }
+
+    /** Where the boxes of people without one would be: dotted, and dark and light on a picture. */
+    drawUnboxed({ u, v, l, N }, theme, scale) {
+      const { context, canvas, clip } = this, thin = canvas.ratio / scale, { round, width } = clip.picture;
+      context.beginPath();
+      for (let n = 0; n < N; n++) {
+        if (l[n] !== l[n]) continue;
+        const half = 0.5 * ASPECT * l[n];
+        context.rect(u[n] - half, v[n] - l[n] / 2, 2 * half, l[n]);
+        if (round && (u[n] < half || u[n] > width - half)) {
+          context.rect(u[n] + (u[n] < half ? 1 : -1) * width - half, v[n] - l[n] / 2, 2 * half, l[n]);
+        }
+      }
+      context.lineWidth = 1.2 * thin;
+      if (this.pictures) {
+        context.strokeStyle = "#fff";
+        context.stroke();
+      }
+      context.strokeStyle = this.pictures ? "#000" : theme.faint;
+      context.setLineDash([2.5 * thin, 2.5 * thin]);
+      context.stroke();
+      context.setLineDash([]);
+    }
+
     /** Far people, of whom there are many: corners are too small to be round, and a plain box is quickly drawn. */
-    drawRect(left, top, width, height) {
+    drawRect(left, top, width, height, dark) {
       const { context } = this;
+      if (this.pictures) this.drawHalo(left, top, width, height, dark);
       context.globalAlpha = this.pictures ? FILL_ON_PICTURE : FILL;
       context.fillRect(left, top, width, height);
       context.globalAlpha = 1;
       context.strokeRect(left, top, width, height);
     }
 
-    drawRound(left, top, width, height) {
+    /** A line of the paper's shade under a box, so that its colour shows on any picture. */
+    drawHalo(left, top, width, height, dark) {
+      const { context } = this, { lineWidth, strokeStyle } = context;
+      context.beginPath();
+      context.roundRect(left, top, width, height, 0.25 * width);
+      context.lineWidth = 2.2 * lineWidth;
+      context.strokeStyle = dark ? "rgb(0 0 0 / 60%)" : "rgb(255 255 255 / 75%)";
+      context.stroke();
+      Object.assign(context, { lineWidth, strokeStyle });
+    }
+
+    drawRound(left, top, width, height, dark) {
       const { context } = this;
+      if (this.pictures) this.drawHalo(left, top, width, height, dark);
       context.beginPath();
       context.roundRect(left, top, width, height, 0.25 * width);
       context.globalAlpha = this.pictures ? FILL_ON_PICTURE : FILL;
@@ -157,8 +223,9 @@
     }
 
     drawSelected(moment, theme, { selected }) {
-      const { u, v, l } = moment.boxes;
-      if (l[selected] !== l[selected]) return;
+      const without = moment.others && (selected >= this.clip.K || moment.others.reason(selected));
+      const { u, v, l } = without ? moment.others : moment.boxes;
+      if (!(l[selected] === l[selected])) return;
       const { context, canvas, scale, clip, shown } = this, half = 0.5 * ASPECT * l[selected] + 3 / scale;
       const size = (12 * canvas.ratio) / scale;
       context.lineWidth = (2.5 * canvas.ratio) / scale;
@@ -168,7 +235,7 @@
       context.textAlign = "center";
       context.textBaseline = "bottom";
       const y = Math.max(v[selected] - l[selected] / 2 - 0.2 * size, shown.top + 2.6 * size);
-      parts.label(context, `person ${clip.tracks[selected]}`, Math.min(Math.max(u[selected], 3 * size),
+      parts.label(context, selected < clip.K ? `person ${clip.tracks[selected]}` : "no box", Math.min(Math.max(u[selected], 3 * size),
         shown.width - 3 * size), y, theme.ink, theme.paper);
     }
 
@@ -179,6 +246,11 @@
         const k = this.order[i], { u, v, l } = moment.boxes;
         const across = Math.abs(u[k] - column), slack = 3 * rate;
         if (across < 0.5 * ASPECT * l[k] + slack && Math.abs(v[k] - row) < l[k] / 2 + slack) return k;
+      }
+      const { others } = moment;
+      for (let n = 0; others && n < others.N; n++) {
+        const { u, v, l } = others;
+        if (Math.abs(u[n] - column) < 0.5 * ASPECT * l[n] && Math.abs(v[n] - row) < l[n] / 2) return n;
       }
       return -1;
     }

@@ -23,6 +23,11 @@
           if (far < best) { best = far; found = n; }
         }
       }
+      const { others } = moment;
+      for (let n = 0; others && n < others.N; n++) {
+        const far = others.reason(n) ? Math.hypot(this.sx(others.px[n]) - x * ratio, this.sy(others.py[n]) - y * ratio) : best;
+        if (far < best) { best = far; found = n; }
+      }
       return found;
     },
 
@@ -32,15 +37,15 @@
       context.textAlign = "left";
       context.textBaseline = "middle";
       for (let n = 0; n < clip.K; n++) {
-        if (px[n] !== px[n]) continue;
+        if (px[n] !== px[n] || !moment.isShown(n)) continue;
         parts.label(context, clip.tracks[n], this.sx(px[n]) + 7 * ratio, this.sy(py[n]) - 7 * ratio, theme.ink, theme.paper);
       }
     },
 
     drawSelected(moment, theme, n) {
-      const { context, canvas, clip } = this, { ratio } = canvas, { px, py } = moment.truth;
-      if (px[n] !== px[n]) return;
-      const x = this.sx(px[n]), y = this.sy(py[n]);
+      const { context, canvas, clip } = this, { ratio } = canvas, [px, py] = moment.placeOf(n);
+      if (px !== px) return;
+      const x = this.sx(px), y = this.sy(py);
       context.beginPath();
       context.arc(x, y, Math.max(0.42 * this.k, 10 * ratio), 0, 2 * Math.PI);
       context.lineWidth = 2.5 * ratio;
@@ -49,7 +54,7 @@
       context.font = `600 ${12 * ratio}px ${parts.FONT}`;
       context.textAlign = "left";
       context.textBaseline = "middle";
-      parts.label(context, `person ${clip.tracks[n]}`, x + 14 * ratio, y - 12 * ratio, theme.ink, theme.paper);
+      parts.label(context, n < clip.K ? `person ${clip.tracks[n]}` : "no box", x + 14 * ratio, y - 12 * ratio, theme.ink, theme.paper);
     },
 
     drawScale(theme) {

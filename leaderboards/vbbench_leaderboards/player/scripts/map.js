@@ -2,16 +2,19 @@
 "use strict";
 (function (parts) {
   const PERSON = 0.22; // radius of a person in m
-  const STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+  const STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 1e5];
   const MARGIN = 1.5; // m around the crowd
+  const REACH = 15; // m around the camera's way, where nobody's place is known
 
   class MapView {
     constructor(canvas) {
       this.canvas = canvas;
       this.context = canvas.getContext("2d");
       this.view = { x: 0, y: 0, scale: 40 }; // centre in m, CSS px a metre
+      this.legend = canvas.parentElement.querySelector(".player-legend");
       this.trails = new parts.Trails();
-      this.home = true; // still as `fitAll` left it
+      this.below = 0; // CSS px at the bottom, under the legend
+      this.home = true; // still as `fitTruth` left it
       this.following = false; // when it is true, the centre is counted from the camera
     }
 
@@ -20,15 +23,32 @@
       this.home = true;
     }
 
-    /** Look at everybody, in all frames. */
-    fitAll() {
-      const { clip, canvas } = this;
-      const [left, right] = extent(clip.px, clip.x), [low, high] = extent(clip.py, clip.y);
-      const width = right - left + 2 * MARGIN, height = high - low + 2 * MARGIN;
-      this.view.x = this.following ? 0 : (left + right) / 2;
-      this.view.y = this.following ? 0 : (low + high) / 2;
-      this.view.scale = Math.min(canvas.clientWidth / width, canvas.clientHeight / height) || 40;
+    /** Look at all who are ever seen, where they truly are; where that is not known, at what is around the camera's way. */
+    fitTruth() {
+      const { clip } = this, known = clip.known.some((one) => one), around = known ? MARGIN : REACH;
+      const seen = (values) => values.filter((_, i) => clip.observed[i]);
+      const [left, right] = extent(seen(clip.px), clip.x), [low, high] = extent(seen(clip.py), clip.y);
+      this.look([left - around, right + around], [low - around, high + around]);
       this.home = true;
+    }
+
+    /** Look at all that is there at a moment, however far off the estimates are. */
+    fitAll(moment) {
+      const { truth, estimates, others } = moment, shown = (_, n) => moment.isShown(n);
+      const places = (name, own) => [...truth[name].filter(shown), ...(others?.[name] || []), truth[own],
+        ...estimates.flatMap((room) => [...room[name], room[own]])];
+      const [left, right] = extent(places("px", "x"), []), [low, high] = extent(places("py", "y"), []);
+      const around = MARGIN + 0.08 * Math.max(right - left, high - low);
+      this.look([left - around, right + around], [low - around, high + around], this.following ? truth : { x: 0, y: 0 });
+      this.home = false;
+    }
+
+    look([left, right], [low, high], from = null) {
+      const { canvas, view } = this, still = this.following && !from;
+      view.x = still ? 0 : (left + right) / 2 - (from?.x || 0);
+      view.y = still ? 0 : (low + high) / 2 - (from?.y || 0);
+      view.scale = Math.min(canvas.clientWidth / (right - left), (canvas.clientHeight - this.below) / (high - low)) || 40;
+      view.y -= this.below / 2 / view.scale; // above the legend
     }
 
     /** Keep the camera in the middle, or the world where it is. */
@@ -42,7 +62,7 @@
     /** Zoom by a factor about a point of the canvas (CSS px). */
     zoom(factor, x, y) {
       const { view, canvas } = this, before = view.scale;
-      view.scale = Math.min(Math.max(before * factor, 0.2), 2000);
+      view.scale = Math.min(Math.max(before * factor, 1e-4), 2000);
       const gain = 1 / before - 1 / view.scale;
       view.x += (x - canvas.clientWidth / 2) * gain;
       view.y -= (y - canvas.clientHeight / 2) * gain;
@@ -58,8 +78,10 @@
     /** Draw a moment; `solvers` are { colour, shape } in the order of the moment's estimates. */
     draw(moment, solvers, theme, options) {
       const { context, canvas, view } = this;
-      if ((parts.fit(canvas) && this.home) || this.fresh !== this.clip) {
-        if (this.home) this.fitAll();
+      const resized = parts.fit(canvas);
+      if (resized || this.fresh !== this.clip) {
+        this.below = this.legend.offsetHeight + 14;
+        if (this.home) this.fitTruth();
         this.fresh = this.clip;
       }
       const { ratio } = canvas;
@@ -73,17 +95,19 @@
       this.drawGrid(theme);
       this.drawSight(moment, theme);
       if (options.trails) this.trails.draw(this, moment, solvers, theme);
+      if (options.unboxed && moment.others) this.drawUnboxed(moment, theme);
       this.drawPeople(moment, theme, options);
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(moment.truth, theme.ink, theme.paper);
       if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
       else if (options.ids) this.drawIds(moment, theme);
+      this.drawEdges(moment, solvers, theme, options);
       this.drawScale(theme);
     }
 
     drawGrid(theme) {
       const { context, canvas, k, ox, oy } = this, { ratio } = canvas;
-      const step = STEPS.find((metres) => metres * k >= 48 * ratio) || 2000;
+      const step = STEPS.find((metres) => metres * k >= 48 * ratio) || 1e6;
       context.lineWidth = Math.max(1, Math.round(ratio / 2));
       context.strokeStyle = theme.line;
       context.font = `${10 * ratio}px ${parts.FONT}`;
@@ -143,7 +167,7 @@
       const { context, clip, canvas, k } = this, { px, py } = moment.truth;
       const radius = Math.max(PERSON * k, 2.5 * canvas.ratio), base = moment.frame * clip.K;
       for (let n = 0; n < clip.K; n++) {
-        if (px[n] !== px[n]) continue;
+        if (px[n] !== px[n] || !moment.isShown(n)) continue;
         context.beginPath();
         context.arc(this.sx(px[n]), this.sy(py[n]), radius, 0, 2 * Math.PI);
         context.fillStyle = theme.people[n];
@@ -163,6 +187,21 @@
       context.stroke();
     }
 
+    /** People without a box: hollow, in their colour if they have one elsewhere in the sequence. */
+    drawUnboxed({ others }, theme) {
+      const { context, clip, canvas, k } = this, radius = Math.max(0.8 * PERSON * k, 2.2 * canvas.ratio);
+      context.lineWidth = 1.3 * canvas.ratio;
+      for (let n = 0; n < others.N; n++) {
+        if (!others.reason(n) || others.px[n] !== others.px[n]) continue;
+        context.beginPath();
+        context.arc(this.sx(others.px[n]), this.sy(others.py[n]), radius, 0, 2 * Math.PI);
+        context.strokeStyle = n < clip.K ? theme.people[n] : theme.faint;
+        context.globalAlpha = 0.75;
+        context.stroke();
+      }
+      context.globalAlpha = 1;
+    }
+
     drawEstimate(moment, room, solver, options) {
       const { context, canvas, clip, k } = this, { truth } = moment;
       const radius = Math.max(0.8 * PERSON * k, 3.2 * canvas.ratio);
@@ -170,7 +209,7 @@
       if (options.errors) {
         context.beginPath();
         for (let n = 0; n < clip.K; n++) {
-          if (room.px[n] !== room.px[n] || truth.px[n] !== truth.px[n]) continue;
+          if (room.px[n] !== room.px[n] || truth.px[n] !== truth.px[n] || !moment.isShown(n)) continue;
           context.moveTo(this.sx(truth.px[n]), this.sy(truth.py[n]));
           context.lineTo(this.sx(room.px[n]), this.sy(room.py[n]));
         }

@@ -51,6 +51,7 @@
       this.truth = this.room(clip);
       this.boxes = { u: new Float64Array(clip.K), v: new Float64Array(clip.K), l: new Float64Array(clip.K) };
       this.estimates = estimates.map((estimate) => this.room(estimate));
+      this.others = null; // until they are loaded
       this.frame = 0;
       this.at = 0;
     }
@@ -76,7 +77,18 @@
       blend(clip.u, this.boxes.u, whole * clip.K, clip.K, boxShare, turn);
       blend(clip.v, this.boxes.v, whole * clip.K, clip.K, boxShare, 0);
       blend(clip.l, this.boxes.l, whole * clip.K, clip.K, boxShare, 0);
+      if (this.others) this.others.go(whole, share, boxShare);
     }
+
+    /** Place of a person, [x, y] in m, with a box or without; NaN of nobody. */
+    placeOf(n) {
+      const { others, truth, clip } = this;
+      if (others && (n >= clip.K || others.reason(n))) return [others.px[n], others.py[n]];
+      return n < clip.K ? [truth.px[n], truth.py[n]] : [NaN, NaN];
+    }
+
+    /** Whether a disc is drawn of a track's person: it has a box, or there is no telling yet who has none. */
+    isShown(n) { return !this.others || this.clip.observed[this.frame * this.clip.K + n] === 1; }
 
     fill(room, frame, share) {
       const { source, pose } = room, { K } = this.clip;
@@ -89,5 +101,5 @@
     }
   }
 
-  Object.assign(parts, { Moment, scoredPositions, addErrors, wrap, START });
+  Object.assign(parts, { Moment, scoredPositions, addErrors, blend, wrap, START });
 })(vbbench.player.parts);

@@ -3,8 +3,8 @@
 (function (parts) {
   const ZOOM = 1.3, PAN = 60; // a press of a key
   const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
-  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", "?": "help" };
-  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", i: "ids", m: "smooth" };
+  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", a: "all", w: "telling", "?": "help" };
+  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", b: "unboxed", i: "ids", m: "smooth" };
   const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
 
   const actions = {
@@ -15,7 +15,9 @@
     end: (s) => jump(s, s.clip.T - 1),
     in: (s) => zoom(s, ZOOM),
     out: (s) => zoom(s, 1 / ZOOM),
-    fit: (s) => { s.views.map.fitAll(); s.ask(); },
+    fit: (s) => { s.views.map.fitTruth(); s.ask(); },
+    all: (s) => { s.views.map.fitAll(s.moment); s.ask(); },
+    telling: (s) => nextTelling(s),
     earlier: (s) => neighbour(s, -1),
     later: (s) => neighbour(s, 1),
     help: (s) => s.ui.help.showModal(),
@@ -26,6 +28,12 @@
     if (s.playing) s.play(false);
     s.go(frame);
     s.tellSoon();
+  }
+
+  /** To the moment that tells most; from one of them to the next. */
+  function nextTelling(s) {
+    const place = s.moments.indexOf(Math.round(s.at));
+    if (s.moments.length) jump(s, s.moments[(place + 1) % s.moments.length]);
   }
 
   function step(s, by) { jump(s, Math.round(s.at) + by); }
@@ -39,7 +47,8 @@
     if (s.playing) s.play(false);
     s.sequence = sequence;
     s.ui.sequence.value = sequence;
-    s.show(0).then(() => s.tell());
+    s.ui.gone.hidden = true;
+    s.show().then(() => s.tell());
   }
 
   function neighbour(s, by) {
@@ -62,7 +71,8 @@
     } catch {
       said.textContent = "Copy the address above";
     }
-    setTimeout(() => { said.textContent = "Copy link"; }, 2500);
+    said.className = "said";
+    setTimeout(() => Object.assign(said, { textContent: "Copy link", className: "" }), 2500);
   }
 
   function setFlag(s, name, on) {
@@ -91,7 +101,7 @@
     ui.scrub.addEventListener("input", () => jump(s, Number(ui.scrub.value)));
     ui.speed.value = s.speed;
     ui.speed.addEventListener("change", () => { s.speed = Number(ui.speed.value); });
-    ui.metric.addEventListener("change", () => { s.metric = ui.metric.value; s.curves(); s.ask(); });
+    ui.metric.addEventListener("change", () => { s.metric = ui.metric.value; if (s.clip) { s.curves(); s.ask(); } });
     ui.person.addEventListener("change", () => person(s, Number(ui.person.value)));
     for (const name of Object.keys(s.flags)) {
       ui.flag(name).checked = s.flags[name];

@@ -2,9 +2,15 @@
 "use strict";
 (function (parts) {
   const MOST = 3;
-  const FLAGS = { follow: false, trails: true, errors: true, ids: false, smooth: true, loop: false };
+  const AT_FIRST = 2; // solvers, where the address names none
+  const FLAGS = { follow: false, trails: true, errors: true, unboxed: true, ids: false, smooth: true, loop: false };
   const NONE = "–";
-  const number = (value, digits = 3) => (Number.isFinite(value) ? value.toFixed(digits) : NONE);
+
+  /** A figure with two or three digits that matter. */
+  function short(value) {
+    if (!Number.isFinite(value)) return NONE;
+    return value.toFixed(value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3);
+  }
 
   class Session {
     constructor(element, { board, state, onState }) {
@@ -16,6 +22,7 @@
       this.flags = { ...FLAGS, smooth: !calm };
       this.tick = this.tick.bind(this);
       this.isGiven = (t, k) => this.board.given !== "origin" && this.clip.observed[t * this.clip.K + k] && (t < parts.START || (this.board.given === "arrivals" && this.clip.given[t * this.clip.K + k]));
+      this.isAlarm = (t, k) => parts.isFalseAlarm(this, t * this.clip.K + k);
       parts.connect(this);
       this.open(board, state || {});
     }
@@ -36,7 +43,7 @@
       }
     }
 
-    /** Take sequence and solvers from a state, or what is worth seeing first. */
+    /** Take sequence and solvers from a state, or what is worth seeing first, and say what of it there is not. */
     choose(state) {
       const { index, board, colours } = this, names = Object.keys(board.solvers);
       this.solvers = names.map((name) => ({
@@ -44,11 +51,14 @@
       }));
       const wanted = typeof state.solvers === "string" ? state.solvers.split(",") : state.solvers || [];
       const known = names.filter((name) => wanted.includes(name)).slice(0, MOST);
-      const mean = (name) => board.solvers[name].dx.reduce((sum, value) => sum + (value ?? 0), 0);
-      const best = [...names].sort((a, b) => mean(a) - mean(b)).slice(0, MOST);
+      const mean = (name) => board.solvers[name].dx.reduce((sum, value) => sum + Math.min(value ?? 0, board.caps.dx), 0);
+      const best = [...names].sort((a, b) => mean(a) - mean(b)).slice(0, AT_FIRST);
       this.chosen = known.length ? known : names.filter((name) => best.includes(name));
       const number = Number(state.sequence ?? NaN);
       this.sequence = index.sequences.includes(number) ? number : this.sorted()[0];
+      this.metric = Object.values(board.solvers).some(({ dx }) => dx.some((value) => value !== null)) ? "dx" : "dt";
+      this.ui.metric.value = this.metric;
+      parts.tellGone(this, state.sequence, wanted.filter((name) => name && !names.includes(name)));
       parts.listBoards(this);
       parts.listSequences(this);
     }
@@ -95,14 +105,28 @@
         parts.listPeople(this);
       }
       ui.scrub.max = clip.T - 1;
+      if (fresh) this.others = null;
+      if (this.others) this.moment.others = new parts.Others(clip, this.others);
       this.recolour();
-      this.go(Number(this.wanted ?? this.at) || 0);
+      this.go(Number(this.wanted ?? this.moments[0]) || 0);
       this.wanted = null;
+      this.moment.go(this.at, false, false);
+      if (fresh) views.ego.turnTo(this.moment);
+      if (fresh && clip.unboxed) this.findOthers(folder, clip);
+    }
+
+    /** People without a box come when all else is on the screen. */
+    async findOthers(folder, clip) {
+      const found = await parts.load(`${folder}/unboxed`).then((value) => parts.decodeOthers(value, clip)).catch(() => null);
+      if (!found || this.clip !== clip) return;
+      this.others = found;
+      this.moment.others = new parts.Others(clip, found);
+      this.ask();
     }
 
     recolour() {
       if (!this.clip) return;
-      this.theme = parts.readTheme(this.clip.K);
+      this.theme = parts.readTheme(this.clip.colours, this.index.palette);
       for (const solver of this.solvers) Object.assign(solver, { colour: this.theme.solver(solver.number), stamp: null });
       this.drawn = this.solvers.filter((solver) => this.chosen.includes(solver.name));
       parts.solverRows(this.ui, this.solvers, this.chosen, (name, on) => this.toggle(name, on));
@@ -113,7 +137,12 @@
 
     curves() {
       const { views, drawn, estimates, metric, clip, theme } = this;
-      views.strip.show(drawn.map(({ colour }, n) => ({ colour, values: estimates[n][metric] })), clip.T, theme);
+      const values = estimates.map((estimate) => estimate[metric]), given = new Uint16Array(clip.T);
+      for (let i = 0; i < clip.observed.length; i++) if (this.isGiven(Math.floor(i / clip.K), i % clip.K)) given[Math.floor(i / clip.K)] += 1;
+      this.moments = parts.moments(values, this.board.caps[metric], clip.dt);
+      views.strip.show(drawn.map(({ colour }, n) => ({ colour, values: values[n] })), given, this.moments, theme);
+      this.ui.pair.textContent = parts.tellPair(drawn, values);
+      this.ui.button("telling").disabled = !this.moments.length;
     }
 
     toggle(name, on) {
@@ -164,7 +193,7 @@
     draw() {
       const { moment, views, flags, theme, drawn } = this;
       moment.go(this.at, flags.smooth && this.playing, views.ego.pictures);
-      const options = this.options || (this.options = { isGiven: this.isGiven });
+      const options = this.options || (this.options = { isGiven: this.isGiven, isAlarm: this.isAlarm });
       Object.assign(options, flags);
       options.selected = this.hovered >= 0 ? this.hovered : this.pinned;
       views.ego.draw(moment, theme, options);
@@ -184,12 +213,13 @@
       const place = this.index.sequences.indexOf(this.sequence);
       for (const solver of solvers) {
         const estimate = estimates[drawn.indexOf(solver)];
-        solver.cells[0].textContent = estimate ? number(estimate.dx[t]) : "";
-        solver.cells[1].textContent = estimate ? number(estimate.dt[t]) : "";
-        solver.cells[2].textContent = number(this.board.solvers[solver.name].dx[place] ?? NaN);
+        solver.cells[0].textContent = estimate ? short(estimate.dx[t]) : "";
+        solver.cells[1].textContent = estimate ? short(estimate.dt[t]) : "";
+        solver.cells[2].textContent = short(this.board.solvers[solver.name].dx[place] ?? NaN);
       }
       ui.personText.textContent = person >= 0 ? parts.tellPerson(this, person) : "Point at somebody, or choose.";
-      if (!this.playing) parts.tellFrame(this, number);
+      parts.showBoxes(this);
+      if (!this.playing) parts.tellFrame(this);
     }
 
     state() {
@@ -225,5 +255,5 @@
     }
   }
 
-  Object.assign(parts, { Session, number });
+  Object.assign(parts, { Session, short });
 })(vbbench.player.parts);

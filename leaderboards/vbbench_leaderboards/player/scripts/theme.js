@@ -1,22 +1,18 @@
 /* Colours, from the page's custom properties; shapes of solvers; canvases as sharp as the screen. */
 "use strict";
 (function (parts) {
-  const GOLDEN = 137.508; // degrees; neighbours in the list of people look unlike
-  const FALLBACK = { ink: "#1b1f24", paper: "#ffffff", faint: "#6b7280", line: "#d7dbe0", accent: "#0b62c4" };
+  const FALLBACK = { ink: "#1b1f24", paper: "#ffffff", faint: "#6b7280", line: "#d7dbe0", accent: "#0b62c4", warn: "#8a5a00" };
   const SHAPES = ["square", "triangle", "diamond", "kite", "plus", "cross", "pentagon", "hexagon"];
 
-  /** The colours of now; `people` [K] tell persons apart on this paper. */
-  function readTheme(count) {
+  /** The colours of now; `people` [K] are those of a palette { light, dark } that the slots [K] name. */
+  function readTheme(slots, palette) {
     const style = getComputedStyle(document.documentElement);
     const read = (name, other) => style.getPropertyValue(name).trim() || other;
     const theme = {};
     for (const name of Object.keys(FALLBACK)) theme[name] = read(`--${name}`, FALLBACK[name]);
     theme.dark = luminance(theme.paper) < 0.4;
     theme.solver = (k) => read(`--solver-${k}`, `hsl(${(k * 97) % 360} 70% ${theme.dark ? 65 : 40}%)`);
-    theme.people = Array.from({ length: count }, (_, k) => {
-      const light = theme.dark ? 62 + 8 * (k % 2) : 40 + 10 * (k % 2);
-      return `hsl(${((k * GOLDEN) % 360).toFixed(0)} ${theme.dark ? 52 : 48}% ${light}%)`;
-    });
+    theme.people = slots.map((slot) => palette[theme.dark ? "dark" : "light"][slot]);
     return theme;
   }
 

@@ -3,6 +3,7 @@
 (function (parts) {
   const SECONDS = 4;
   const POINTS = 3000; // a crowd's trails are shorter, so that they take no longer
+  const FASTEST = 6; // m/s; where somebody true is faster, a track went over to somebody else
   const MARGIN = 96; // device px around the canvas, so that a following camera need not draw anew at once
   const TRUE = { alpha: 0.28, width: 1.5 }, GUESSED = { alpha: 0.6, width: 1.2 };
 
@@ -22,13 +23,13 @@
     isStale(map, moment, solvers, theme) {
       const moved = Math.max(Math.abs(map.ox - this.ox), Math.abs(map.oy - this.oy));
       return !(moved <= MARGIN && this.k === map.k && this.frame === moment.frame && this.moment === moment &&
-        this.theme === theme && this.solvers === solvers && this.layer.width === map.canvas.width + 2 * MARGIN &&
+        this.theme === theme && this.solvers === solvers && this.others === moment.others && this.layer.width === map.canvas.width + 2 * MARGIN &&
         this.layer.height === map.canvas.height + 2 * MARGIN);
     }
 
     paint(map, moment, solvers, theme) {
       const { ox, oy, k, canvas } = map, { layer, context } = this;
-      Object.assign(this, { ox, oy, k, moment, frame: moment.frame, solvers, theme });
+      Object.assign(this, { ox, oy, k, moment, frame: moment.frame, others: moment.others, solvers, theme });
       const width = canvas.width + 2 * MARGIN, height = canvas.height + 2 * MARGIN;
       if (layer.width !== width || layer.height !== height) Object.assign(layer, { width, height });
       else context.clearRect(0, 0, width, height);
@@ -44,17 +45,17 @@
 
     /** Past frames of those who are there, and of the observer. */
     paintPaths(map, moment, { source }, look) {
-      const { context } = this, { K, dt } = map.clip, { frame } = moment;
+      const { context } = this, truly = source === map.clip, { K, dt } = map.clip, { frame } = moment;
       const from = Math.max(0, frame - Math.min(Math.round(SECONDS / dt), Math.ceil(POINTS / K)));
       style(context, look, map.canvas.ratio);
       const x = (value) => this.ox + MARGIN + value * this.k, y = (value) => this.oy + MARGIN - value * this.k;
       for (let k = 0; k < K; k++) {
-        if (source.px[frame * K + k] !== source.px[frame * K + k]) continue;
+        if (source.px[frame * K + k] !== source.px[frame * K + k] || !moment.isShown(k)) continue;
         context.beginPath();
         let drawn = false;
         for (let t = from, i = from * K + k; t <= frame; t++, i += K) {
           const there = source.px[i] === source.px[i];
-          if (there && drawn) context.lineTo(x(source.px[i]), y(source.py[i]));
+          if (there && drawn && !(truly && Math.hypot(source.px[i] - source.px[i - K], source.py[i] - source.py[i - K]) > FASTEST * dt)) context.lineTo(x(source.px[i]), y(source.py[i]));
           else if (there) context.moveTo(x(source.px[i]), y(source.py[i]));
           drawn = there;
         }
@@ -66,13 +67,14 @@
     }
 
     /** From the last frame to where everybody is between two. */
-    drawEnds(map, { frame }, room, look) {
+    drawEnds(map, moment, room, look) {
       if (!map.between) return;
+      const { frame } = moment;
       const { context } = map, { K } = map.clip, { source } = room;
       style(context, look, map.canvas.ratio);
       context.beginPath();
       for (let k = 0, i = frame * K; k < K; k++, i++) {
-        if (source.px[i] !== source.px[i] || room.px[k] !== room.px[k]) continue;
+        if (source.px[i] !== source.px[i] || room.px[k] !== room.px[k] || !moment.isShown(k)) continue;
         context.moveTo(map.sx(source.px[i]), map.sy(source.py[i]));
         context.lineTo(map.sx(room.px[k]), map.sy(room.py[k]));
       }

@@ -1,0 +1,86 @@
+"""A page with nothing but the player, and crowds on it that nobody ever solved."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.made_sequence import DT, MadeSequence
+from vbbench.estimate import Estimate
+from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
+from vbbench_leaderboards.player.clip import encode_clip, encode_estimate, encode_unboxed
+from vbbench_leaderboards.player.unboxed import Unboxed
+from vbbench_leaderboards.player.writing import player_assets, write_data
+
+BOARD = "made/sequential-noisy"
+CAPS = {"dx": 2.0, "dt": 2.0, "dr": 0.5}
+_ASSETS = Path(__file__).parents[1] / "leaderboards" / "vbbench_leaderboards" / "page" / "assets"
+
+MOUNT = """state => {
+  const solvers = Object.keys(vbbench.made.boards["sequential-noisy"].solvers);
+  const board = { key: "made/sequential-noisy", solvers: solvers.map((name, n) => ({ name, colour: n + 1 })) };
+  vbbench.player.mount(document.getElementById("player"), { board, state });
+}"""
+"""Mounts the player on the page; `state` is what an address would hold."""
+
+
+def write_crowd(
+    site: Path, made: MadeSequence, answers: Mapping[str, Estimate], unboxed: Unboxed | None = None
+) -> None:
+    """Write the data of one board with one sequence, 0, and these answers to it, by the names of their solvers."""
+    clip = encode_clip(made.camera, DT, made.sequence, made.truth)
+    write_data(site, "made/noisy/0", {**clip, "unboxed": unboxed is not None})
+    if unboxed is not None:
+        write_data(site, "made/noisy/0/unboxed", encode_unboxed(made.truth, unboxed))
+    for name, answer in answers.items():
+        values = encode_estimate(made.sequence, made.truth, answer, clip["coarse"])
+        write_data(site, f"{BOARD}/0/{name}", values)
+    figures = {name: {"dx": [0.1 * (n + 1)], "dt": [0.1]} for n, name in enumerate(answers)}
+    board = {"tier": "noisy", "given": "arrivals", "caps": CAPS, "solvers": figures}
+    frames, people = made.sequence.observed.shape
+    index = {"split": "made", "truth": "whole", "sequences": [0], "people": [people], "frames": [frames]}
+    palette = {"light": ON_LIGHT, "dark": ON_DARK}
+    write_data(site, "made", {**index, "palette": palette, "pictures": {}, "boards": {"sequential-noisy": board}})
+
+
+def write_page(site: Path) -> None:
+    """A page with the player's script and styles, and the colours of the site."""
+    scripts = [(_ASSETS / f"{name}.js").read_text("utf-8") for name in ("store", "state")]
+    scripts += [player_assets()["player.js"], 'vbbench.load("player/made").then((index) => { vbbench.made = index; });']
+    text = "".join(f"<script>{script}</script>" for script in scripts)
+    style = (_ASSETS / "page.css").read_text("utf-8") + player_assets()["player.css"]
+    head = f"<!doctype html><html lang=en><meta charset=utf-8><title>Player</title><style>{style}</style>"
+    width = "<meta name=viewport content='width=device-width'>"
+    page = f"{head}{width}<body><main><h1>Player</h1><div id=player></div></main>{text}"
+    (site / "index.html").write_text(page, encoding="utf-8")
+
+
+def with_false_alarm(made: MadeSequence, track: int) -> MadeSequence:
+    """The same where nobody is behind a track: its boxes show nobody."""
+    positions = np.array(made.truth.positions)
+    positions[:, track] = np.nan
+    return replace(made, truth=replace(made.truth, positions=positions))
+
+
+def gone_astray(made: MadeSequence, first: int, offset: tuple[float, float], error: float = 0.02) -> Estimate:
+    """An answer that is nearly true, and from frame ``first`` on off by ``offset`` m."""
+    answer = made.estimate(np.random.default_rng(1), error)
+    poses, positions = np.array(answer.poses), np.array(answer.positions)
+    poses[first:, :2] += offset
+    positions[first:] += offset
+    return Estimate(poses=poses, positions=positions)
+
+
+def hidden_people(made: MadeSequence, places: Any, reasons: Any) -> Unboxed:
+    """People without a box at ``places`` [M, 2] in m in all frames, by ``reasons`` [M]; nobody of the tracks."""
+    frames, tracks = made.sequence.observed.shape
+    count = len(reasons)
+    boxes = np.full((frames, tracks + count, 3), np.nan)
+    boxes[:, tracks:] = np.stack(
+        [600.0 + 30.0 * np.arange(count), np.full(count, 250.0), np.full(count, 60.0)], axis=-1
+    )
+    columns = np.hstack([np.zeros((frames, tracks), np.int64), np.tile(reasons, (frames, 1))])
+    where = np.tile(np.asarray(places, np.float64), (frames, 1, 1))
+    return Unboxed(reasons=columns, boxes=boxes, positions=where)
