@@ -12,9 +12,10 @@ from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.plotting.bird import draw_bird
-from vbbench.pictures.plotting.captions import draw_facts, draw_legend, draw_scale, draw_title
-from vbbench.pictures.plotting.ego import STRIP_ASPECT, draw_ego
-from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out, save_png
+from vbbench.pictures.plotting.captions import cautions, draw_facts, draw_legend, draw_scale, draw_title
+from vbbench.pictures.plotting.ego import draw_ego, shown_columns, strip_aspect
+from vbbench.pictures.plotting.saving import check_ending, save_picture
+from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Sequence
@@ -75,28 +76,28 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
     frame = _checked(replay, frame)
     colours = person_colours(replay, frame)
     backdrop = Backdrop(replay.dataset, replay.sequence, [frame])
-    figure = _laid_out(replay, backdrop)
+    columns = shown_columns(replay, frame)
+    figure = _laid_out(replay, backdrop, columns)
     parts = {axes.get_label(): axes for axes in figure.axes}
     draw_bird(parts["bird"], replay, frame, colours)
-    draw_ego(parts["ego"], replay, frame, colours, backdrop)
+    draw_ego(parts["ego"], replay, frame, colours, backdrop, columns)
     draw_scale(parts["scale"], colours)
     draw_legend(parts["legend"], replay, frame)
-    draw_facts(parts["facts"], replay, frame)
+    draw_facts(parts["facts"], replay, frame, columns)
     draw_title(figure, replay, frame)
     return figure
 
 
-def _laid_out(replay: Replay, backdrop: Backdrop) -> Figure:
+def _laid_out(replay: Replay, backdrop: Backdrop, columns: tuple[float, float]) -> Figure:
     """The map over a wide picture and beside another."""
     if replay.camera.period is None and backdrop.width < _WIDE * backdrop.height:
-        return lay_out(_BESIDE_SIZE, _BESIDE)
-    bare_strip = replay.camera.period is not None and not backdrop.is_recorded
-    height = _STACKED["ego"][2] * (STRIP_ASPECT if bare_strip else backdrop.height / backdrop.width)
+        return lay_out(_BESIDE_SIZE, _BESIDE, cautions(replay))
+    height = _STACKED["ego"][2] * strip_aspect(replay, backdrop, columns)
     raised: Rectangles = {
         name: (left, bottom, width, height) if name == "ego" else (left, bottom + height, width, high)
         for name, (left, bottom, width, high) in _STACKED.items()
     }
-    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised)
+    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised, cautions(replay))
 
 
 def _checked(replay: Replay, frame: int | None) -> int:
@@ -126,13 +127,14 @@ def person_colours(replay: Replay, frame: int) -> ScalarMappable:
 def plot_to_file(
     dataset: Dataset, index: int, out: Path | str, *, submission: Path | str | None = None, frame: int | None = None
 ) -> Path:
-    """Draw a sequence, and a submission's answer to it, into a PNG file; see `plot_sequence` and `save_png`.
+    """Draw a sequence, and a submission's answer to it, into a file; see `plot_sequence` and `save_picture`.
 
     Raises
     ------
     VbbenchError
         If the submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
     """
+    check_ending(out)
     replay = load_replay(dataset, index, [] if submission is None else [submission])
-    save_png(plot_replay(replay, frame), out)
+    save_picture(plot_replay(replay, frame), out)
     return Path(out)
