@@ -208,7 +208,7 @@ def test_false_alarms_and_gaps_in_an_estimate_are_drawn_around():
     positions[:, 1] = np.nan
     stub = replace(stub, real=replace(stub.real, positions=positions))
     estimate = shifted(stub)
-    assert len(boxes(plot_sequence(stub, 0, estimate, frame=FOCUS))) == 5
+    assert len(boxes(plot_sequence(stub, 0, estimate, frame=FOCUS))) == 4
     blank = Estimate(poses=np.full((FRAMES, 3), np.nan), positions=np.full((FRAMES, 4, 2), np.nan))
     assert "Δ" not in words(plot_sequence(stub, 0, blank, frame=FOCUS))
 
@@ -251,7 +251,7 @@ def test_a_submission_is_drawn_into_a_png(dataset: Dataset, tmp_path: Path):
         own = {"frame": np.arange(sequence.frames), "x": x, "y": y, "yaw": yaw}
         x, y = truth.positions[frame, column].T
         writer.add(0, own, {"frame": frame, "track": sequence.tracks[column], "x": x, "y": y})
-    written = plot_to_file(dataset, 0, tmp_path / "new" / "a.png", submission=tmp_path / "submission", frame=2)
+    written = plot_to_file(dataset, 0, tmp_path / "new" / "a.png", submissions=[tmp_path / "submission"], frame=2)
     assert written.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
     assert [file.name for file in written.parent.iterdir()] == ["a.png"]
 

@@ -272,6 +272,18 @@ def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] =
     return replay
 
 
+def names_of(submissions: Several[Path | str]) -> list[str]:
+    """A name for each submission folder, no two alike: of its solver, and as much more as that takes.
+
+    Raises
+    ------
+    VbbenchError
+        If one cannot be read.
+    """
+    infos = [SubmissionInfo.read(folder) for folder in submissions]
+    return _names(infos, [Path(folder).resolve().name for folder in submissions])
+
+
 def _names(infos: list[SubmissionInfo], folders: list[str]) -> list[str]:
     """Unique names: solvers, if needed with their protocol, else with the folder, else also with a number."""
     protocols = [f"{info.solver} {info.protocol}" for info in infos]
