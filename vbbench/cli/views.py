@@ -76,12 +76,10 @@ def plot_errors(
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.plotting.error_figure import plot_errors_to_file
     from vbbench.pictures.plotting.saving import check_ending
-    from vbbench.pictures.replay import names_of
     from vbbench.scoring.error_tables import error_tables
 
     check_ending(out)
-    names = names_of(estimate)
-    tables = error_tables(names, estimate, Dataset(folder, truth), only=sequence, metrics=metric, kinds=kind)
+    tables = error_tables(Dataset(folder, truth), estimate, only=sequence, metrics=metric, kinds=kind)
     if csv is not None:
         tables.write_csv(csv)
     path = plot_errors_to_file(tables, out)

@@ -15,6 +15,7 @@ import numpy as np
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.submission_rows import info_of_answer, unique_names
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.scoring.errors_in_time import ErrorsInTime, cumulative, errors_in_time, over_time, spread
 from vbbench.scoring.metrics import METRICS, section
@@ -23,6 +24,8 @@ from vbbench.scoring.statistics import Summary, finite_or_none
 
 Kind = Literal["over-time", "cumulative", "spread"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+FEW, FEWEST = 0.1, 0.05
+"""Shares of the sequences: medians over time are drawn thin over fewer than the one, and end at the other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +59,15 @@ class ErrorTables:
         """What a sample is."""
         return "sequences" if self.only is None else "frames"
 
+    @property
+    def drawn_seconds(self) -> float:
+        """How far curves over time are drawn: as long as enough sequences last."""
+        ends = []
+        for own in self.errors:
+            moments, counts = np.unique(own.seconds, return_counts=True)
+            ends.append(float(moments[counts >= FEWEST * counts.max()].max()))
+        return 1.02 * max(ends)
+
     @cached_property
     def summaries(self) -> tuple[Mapping[str, Summary], ...]:
         """Metric → figures of the split, of each submission; none of one sequence."""
@@ -82,10 +94,11 @@ class ErrorTables:
         own = self.errors[0].per_sequence
         count = f"{len(own.sequence)} sequences, {own.frames.sum()} frames"
         if self.only is not None:
-            return (
-                f"{own.frames[0]} scored frames, dt = {self.dataset.dt:g} s;  ◆ mean over them;  × filled, not answered"
-            )
-        time = "line and band: median and middle half of the sequences, thin where under 10 % of them last"
+            marks = [f"{own.frames[0]} scored frames, dt = {self.dataset.dt:g} s"]
+            marks += ["box: quartiles, whiskers 5–95 %, ◆ mean"] if "spread" in self.kinds else []
+            marks += ["× filled, not answered"] if any(not each.answered.all() for each in self.errors) else []
+            return ";  ".join(marks)
+        time = f"lines: medians with the middle half, thin under {FEW:.0%} of the sequences, to {FEWEST:.0%} of them"
         box = "box: quartiles, whiskers 5–95 %, ◆ capped mean with 95 % interval"
         wanted = {"over-time": time, "spread": box}
         return ";  ".join([count, *(text for kind, text in wanted.items() if kind in self.kinds)])
@@ -114,7 +127,7 @@ class ErrorTables:
 
     def summary(self) -> tuple[list[str], list[list[str]]]:
         """Head and rows of a table: a row per submission with its means, failures and coverage."""
-        first = self.metrics[0]
+        first = "dx" if "dx" in self.metrics else self.metrics[0]
         kind = "mean" if self.only is not None else "capped"
         head = ["", "protocol", *(f"{kind} {METRICS[metric].label}" for metric in self.metrics), "answered"]
         failing = self.only is None and self.errors[0].protocol.failures.get(first) is not None
@@ -212,9 +225,8 @@ class ErrorTables:
 
 
 def error_tables(
-    names: Several[str],
-    submissions: Several[Path | str],
     dataset: Dataset,
+    submissions: Several[Path | str],
     *,
     only: int | None = None,
     metrics: Several[str] = (),
@@ -224,9 +236,8 @@ def error_tables(
 
     Parameters
     ----------
-    names : of the submissions.
-    submissions : their folders.
-    dataset : what they answer, with its truth.
+    dataset : with its truth.
+    submissions : folders that answer it, at least one.
     only : number of the one sequence that is wanted.
     metrics : keys of `METRICS`; by default Δx̃, Δx, Δr and Δt, as far as they are known.
     kinds : of figures; by default all, of one sequence only those over time and cumulative.
@@ -236,8 +247,11 @@ def error_tables(
     SubmissionError
         With every fault of the first submission that has one.
     VbbenchError
-        If there is no such sequence or metric, no truth, or nothing to score.
+        If a submission answers another dataset, there is no such sequence or metric, no truth, or nothing to score.
     """
+    if not submissions:
+        raise VbbenchError("name at least one submission")
+    infos = [info_of_answer(dataset, folder) for folder in submissions]
     if unknown := [key for key in metrics if key not in METRICS]:
         raise UnknownNameError("metric", unknown[0], METRICS)
     known = [key for key, metric in METRICS.items() if dataset.info.truth in metric.known]
@@ -248,4 +262,5 @@ def error_tables(
     errors = tuple(errors_in_time(folder, dataset, only) for folder in submissions)
     usual = KINDS if only is None else KINDS[:2]
     ordered = tuple(kind for kind in KINDS if kind in (kinds or usual))
+    names = unique_names(infos, submissions)
     return ErrorTables(names=tuple(names), errors=errors, metrics=shown, kinds=ordered)

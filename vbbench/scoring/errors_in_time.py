@@ -1,6 +1,5 @@
 """The errors behind a score: of every scored frame and every sequence, for pictures that show when and how often."""
 
-from collections.abc import Sequence as Several
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -141,10 +140,3 @@ def spread(samples: FloatArray) -> dict[str, float]:
     if not len(samples):
         return dict.fromkeys(QUANTILES, float("nan"))
     return dict(zip(QUANTILES, np.quantile(samples, list(QUANTILES.values())).tolist(), strict=True))
-
-
-def sequences_left(every: Several[ErrorsInTime]) -> tuple[FloatArray, IntArray]:
-    """Moments [S] in seconds since the given frames, and how many sequences have a scored frame then."""
-    longest = max(every, key=lambda errors: len(errors.frame))
-    moments, counts = np.unique(longest.seconds, return_counts=True)
-    return moments, counts

@@ -29,7 +29,7 @@ _WIDTH = {1: 7.4, 2: 6.2, 3: 4.3, 4: 3.5}
 _COLUMNS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3}
 _SHAPES = 0.5, 0.95  # least and greatest height of a map over its width
 _MARGIN, _OUTLIER, _REACH = 0.8, 2.0, 30.0  # m around what is drawn, around the truth, and from the observer
-_LEFT, _BOTTOM, _GAP, _ABOVE = 0.6, 0.5, (0.55, 0.75), 0.25  # inches
+_LEFT, _BOTTOM, _GAP, _ABOVE = 0.65, 0.5, (0.55, 0.75), 0.25  # inches
 _TITLE = 0.72
 
 
@@ -59,7 +59,7 @@ def plot_answers(
         _draw_truth(axes, replay, replay.answers[shown[0]], frame, people=together or n > 0)
         for a in shown:
             _draw_answer(axes, replay, replay.answers[a], looks[a], frame, people=together or n > 0)
-        name = replay.answers[n - 1].title if n else "the observer and people" if together else "the observer"
+        name = replay.answers[n - 1].name if n else "the observer and people" if together else "the observer"
         colour = looks[n - 1].colour if n else style.INK
         axes.set_title(name, fontsize=style.TEXT_SIZE + 1, loc="left", color=colour, weight="bold", pad=4)
     head, rows = table_of(replay, errors)
@@ -101,7 +101,7 @@ def _laid_out(count: int, answers: int, spans: FloatArray, notes: list[str]) -> 
     across = max(columns * (width + _GAP[0]) - _GAP[0], _WIDTH[1])
     parts["legend"] = _LEFT, above, across, legend
     parts["table"] = _LEFT, above + legend, across, table
-    return lay_out((across + _LEFT + 0.2, above + legend + table + _TITLE), parts, notes)
+    return lay_out((across + _LEFT + 0.2, above + legend + table + _TITLE), parts, notes, _LEFT)
 
 
 def _window(replay: Replay, *, people: bool) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +144,7 @@ def _draw_answer(axes: Axes, replay: Replay, answer: Answer, look: Look, frame: 
             draw_lines(axes, errors, style.INK, 0.8, 3.6).set_gid(f"errors-{name}")
         given = answer.given.positions.reshape(-1, 2)
         draw_points(axes, given, "given", s=7, marker="D", c="none", edgecolors=style.GIVEN, linewidths=0.5, zorder=2.5)
-    line = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.7, "zorder": 4.5}
+    line: dict[str, Any] = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.7, "zorder": 4.5}
     axes.plot(*estimate.poses[:, :2].T, gid=f"path-{name}", **line)
     draw_pose(axes, estimate.poses[frame], look.colour, f"pose-{name}")
     _mark_exit(axes, estimate.poses[:, :2], look.colour, f"exit-{name}")
@@ -178,7 +178,7 @@ def _draw_words(figure: Figure, replay: Replay, frame: int) -> None:
 
 def _draw_legend(figure: Figure, legend: Axes) -> None:
     legend.set_axis_off()
-    tight = {"borderpad": 0.0, "borderaxespad": 0.0, "columnspacing": 1.4, "handletextpad": 0.6}
+    tight: dict[str, Any] = {"borderpad": 0.0, "borderaxespad": 0.0, "columnspacing": 1.4, "handletextpad": 0.6}
     look: dict[str, Any] = {"loc": "center left", "ncols": 8, "frameon": False, "fontsize": style.TEXT_SIZE}
     legend.legend(handles=_handles(figure), **look, **tight)
 
@@ -190,13 +190,19 @@ def _handles(figure: Figure) -> list[Line2D]:
     if "true-path" in drawn:
         handles.append(Line2D([], [], color=style.TRUTH, linewidth=3.0, label="truth"))
     if "true-places" in drawn:
-        hollow = {"markerfacecolor": "none", "color": style.TRUTH, "markersize": 5}
+        hollow: dict[str, Any] = {"markerfacecolor": "none", "color": style.TRUTH, "markersize": 5}
         handles.append(Line2D([], [], label="true place", **point, **hollow))
         handles.append(Line2D([], [], label="estimate", color=style.INK, markersize=3.5, **point))
     if any(gid.startswith("errors-") for gid in drawn):
         handles.append(Line2D([], [], color=style.INK, linewidth=0.8, label="error"))
     if "given" in drawn:
-        diamond = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "color": style.GIVEN, "markersize": 3}
+        diamond: dict[str, Any] = {
+            "marker": "D",
+            "linestyle": "none",
+            "markerfacecolor": "none",
+            "color": style.GIVEN,
+            "markersize": 3,
+        }
         handles.append(Line2D([], [], label="given", **diamond))
     if any(gid.startswith("exit-") for gid in drawn):
         handles.append(Line2D([], [], marker="^", linestyle="none", color=style.INK, label="leaves the map"))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
@@ -18,7 +18,7 @@ from vbbench.pictures.plotting.saving import check_ending, save_picture
 from vbbench.pictures.plotting.solver_colours import Look, solver_looks
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
-from vbbench.scoring.error_tables import ErrorTables, Kind
+from vbbench.scoring.error_tables import FEW, ErrorTables, Kind
 from vbbench.scoring.errors_in_time import cumulative, over_time, spread
 from vbbench.scoring.metrics import METRICS
 
@@ -26,12 +26,12 @@ _WIDTHS: dict[Kind, float] = {"over-time": 4.6, "cumulative": 3.0, "spread": 3.0
 _ALONE, _HIGH = 5.6, 2.0  # inches: a panel's width where one kind is shown, and every panel's height
 _LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.75, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
 _NAMES = 0.35  # inches that the names beside a spread add to the gap
-_FEWEST = 0.1  # of the sequences: medians over fewer are drawn thin
 _TITLES: dict[Kind, str] = {
-    "over-time": "since the given frames",
+    "over-time": "over time",
     "cumulative": "share not above",
     "spread": "spread",
 }
+_BAND = 1.6  # of the largest median: how far a band may widen the scale
 _FLAT = 25.0
 """Where the largest error is so many times the middle of the smallest solver's, a scale of errors is logarithmic."""
 
@@ -58,10 +58,7 @@ def plot_errors(tables: ErrorTables) -> Figure:
             axes = parts[f"{metric} {kind}"]
             _DRAW[kind](axes, tables, metric, looks)
             title = _TITLES[kind] if len(tables.kinds) > 1 and metric == tables.metrics[0] else ""
-            title = f"{METRICS[metric].symbol}  {title}".strip() if len(tables.kinds) == 1 else title
-            axes.set_title(
-                title, fontsize=style.TEXT_SIZE, loc="left", color=style.INK, pad=14 if kind != "over-time" else 5
-            )
+            axes.set_title(title, fontsize=style.TEXT_SIZE, loc="left", color=style.INK, pad=14)
             axes.set_axisbelow(True)
     draw_table(parts["table"], *tables.summary(), looks)
     _draw_words(figure, tables)
@@ -96,7 +93,7 @@ def _laid_out(tables: ErrorTables) -> Figure:
     above = _BOTTOM + rows * (_HIGH + _GAP[1]) - _GAP[1] + _ABOVE
     table = ROW * (len(tables.errors) + 1) + 0.1
     parts["table"] = _LEFT, above, max(across, 7.0), table
-    return lay_out((max(across, 7.0) + _LEFT + _RIGHT, above + table + _TITLE), parts, tables.notes())
+    return lay_out((max(across, 7.0) + _LEFT + _RIGHT, above + table + _TITLE), parts, tables.notes(), _LEFT)
 
 
 def _draw_words(figure: Figure, tables: ErrorTables) -> None:
@@ -108,12 +105,14 @@ def _draw_words(figure: Figure, tables: ErrorTables) -> None:
 def _draw_over_time(axes: Axes, tables: ErrorTables, metric: str, looks: Several[Look]) -> None:
     """The errors of one sequence, or the median over all and the middle half, thin where few sequences last."""
     drawn = []
+    end, highest = tables.drawn_seconds, 0.0
     for n, (own, look) in enumerate(zip(tables.errors, looks, strict=True)):
         line = over_time(own, metric)
-        drawn.append(line.median)
+        drawn.append(line.median[line.seconds <= end])
+        highest = max(highest, float(np.nanmax(line.high[line.seconds <= end], initial=0.0)))
         style_: dict[str, Any] = {"color": look.colour, "linestyle": look.dashes}
         if tables.only is None:
-            enough = line.sequences >= _FEWEST * line.sequences.max(initial=1)
+            enough = line.sequences >= FEW * line.sequences.max(initial=1)
             axes.fill_between(line.seconds, line.low, line.high, where=enough, color=look.colour, alpha=0.14, lw=0)
             few = np.where(enough & np.append(enough[1:], True), np.nan, line.median)
             axes.plot(line.seconds, few, linewidth=0.7, alpha=0.6, gid=f"few-{n}", **style_)
@@ -121,13 +120,20 @@ def _draw_over_time(axes: Axes, tables: ErrorTables, metric: str, looks: Several
         else:
             axes.plot(line.seconds, line.median, linewidth=1.5, gid=f"line-{n}", **style_)
             missing = ~own.answered & np.isfinite(own.frames[metric])
-            cross = {"marker": "x", "linestyle": "none", "color": look.colour, "markersize": 5, "gid": f"missing-{n}"}
+            cross: dict[str, Any] = {
+                "marker": "x",
+                "linestyle": "none",
+                "color": look.colour,
+                "markersize": 5,
+                "gid": f"missing-{n}",
+            }
             if missing.any():
                 axes.plot(own.seconds[missing], own.frames[metric][missing], **cross)
-    _scale(axes, "y", np.concatenate(drawn), drawn)
-    axes.set_ylabel(METRICS[metric].label, fontsize=style.TEXT_SIZE)
+    every = np.concatenate(drawn)
+    _scale(axes, "y", np.append(every, min(highest, _BAND * np.nanmax(every, initial=0.0))), drawn)
+    axes.set_ylabel(f"{METRICS[metric].name}\n{METRICS[metric].label}", fontsize=style.TEXT_SIZE)
     axes.set_xlabel("time since the given frames (s)", fontsize=style.TEXT_SIZE)
-    axes.set_xlim(left=0.0)
+    axes.set_xlim(0.0, end)
     axes.grid(color=style.FAINT, linewidth=0.6)
 
 
@@ -135,7 +141,12 @@ def _draw_cumulative(axes: Axes, tables: ErrorTables, metric: str, looks: Severa
     samples = [own.samples(metric) for own in tables.errors]
     for n, (values, look) in enumerate(zip(samples, looks, strict=True)):
         error, share = cumulative(values)
-        place = {"drawstyle": "steps-post", "color": look.colour, "linestyle": look.dashes, "linewidth": 1.7}
+        place: dict[str, Any] = {
+            "drawstyle": "steps-post",
+            "color": look.colour,
+            "linestyle": look.dashes,
+            "linewidth": 1.7,
+        }
         axes.plot(error, share, gid=f"line-{n}", **place)
     _error_axis(axes, tables, metric, samples)
     axes.set_ylim(0.0, 1.03)
@@ -187,7 +198,7 @@ def _error_axis(axes: Axes, tables: ErrorTables, metric: str, samples: Several[F
     for name, bound in bounds.items():
         axes.axvline(bound, color=style.INK, linewidth=0.9, linestyle="-" if name == "cap" else (0, (3, 2)), gid=name)
         look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7.0, "color": style.INK, "va": "bottom"}
-        side = {"cap": {"ha": "left"}, "failed": {"ha": "right"}}[name]
+        side: dict[str, Any] = {"cap": {"ha": "left"}, "failed": {"ha": "right"}}[name]
         axes.annotate(name, (bound, 1.0), (0, 1.5), xycoords=("data", "axes fraction"), **look, **side)
     axes.set_xlabel(METRICS[metric].label, fontsize=style.TEXT_SIZE)
 
@@ -207,4 +218,4 @@ def _scale(axes: Axes, which: str, values: FloatArray, solvers: Several[FloatArr
     wide = np.log10(largest / lowest)
     axis.set_major_locator(LogLocator(subs=(1.0,) if wide > 2.2 else (1.0, 3.0) if wide > 1.4 else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())

@@ -47,12 +47,14 @@ def distance_colours() -> Colormap:
     return ListedColormap(colormaps["viridis"](range(225)), "distance")
 
 
-def lay_out(size: tuple[float, float], rectangles: Rectangles, cautions: Sequence[str] = ()) -> Figure:
+def lay_out(
+    size: tuple[float, float], rectangles: Rectangles, cautions: Sequence[str] = (), margin: float = 0.6
+) -> Figure:
     """An empty figure of that size in inches, with labelled axes in the rectangles.
 
-    Cautions stand below everything, whole; the figure grows by as many lines as they have.
+    Cautions stand below everything, whole, ``margin`` from both sides; the figure grows by as many lines as they have.
     """
-    width, margin = size[0], 0.6
+    width = size[0]
     lines = [line for text in cautions for line in wrap(text, 72.0 * (width - 2.0 * margin), text_width)]
     foot = _LINE * len(lines) + (0.1 if lines else 0.0)
     height = size[1] + foot

@@ -1,6 +1,7 @@
 """A small table inside a figure: one row per answer, each with the line that it has in the figure."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 
@@ -24,9 +25,9 @@ def draw_table(axes: Axes, head: Sequence[str], rows: Sequence[Sequence[str]], l
         place, side = (right, "left") if c == 0 else (right + wide, "right")
         for r, cell in enumerate(cells):
             bold = "bold" if c == 0 and r > 0 else "normal"
-            look = {"ha": side, "va": "center", "fontsize": style.TEXT_SIZE, "fontweight": bold}
+            look: dict[str, Any] = {"ha": side, "va": "center", "fontsize": style.TEXT_SIZE, "fontweight": bold}
             colour = style.TRUTH if r == 0 else style.INK
             axes.text(place, r + 0.5, cell, color=colour, gid=f"cell-{r}-{c}", **look)
         right += wide * (1.15 if c == 0 else 1.0) + _GAP
-    for r, look in enumerate(looks):
-        axes.plot([0.0, _SWATCH], [r + 1.5, r + 1.5], color=look.colour, linestyle=look.dashes, linewidth=2.2)
+    for r, own in enumerate(looks):
+        axes.plot([0.0, _SWATCH], [r + 1.5, r + 1.5], color=own.colour, linestyle=own.dashes, linewidth=2.2)
