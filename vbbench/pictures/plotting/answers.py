@@ -29,7 +29,7 @@ _WIDTH = {1: 7.4, 2: 6.2, 3: 4.3, 4: 3.5}
 _COLUMNS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3}
 _SHAPES = 0.5, 0.95  # least and greatest height of a map over its width
 _MARGIN, _OUTLIER, _REACH = 0.8, 2.0, 30.0  # m around what is drawn, around the truth, and from the observer
-_LEFT, _BOTTOM, _GAP, _ABOVE = 0.65, 0.5, (0.55, 0.75), 0.25  # inches
+_LEFT, _BOTTOM, _GAP, _ABOVE = 0.65, 0.5, (0.68, 0.75), 0.25  # inches
 _TITLE = 0.72
 
 
@@ -160,7 +160,13 @@ def _mark_exit(axes: Axes, path: FloatArray, colour: str, gid: str) -> None:
     place = path[outside[0]].clip(low, high)
     away = path[outside[0]] - (low + high) / 2.0
     angle = float(np.degrees(np.arctan2(away[1], away[0]))) - 90.0
-    look: dict[str, Any] = {"markersize": 9, "color": colour, "markeredgecolor": "white", "clip_on": False, "zorder": 8}
+    look: dict[str, Any] = {
+        "markersize": 12,
+        "color": colour,
+        "markeredgecolor": "white",
+        "clip_on": False,
+        "zorder": 8,
+    }
     axes.plot(*place, marker=(3, 0, angle), gid=gid, linestyle="none", **look)
 
 

@@ -24,7 +24,7 @@ from vbbench.scoring.metrics import METRICS
 
 _WIDTHS: dict[Kind, float] = {"over-time": 4.6, "cumulative": 3.0, "spread": 3.0}  # inches, several kinds side by side
 _ALONE, _HIGH = 5.6, 2.0  # inches: a panel's width where one kind is shown, and every panel's height
-_LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.75, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
+_LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.85, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
 _NAMES = 0.35  # inches that the names beside a spread add to the gap
 _TITLES: dict[Kind, str] = {
     "over-time": "over time",
