@@ -17,7 +17,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission_rows import info_of_answer, unique_names
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.scoring.errors_in_time import ErrorsInTime, cumulative, errors_in_time, over_time, spread
+from vbbench.scoring.errors_in_time import ErrorsInTime, cumulative, errors_in_time, outside_whiskers, over_time, spread
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import interval_note, interval_text
 from vbbench.scoring.statistics import Summary, finite_or_none
@@ -98,7 +98,7 @@ class ErrorTables:
             marks += ["box: quartiles, whiskers 5–95 %, ◆ mean"] if "spread" in self.kinds else []
             marks += ["× filled, not answered"] if any(not each.answered.all() for each in self.errors) else []
             return ";  ".join(marks)
-        time = f"lines: medians with the middle half, thin under {FEW:.0%} of the sequences, to {FEWEST:.0%} of them"
+        time = f"lines: medians and middle half over sequences, thin where under {FEW:.0%} last, to {FEWEST:.0%}"
         box = "box: quartiles, whiskers 5–95 %, ◆ capped mean with 95 % interval"
         wanted = {"over-time": time, "spread": box}
         return ";  ".join([count, *(text for kind, text in wanted.items() if kind in self.kinds)])
@@ -181,7 +181,10 @@ class ErrorTables:
                 "sequences": line.sequences.tolist(),
             },
             "cumulative": {"error": error.tolist(), "share": share.tolist()},
-            "spread": {name: finite_or_none(value) for name, value in spread(samples).items()},
+            "spread": {
+                **{name: finite_or_none(value) for name, value in spread(samples).items()},
+                "beyond": outside_whiskers(samples).tolist(),
+            },
         }
         figures: dict[str, Any] = {"unit": METRICS[metric].unit}
         if self.only is None:
@@ -216,8 +219,10 @@ class ErrorTables:
                 if line := curves.get("cumulative"):
                     for error, share in zip(line["error"], line["share"], strict=True):
                         yield [*head, "cumulative", error, share, "", "", ""]
-                for quantile, error in curves.get("spread", {}).items():
-                    yield [*head, f"spread {quantile}", error, "", "", "", ""]
+                box = curves.get("spread", {})
+                for mark in box:
+                    errors = box[mark] if mark == "beyond" else [box[mark]]
+                    yield from ([*head, f"spread {mark}", error, "", "", "", ""] for error in errors)
 
     def write_csv(self, path: Path | str) -> None:
         """Write `to_csv` to a file, whole or not at all."""

@@ -140,3 +140,9 @@ def spread(samples: FloatArray) -> dict[str, float]:
     if not len(samples):
         return dict.fromkeys(QUANTILES, float("nan"))
     return dict(zip(QUANTILES, np.quantile(samples, list(QUANTILES.values())).tolist(), strict=True))
+
+
+def outside_whiskers(samples: FloatArray) -> FloatArray:
+    """The samples [M] of [N] that lie beyond the whiskers of `spread`, ascending."""
+    box = spread(samples)
+    return np.sort(samples[(samples < box["p5"]) | (samples > box["p95"])])

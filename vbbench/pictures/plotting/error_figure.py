@@ -19,11 +19,11 @@ from vbbench.pictures.plotting.solver_colours import Look, solver_looks
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
 from vbbench.scoring.error_tables import FEW, ErrorTables, Kind
-from vbbench.scoring.errors_in_time import cumulative, over_time, spread
+from vbbench.scoring.errors_in_time import cumulative, outside_whiskers, over_time, spread
 from vbbench.scoring.metrics import METRICS
 
 _WIDTHS: dict[Kind, float] = {"over-time": 4.6, "cumulative": 3.0, "spread": 3.0}  # inches, several kinds side by side
-_ALONE, _HIGH = 5.6, 2.0  # inches: a panel's width where one kind is shown, and every panel's height
+_ALONE, _APART, _HIGH = 5.4, 1.0, 2.0  # inches: panels of one kind, wide and apart; the height of every panel
 _LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.85, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
 _NAMES = 0.35  # inches that the names beside a spread add to the gap
 _TITLES: dict[Kind, str] = {
@@ -72,9 +72,9 @@ def _laid_out(tables: ErrorTables) -> Figure:
     if len(kinds) == 1:
         columns = min(2, len(metrics))
         rows = -(-len(metrics) // columns)
-        places = [(n // columns, (n % columns) * (_ALONE + _GAP[0] + names), _ALONE) for n in range(len(metrics))]
+        places = [(n // columns, (n % columns) * (_ALONE + _APART + names), _ALONE) for n in range(len(metrics))]
         cells = list(zip([f"{metric} {kinds[0]}" for metric in metrics], places, strict=True))
-        across = columns * (_ALONE + _GAP[0] + names) - _GAP[0]
+        across = columns * (_ALONE + _APART + names) - _APART
     else:
         rows, lefts, across = len(metrics), {}, 0.0
         for kind in kinds:
@@ -166,7 +166,7 @@ def _draw_spread(axes: Axes, tables: ErrorTables, metric: str, looks: Several[Lo
             linestyle=look.dashes, gid=f"box-{n}",
         )  # fmt: skip
         axes.plot([box["median"]] * 2, [n - 0.28, n + 0.28], color=look.colour, linewidth=2.0, solid_capstyle="butt")
-        beyond = values[(values < box["p5"]) | (values > box["p95"])]
+        beyond = outside_whiskers(values)
         dots: dict[str, Any] = {"marker": "o", "markersize": 2.2, "linestyle": "none", "markeredgewidth": 0}
         axes.plot(beyond, np.full(len(beyond), n), color=look.colour, alpha=0.5, **dots)
         capped, (low, high) = tables.capped(n, metric)
