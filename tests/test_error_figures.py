@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.pictures.plotting.error_figure import plot_errors, plot_errors_to_file
 from vbbench.pictures.plotting.figure import plot_to_file
 from vbbench.pictures.plotting.solver_colours import PALETTE, solver_colour, solver_looks
+from vbbench.pictures.replay import load_replay
 from vbbench.scoring import score
 from vbbench.scoring.error_tables import ErrorTables, error_tables
 from vbbench.scoring.errors_in_time import errors_in_time
@@ -226,10 +229,17 @@ def test_several_answers_and_one_with_faults_in_one_picture(folder: Path, answer
     assert CAUTION.split(". ")[1] in words(drawing)
 
 
-def test_matplotlib_is_not_loaded_for_help(capsys: pytest.CaptureFixture[str]):
-    import subprocess
-    import sys
+def test_a_film_tells_the_caution_whole(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    captions = pytest.importorskip("vbbench.pictures.film.captions")
+    lines: list[str] = []
+    monkeypatch.setattr(captions.paint, "draw_text", lambda _canvas, text, *_rest, **_look: lines.append(text))
+    plain = captions.draw_legend(960, load_replay(Dataset(folder / "data"), SEQUENCE), 10.0)
+    assert " ".join(CAUTION.split()) in " ".join(lines)
+    assert all(captions.paint.text_width(line, 14) <= 960 for line in lines)
+    assert plain.shape[1] == 960
 
+
+def test_matplotlib_is_not_loaded_for_help():
     code = "import sys; from vbbench.cli import main\ntry: main(['plot-errors', '--help'])\nexcept SystemExit: pass\n"
     done = subprocess.run([sys.executable, "-c", code + "assert 'matplotlib' not in sys.modules"], check=False)
     assert done.returncode == 0

@@ -135,7 +135,7 @@ def test_plots_films_and_the_player_show_it(datasets: dict[str, Dataset], tmp_pa
     solve(dataset, "vb-cv", "sequential", answers)
     assert plot_to_file(dataset, 0, tmp_path / "plot.png", submissions=[answers]).stat().st_size > 10_000
     backend = Backend(name=f"{FlatRenderer.__module__}:FlatRenderer")
-    film = render_to_file(dataset, 0, tmp_path / "film", backend=backend, submissions=[answers])
+    film = render_to_file(dataset, 0, tmp_path / "film", backend=backend, submission=answers)
     assert len(list(film.glob("*.png"))) == dataset.sequence(0).frames
     result = replace(Result.of(score(answers, dataset.folder), answers, ABOUT, name="vb-cv"), board=board)
     write_player(tmp_path / "site", {board: (result,)}, Films(work=tmp_path, sequences=1))
