@@ -23,8 +23,8 @@ from vbbench.scoring.errors_in_time import cumulative, outside_whiskers, over_ti
 from vbbench.scoring.metrics import METRICS
 
 _WIDTHS: dict[Kind, float] = {"over-time": 4.6, "cumulative": 3.0, "spread": 3.0}  # inches, several kinds side by side
-_ALONE, _APART, _HIGH = 5.4, 1.0, 2.0  # inches: panels of one kind, wide and apart; the height of every panel
-_LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.85, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
+_ALONE, _APART, _HIGH = 5.4, 1.1, 2.0  # inches: panels of one kind, wide and apart; the height of every panel
+_LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.95, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
 _NAMES = 0.35  # inches that the names beside a spread add to the gap
 _TITLES: dict[Kind, str] = {
     "over-time": "over time",

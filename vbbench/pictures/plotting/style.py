@@ -87,7 +87,7 @@ def wrap(text: str, room: float, width: Callable[[str], float]) -> list[str]:
     lines = [text]
     while letters > 1 and max(map(width, lines), default=0.0) > room:
         letters = min(letters - 1, int(letters * room / max(map(width, lines))) + 1)
-        lines = textwrap.wrap(text, letters)
+        lines = textwrap.wrap(text, letters, break_on_hyphens=False)
     return lines
 
 
