@@ -11,10 +11,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_BUILD_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip
 DEMO ?= out/demo
+SITE ?= out/site
+PLAYED ?= sim street
+WORK := out/leaderboard/again
+SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/field.json)
 PARALLEL := --numprocesses logical --maxprocesses 4 --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test browser chromium clean
+.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -32,7 +36,7 @@ test-extras: $(VENV)/.extras
 test-under-load: $(VENV)/.dev
 	$(BIN)/python -m tests.under_load --runs 10 -- $(QUICK)
 
-test-all: $(VENV)/.extras chromium
+test-all: $(VENV)/.extras chromium site
 	$(BIN)/python -m pytest
 
 check: lint types contracts dependencies house results-check
@@ -75,7 +79,16 @@ leaderboard: $(VENV)/.dev
 wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
 
-browser: $(VENV)/.dev chromium
+site: $(VENV)/.docs
+	rm -rf $(SITE)
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs/site -d out/doctrees docs $(SITE)
+	$(BIN)/vbbench leaderboard build --out $(SITE)/leaderboard $$(test ! -d $(WORK) || echo --work $(WORK))
+	$(BIN)/python docs/site/links.py $(SITE)
+
+sequences: $(VENV)/.runtime
+	$(BIN)/vbbench leaderboard rerun --split $(PLAYED) --tier field --seed $(SEED) --together --jobs 2
+
+browser: $(VENV)/.dev chromium site
 	$(BIN)/python -m pytest tests/browser --no-skips --durations 5
 
 chromium:
@@ -98,5 +111,9 @@ $(VENV)/.extras: $(VENV)/.dev
 	$(PIP) install --quiet --editable '.[dask,pyrender,pysocialforce,robot,torch,viewer]'
 	touch $@
 
+$(VENV)/.docs: $(VENV)/.runtime
+	$(PIP) install --quiet --editable '.[docs]'
+	touch $@
+
 clean:
-	rm -rf $(VENV) out dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) out dist docs/tutorials/notebooks .mypy_cache .ruff_cache .pytest_cache .hypothesis

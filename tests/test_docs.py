@@ -17,7 +17,7 @@ from vbbench.scoring import score
 from vbbench.solving import solve
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 LARGEST_PICTURE = 400_000
 GUIDE = ROOT / "docs" / "writing-a-solver.md"
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")

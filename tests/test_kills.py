@@ -130,6 +130,7 @@ SCENARIOS: dict[str, Scenario] = {
     "merge withheld truth --out": making_secrets("merge mystery --out out", mystery="mystery"),
     "merge a submission": making_answers("merge out", out="pieces"),
     "merge a submission --out": making_answers("merge pieces --out out", pieces="pieces"),
+    "card": Scenario(command="card data --creator Somebody --overwrite", found=finding("data")),
     "leaderboard add the first": Scenario(command=f"{ADD} --results board", found=finding("plaza", "plaza-answers")),
     "leaderboard add another": Scenario(
         command=f"{ADD} --results board", found=finding("plaza", "plaza-answers", "board")

@@ -12,6 +12,7 @@ import pytest
 
 from tests.stopping import contents, names, stopped_at_every_step
 from tests.tiny_board import FILE, tiny_board
+from vbbench import __version__
 from vbbench.cli import main
 from vbbench.errors import FileError
 from vbbench.folders import replacing as module
@@ -57,7 +58,7 @@ def test_ones_own_output_is_written_in_order(room: Path, tmp_path: Path, name: s
             subprocess.run(command, cwd=tmp_path, check=True, stdout=file)
         text = (tmp_path / "out.txt").read_text("utf-8")
     assert text.startswith("sequence,scene,first_frame,last_frame,frames,")
-    assert text.count("cv 0.3.0 on demo") == 1
+    assert text.count(f"cv {__version__} on demo") == 1
     assert names(tmp_path) == ([] if where == "pipe" else ["out.txt"])
 
 

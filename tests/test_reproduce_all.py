@@ -13,10 +13,11 @@ from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.everything import DONE, PAGE, reproduce_all
 from vbbench.reproduction.making import Making
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.studies import Part, the_parts
 from vbbench.reproduction.tables.table4.report import table4_report
 from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4
+from vbbench.table import Table
 
 TABLE = Table(title="Of `cv`", head=["who", "Δx < 1 m"], rows=[["**us**", "0.5"], ["the paper", ""]])
 

@@ -46,7 +46,8 @@ def test_nothing_published_names_the_seed(challenge: Path) -> None:
     facts = json.loads((challenge / "dataset.json").read_text("utf-8"))
     assert facts["seed"] is None
     assert not any(str(SECRET).encode() in path.read_bytes() for path in challenge.iterdir())
-    assert sorted(path.stem for path in challenge.iterdir()) == ["dataset", "given", "observations", "sequences"]
+    cards, tables = ["README", "croissant"], ["given", "observations", "sequences"]
+    assert sorted(path.stem for path in challenge.iterdir()) == [*cards, "dataset", *tables]
     with pytest.raises(VbbenchError, match=r"seed .* is withheld"):
         _ = Dataset(challenge).info.known_seed
 

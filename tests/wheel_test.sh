@@ -1,13 +1,23 @@
 #!/bin/sh
-# Builds the wheel, installs it into an empty environment and uses it from another folder.
+# Builds sdist and wheel, checks both, installs each into an empty environment and uses it from another folder.
+# With a folder DIST, what was built and tried stays there, for a release.
 set -eu
 here=$(pwd)
+python=${PYTHON:-python3}
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 export PIP_CONSTRAINT="$here/constraints.txt" PIP_BUILD_CONSTRAINT="$here/constraints.txt"
-"${PYTHON:-python3}" -m build --quiet --wheel --outdir "$room/dist" "$here"
-"${PYTHON:-python3}" -m venv "$room/venv"
-"$room/venv/bin/python" -m pip install --quiet "$room"/dist/*.whl
+"$python" -m build --quiet --outdir "$room/dist" "$here"  # the wheel from the sdist
+"$python" -m build --quiet --wheel --outdir "$room/tree" "$here"
+"$python" -m release.artefacts "$room/dist" "$room"/tree/*.whl
+"$python" -m venv "$room/venv"
+"$room/venv/bin/python" -m pip install --quiet "$room"/dist/*.tar.gz
+"$room/venv/bin/vbbench" --version
+"$room/venv/bin/python" -m pip install --quiet --no-deps --force-reinstall "$room"/dist/*.whl
+"$room/venv/bin/python" -m pip install --quiet --dry-run 'vbbench[pandas]'  # extras of what is installed, by its name
+if "$room/venv/bin/python" -m pip install --quiet uv; then
+  "$room/venv/bin/uv" pip install --quiet --dry-run --python "$room/venv" -c "$here/constraints.txt" "$room"/dist/*.whl
+fi
 mkdir "$room/elsewhere"
 cd "$room/elsewhere"
 "$room/venv/bin/vbbench" splits
@@ -24,8 +34,11 @@ assert 'site-packages' in vbbench.__file__, vbbench.__file__
 "
 published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results.folder import published_results as p; print(p())")
 "$room/venv/bin/vbbench" leaderboard check --results "$published"
+"$room/venv/bin/vbbench" leaderboard export --board hotel/sequential-field --format bibtex
 "$room/venv/bin/vbbench" leaderboard template mine
 test -s mine/mysolver.py
 "$room/venv/bin/vbbench" leaderboard build --out site
 test -s site/index.html && test -s site/assets/page.css && test -s site/assets/player.js
-echo "wheel: installed and used from another folder"
+test -s site/tables/hotel/sequential-field.tex
+if [ -n "${DIST:-}" ]; then mkdir -p "$here/$DIST" && cp "$room"/dist/* "$here/$DIST"; fi
+echo "wheel: wheel and sdist installed and used from another folder"

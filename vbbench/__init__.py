@@ -13,8 +13,6 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.3.0"
-
 _HOMES = {
     "Dataset": "files.dataset",
     "Estimate": "estimate",
@@ -35,6 +33,7 @@ _HOMES = {
     "SessionAnswer": "solving.session",
     "Truth": "sequence",
     "VbbenchError": "errors",
+    "__version__": "version",
     "compare": "scoring.comparison",
     "generate": "generation",
     "score": "scoring",
@@ -102,6 +101,7 @@ if TYPE_CHECKING:
     )
     from vbbench.solving import solve
     from vbbench.solving.session import Session, SessionAnswer
+    from vbbench.version import __version__
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:

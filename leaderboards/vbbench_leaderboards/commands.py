@@ -3,12 +3,13 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tyro.conf import Positional
 
 RESULTS = Path("leaderboards/results")
 WORK = Path("out/leaderboard")
+Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
 
 
 def add(
@@ -158,6 +159,27 @@ def rerun(
     return int(drifted > 0)
 
 
+def export(
+    board: tuple[str, ...] = (),
+    format: Format = "csv",  # noqa: A002
+    results: Path | None = None,
+) -> None:
+    """Print the tables of boards for papers and programs, or what to cite for them.
+
+    Args:
+        board: Boards by name, such as hotel/sequential-field; default: all.
+        format: csv, latex (with booktabs), markdown, json, or bibtex for the entries to cite.
+        results: Folder of the result files; default: as of 'leaderboard build'.
+    """
+    from vbbench_leaderboards.exports.exported import exported_boards, exported_text
+    from vbbench_leaderboards.results.folder import read_datasets, read_results
+
+    folders = _folders(results)
+    records = read_datasets(*folders)
+    boards = exported_boards(read_results(*folders, records=records), records, board)
+    sys.stdout.write(exported_text(boards, format))
+
+
 def build(
     out: Path,
     results: Path | None = None,
@@ -183,16 +205,22 @@ def build(
     from vbbench.pictures.rendering import Backend
     from vbbench_leaderboards.page.building import build as make
     from vbbench_leaderboards.player.writing import Films
-    from vbbench_leaderboards.results.folder import published_results
 
-    published = published_results()
-    added = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
     found = work or (WORK if WORK.is_dir() else None)
     own = pictures == FOOTAGE
     drawn = Backend(name=pictures) if pictures and not own else None
     films = Films(work=found, sequences=sequences, pictures=drawn, footage=own, jobs=jobs) if found else None
-    make(out, *([results] if results else [*added, published]), films=films)
+    make(out, *_folders(results), films=films)
     _say(out / "index.html")
+
+
+def _folders(results: Path | None) -> list[Path]:
+    """The folder of results that is named; or those found here, and those that come with vbbench."""
+    from vbbench_leaderboards.results.folder import published_results
+
+    published = published_results()
+    added = [RESULTS] if RESULTS.is_dir() and not RESULTS.samefile(published) else []
+    return [results] if results else [*added, published]
 
 
 def _say(text: object) -> None:
@@ -204,6 +232,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "add": add,
     "build": build,
     "check": check,
+    "export": export,
     "rerun": rerun,
     "template": template,
 }

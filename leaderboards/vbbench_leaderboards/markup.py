@@ -5,6 +5,8 @@ from html import escape
 from typing import Any
 from urllib.parse import urlsplit
 
+from vbbench.table import decimals as decimals
+
 NONE = '<span class="none" aria-label="none">–</span>'
 
 
@@ -29,11 +31,6 @@ def link(address: str, words: str) -> str:
     if not is_web_address(address):
         return text(words)
     return f'<a href="{text(address)}" rel="noopener noreferrer nofollow">{text(words)}</a>'
-
-
-def decimals(values: list[float]) -> int:
-    """Decimals of a column of errors: three, or four if one is below 0.01."""
-    return 4 if any(0 < abs(value) < 0.01 for value in values) else 3
 
 
 def percent(share: float) -> str:

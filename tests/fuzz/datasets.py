@@ -20,6 +20,7 @@ from tests.fuzz.mutations import JSON, TEXT
 from tests.fuzz.parquet_mutations import PARQUET
 from tests.make_dataset import Crowd, write_dataset
 from tests.tiny_board import FILE, tiny_board, tiny_dataset
+from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, describe
 from vbbench.files.verification import verify
@@ -43,6 +44,7 @@ def _made(what: str) -> Path:
 
 def _write(folder: Path) -> None:
     tiny_dataset(folder / "described", SMALL)
+    card_dataset(tiny_dataset(folder / "carded", SMALL))
     write_dataset(folder / "small", SMALL)
     write_dataset(folder / "tracked", TRACKED)
     tables = true_answers(folder / "small", 0.1)
@@ -72,8 +74,9 @@ def _read_dataset(folder: Path) -> None:
 
 
 def _read_described(folder: Path) -> None:
-    """The facts of a dataset, and whether its tables belong to them."""
+    """The facts of a dataset, its cards, and whether its tables belong to them."""
     describe(DatasetInfo.read(folder))
+    card_texts(folder)
     verify(folder)
 
 
@@ -129,6 +132,17 @@ def _table(crowd: str, name: str, weight: int = 1) -> Kind:
     )
 
 
+def _card(file: str, mutations: Any) -> Kind:
+    return Kind(
+        name=f"card-{Path(file).stem.lower()}",
+        make=_copy("dataset"),
+        target=f"carded/{file}",
+        mutations=mutations,
+        read=lambda folder: verify(folder / "carded"),
+        weight=1,
+    )
+
+
 def _answer(kind: str, file: str, weight: int = 2) -> Kind:
     mutations = {".json": JSON, ".csv": TEXT, ".parquet": PARQUET}[Path(file).suffix]
     return Kind(
@@ -177,6 +191,8 @@ KINDS = (
         weight=4,
         **_sealed("described/dataset.json", canonical_digest),
     ),
+    _card(CROISSANT, JSON),
+    _card(README, TEXT),
     *(_table("small", name) for name in ("sequences", "observations", "given")),
     *(_table("small", f"truth/{name}") for name in ("poses", "scenes", "people")),
     _table("tracked", "truth/tracks"),

@@ -9,6 +9,7 @@ import numpy as np
 
 from vbbench import __version__
 from vbbench.birdify.cues import Cues
+from vbbench.table import Table
 
 REPORT = "report.json"
 FEW_PEOPLE = 3
@@ -173,7 +174,7 @@ def _spread(spread: Spread, unit: str, *, last: bool = True) -> str:
 
 
 def _table(rows: Iterator[tuple[str, str]]) -> str:
-    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {text} |" for name, text in rows)])
+    return "\n".join(Table(head=("", ""), rows=list(rows), names=2).markdown()).rstrip()
 
 
 def _plain(value: Any) -> Any:

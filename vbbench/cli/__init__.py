@@ -27,6 +27,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "merge": data.merge,
     "info": data.info,
     "verify": data.verify,
+    "card": data.card,
     "solvers": evaluation.solvers,
     "solve": evaluation.solve,
     "check": evaluation.check,

@@ -1,4 +1,4 @@
-"""Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify."""
+"""Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
 
 from pathlib import Path
 from typing import Literal
@@ -230,3 +230,36 @@ def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
     from vbbench.files.verification import verify as check
 
     print(check(folder, truth))
+
+
+def card(
+    folder: Positional[Path],
+    /,
+    creator: str | None = None,
+    url: str | None = None,
+    published: str | None = None,
+    contact: str | None = None,
+    licence: str | None = None,
+    citation: str | None = None,
+    overwrite: bool = False,
+) -> None:
+    """Write the cards of a dataset, README.md and croissant.json, for a folder without them or to publish it.
+
+    Args:
+        folder: The dataset.
+        creator: Who made it.
+        url: Where it is published.
+        published: The day, such as 2026-11-30.
+        contact: Whom to ask, or to tell of a mistake.
+        licence: Of a recording of your own; that of every other split is known.
+        citation: How to cite this dataset, or a recording of your own.
+        overwrite: Replace its cards.
+    """
+    from vbbench.files.cards.origin import Publisher
+    from vbbench.files.cards.writing import card_dataset
+
+    publisher = Publisher(
+        creator=creator, url=url, published=published, contact=contact, licence=licence, citation=citation
+    )
+    for path in card_dataset(folder, publisher, overwrite=overwrite):
+        print(path)

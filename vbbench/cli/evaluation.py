@@ -6,6 +6,7 @@ from typing import Literal
 from tyro.conf import Positional
 
 ProtocolName = Literal["one-step", "sequential", "rollout", "cold-start"]
+Format = Literal["text", "markdown", "latex", "csv", "json"]
 
 
 def solvers(json: bool = False) -> None:
@@ -85,28 +86,47 @@ def check(submission: Positional[Path], /, dataset: Path) -> None:
 
 
 def score(
-    submission: Positional[Path],
+    submissions: Positional[tuple[Path, ...]],
     /,
     dataset: Path,
     truth: Path | None = None,
     json: bool = False,
+    format: Format = "text",  # noqa: A002
     per_sequence: Path | None = None,
-) -> None:
-    """Score a submission against a dataset's truth.
+) -> int:
+    """Score a submission against a dataset's truth, or several side by side.
+
+    Exit status 2 means that a submission has faults; where another can be scored, they stand below the table.
 
     Args:
-        submission: Folder with submission.json, poses and positions (.parquet or .csv).
-        dataset: The dataset that it answers.
+        submissions: Folders with submission.json, poses and positions (.parquet or .csv).
+        dataset: The dataset that they answer.
         truth: Folder with the truth tables, if they are not in the dataset.
-        json: Machine-readable.
-        per_sequence: CSV file to write with one row per sequence.
+        json: Machine-readable; the same as --format json.
+        format: Of the table: text, markdown, latex (with booktabs), csv or json.
+        per_sequence: CSV file to write with one row per sequence of one submission.
     """
+    from vbbench.errors import VbbenchError
     from vbbench.scoring.scores import score as judge
+    from vbbench.scoring.side_by_side import SideBySide, score_several
 
-    result = judge(submission, dataset, truth)
+    if not submissions:
+        raise VbbenchError("which submission? give one folder or more, see 'vbbench score --help'")
+    form = "json" if json else format
+    if len(submissions) > 1:
+        if per_sequence is not None:
+            raise VbbenchError("--per-sequence is of one submission; score them one by one")
+        several = score_several(submissions, dataset, truth)
+        print(several.write(form))
+        return 2 if several.refused else 0
+    result = judge(submissions[0], dataset, truth)
     if per_sequence is not None:
         result.write_per_sequence(per_sequence)
-    print(result.to_json() if json else result.table())
+    if form in ("text", "json"):
+        print(result.to_json() if form == "json" else result.table())
+    else:
+        print(SideBySide(scores={submissions[0]: result}, refused={}).write(form))
+    return 0
 
 
 def compare(

@@ -256,7 +256,7 @@ def describe(info: DatasetInfo) -> str:
         f"{info.split}: {info.title}",
         f"  {s['sequences']} sequences, mean {s['mean_frames']:.2f} frames, people ({included}) "
         f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']} (min / mean / max)",
-        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({_told_noise(info)}), "
+        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({told_noise(info)}), "
         f"dt {info.dt:g} s",
         f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
     ]
@@ -273,7 +273,7 @@ def describe(info: DatasetInfo) -> str:
     return "\n".join(lines)
 
 
-def _told_noise(info: DatasetInfo) -> str:
+def told_noise(info: DatasetInfo) -> str:
     """What solvers are told of the errors of boxes and camera, as text."""
     parts = [
         (True, f"{info.pixel_std:g} px"),

@@ -167,7 +167,10 @@ class Options:
 
 @dataclass(frozen=True, kw_only=True)
 class Card:
-    """What a person wants to know of a split before making it."""
+    """What a person wants to know of a split before making it.
+
+    ``people`` are real ones who were filmed or measured, or nobody but a program's.
+    """
 
     name: str
     title: str
@@ -175,6 +178,7 @@ class Card:
     citation: str
     sources: tuple[Source, ...]
     caution: str | None = None
+    people: Literal["recorded", "simulated"] = "recorded"
 
 
 def refuse_footage(options: Options, split: str) -> None:

@@ -17,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.errors import FileError, VbbenchError
+from vbbench.files.cards.writing import write_cards
 from vbbench.files.dataset_checks import PUBLIC, TABLES
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges
@@ -252,6 +253,8 @@ def _write_whole(folder: Path, layout: Layout, work: WorkFolder) -> None:
                         writer.add(group)
                     bar.update()
     write_text_atomically(work.new / layout.marker, _facts(folder, layout, paths, work))
+    if layout.marker == INFO_FILE:
+        write_cards(work.new)
 
 
 def _facts(folder: Path, layout: Layout, paths: dict[str, Path], work: WorkFolder) -> str:

@@ -17,6 +17,7 @@ from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
+from vbbench.table import Table
 
 REAL, SYNTHETIC = "hotel", "demo"
 """The real split if its source is available, and the synthetic one otherwise."""
@@ -54,20 +55,24 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
 def score_table(scores: list[Score]) -> str:
     """Scores as a Markdown table, a row per protocol and solver: capped means, by which boards rank, and more of Δx."""
     columns = section("metrics")
-    labels = " | ".join(metric.label for metric in columns.values())
-    lines = [
-        f"Mean over sequences of min(error, cap of the protocol), by which boards rank; of {_DETAILED.symbol} also how "
-        "many sequences failed, the median, the mean without a cap, and that over all frames.\n",
-        f"| protocol | solver | {labels} | failed | median | mean | over frames | coverage | µs per frame |",
-        f"|---|---|{'---:|' * (len(columns) + 6)}",
-    ]
+    labels = [metric.label for metric in columns.values()]
+    rows = []
     for s in scores:
-        figures = " | ".join(f"{s.summaries[name].capped:.3f}" for name in columns)
-        dx = s.summaries["dx"]
-        more = f"{dx.failure_rate:.1%} | {dx.median:.3f} | {dx.mean:.3f} | {dx.frame_mean:.3f}"
-        cost = 1e6 * (s.info.seconds_per_frame or 0.0)
-        lines.append(f"| {s.protocol.name} | {s.info.solver} | {figures} | {more} | {s.coverage:.0%} | {cost:.0f} |")
-    return "\n".join(lines)
+        dx, cost = s.summaries["dx"], 1e6 * (s.info.seconds_per_frame or 0.0)
+        more = [f"{dx.failure_rate:.1%}", *(f"{value:.3f}" for value in (dx.median, dx.mean, dx.frame_mean))]
+        figures = [f"{s.summaries[name].capped:.3f}" for name in columns]
+        rows.append([s.protocol.name, s.info.solver, *figures, *more, f"{s.coverage:.0%}", f"{cost:.0f}"])
+    table = Table(
+        facts=[
+            "Mean over sequences of min(error, cap of the protocol), by which boards rank; of "
+            f"{_DETAILED.symbol} also how many sequences failed, the median, the mean without a cap, and that over all "
+            "frames."
+        ],
+        head=["protocol", "solver", *labels, "failed", "median", "mean", "over frames", "coverage", "µs per frame"],
+        rows=rows,
+        names=2,
+    )
+    return "\n".join(table.markdown()).rstrip()
 
 
 def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:

@@ -16,8 +16,9 @@ from vbbench.parallel.parts import progress_bar
 from vbbench.parsing.json_text import read_json
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.page import Section, as_page
-from vbbench.reproduction.report import Table, write_report
+from vbbench.reproduction.report import write_report
 from vbbench.reproduction.studies import Part
+from vbbench.table import Table
 
 PAGE = "index.html"
 DONE = "done.json"

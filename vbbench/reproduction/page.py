@@ -3,7 +3,6 @@
 import base64
 import os
 import platform
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -14,7 +13,7 @@ from string import Template
 
 from vbbench import __version__
 from vbbench.paper import the_paper
-from vbbench.reproduction.report import Table
+from vbbench.table import Table, rewritten
 
 PACKAGES = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "opencv-python-headless")
 """Packages whose versions the page states."""
@@ -107,9 +106,12 @@ def _paragraph(text: str) -> str:
 
 
 def _marked(text: str) -> str:
-    """HTML of text with ``code`` and **bold** in it."""
-    html = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text, quote=False))
-    return re.sub(r"\*\*([^*]+)\*\*", r"<b>\1</b>", html)
+    """HTML of marked text."""
+    return rewritten(text, plain=_plain, code=lambda name: f"<code>{_plain(name)}</code>", bold="<b>{}</b>".format)
+
+
+def _plain(text: str) -> str:
+    return escape(text, quote=False)
 
 
 def _made(sections: Sequence[Section]) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,38 +11,7 @@ from matplotlib.figure import Figure
 
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.plotting.saving import save_picture
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """Rows of text; the first ``names`` columns name a row, the others are its figures.
-
-    Parameters
-    ----------
-    title : what it shows; "" if the report's title says so.
-    facts : conditions and explanations, a paragraph each, above it.
-    """
-
-    title: str = ""
-    facts: Sequence[str] = ()
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    names: int = 1
-
-    def markdown(self) -> Iterator[str]:
-        """Its lines."""
-        if self.title:
-            yield from (f"## {self.title}", "")
-        for fact in self.facts:
-            yield from (fact, "")
-        yield _line(self.head)
-        yield f"|{'---|' * self.names}{'---:|' * (len(self.head) - self.names)}"
-        yield from map(_line, self.rows)
-        yield ""
-
-
-def _line(cells: Sequence[str]) -> str:
-    return f"|{'|'.join(f' {cell} ' if cell else ' ' for cell in cells)}|"
+from vbbench.table import Table
 
 
 @dataclass(frozen=True, kw_only=True)

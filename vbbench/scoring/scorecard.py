@@ -1,8 +1,8 @@
 """The result of scoring: figures of each sequence and of the split, as JSON, as text and as CSV."""
 
-import csv
 import io
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from vbbench.scoring.block_bootstrap import is_enough
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.statistics import Summary
 from vbbench.scoring.timeline import Timeline
+from vbbench.table import csv_text
 
 if TYPE_CHECKING:
     import pandas
@@ -160,24 +161,23 @@ class Score:
             self._line(name, own.position_coverage if metric.over == "people" else own.pose_coverage)
             for name, metric in METRICS.items()
         ]
-        notes = [_RANKS, interval_note(self.per_sequence.timeline, self.summaries["dx"].blocks)]
-        notes += [f"Caution: {self.dataset.caution}"] if self.dataset.caution else []
+        return "\n".join([*self._heading(), _HEADER, *rows, _RANKS, *self.notes()])
+
+    def notes(self) -> Iterator[str]:
+        """What must be known to read its figures: where intervals come from, the dataset's caution, what is unknown."""
+        yield interval_note(self.per_sequence.timeline, self.summaries["dx"].blocks)
+        if self.dataset.caution:
+            yield f"Caution: {self.dataset.caution}"
         if self.dataset.truth != "whole":
-            notes.append(f"Figures without a number are not known: {_UNKNOWN[self.dataset.truth]}")
-        return "\n".join([*self._heading(), _HEADER, *rows, *notes])
+            yield f"Figures without a number are not known: {_UNKNOWN[self.dataset.truth]}"
 
     def to_csv(self) -> str:
         """Figures of each sequence as CSV, NaN as an empty cell."""
         own = self.per_sequence
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         names = ("sequence", "scene", "first_frame", "last_frame", "frames", "positions")
-        writer.writerow([*names, "coverage", *METRICS])
-        heads = *(getattr(own, name) for name in names), own.coverage.tolist()
+        heads = *(getattr(own, name).tolist() for name in names), own.coverage.tolist()
         figures = (own.figures[name].tolist() for name in METRICS)
-        for *head, values in zip(*heads, zip(*figures, strict=True), strict=True):
-            writer.writerow([*head, *("" if np.isnan(value) else repr(value) for value in values)])
-        return text.getvalue()
+        return csv_text((*names, "coverage", *METRICS), zip(*heads, *figures, strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Figures of each sequence, as `to_csv` has them, the sequence's number as index; needs the extra ``pandas``.

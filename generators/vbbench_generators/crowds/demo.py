@@ -27,6 +27,7 @@ class DemoSplit:
         citation="none; made by vbbench",
         sources=(),
         caution="synthetic crowds, not people: for trying things out, not for comparing solvers",
+        people="simulated",
     )
 
     def plan(self, options: Options) -> Reprojection:

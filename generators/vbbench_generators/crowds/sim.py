@@ -140,6 +140,7 @@ class SimSplit:
         "behavioural mechanisms underlying self-organization in human crowds. Proc. R. Soc. B 276, 2009 (the forces); "
         "the paper (the split)",
         sources=(),
+        people="simulated",
     )
 
     def plan(self, options: Options) -> SimulationPlan:

@@ -31,6 +31,7 @@ CARD = Card(
     citation="Fabbri et al., MOTSynth: How Can Synthetic Data Help Pedestrian Detection and Tracking?, ICCV 2021",
     sources=(),
     caution=f"nothing of it comes with vbbench: {WHERE}, with --source",
+    people="simulated",
 )
 CAUTION = "the people and cameras of a game; how its camera's angles are read is recognised, not published"
 """Of a dataset that was made."""

@@ -10,6 +10,7 @@ from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series
 from vbbench_leaderboards.markup import code, text
+from vbbench_leaderboards.page.downloads import download_links
 from vbbench_leaderboards.page.pairs import pair_tables
 from vbbench_leaderboards.page.people import people_table
 from vbbench_leaderboards.page.site import Site
@@ -30,6 +31,7 @@ def board_html(site: Site, board: Board) -> str:
             '<p class="unseen" id="board-says" role="status"></p>',
             board_table(site, board),
             '<p id="nothing-found" class="note" hidden>No solver fits what is chosen above.</p>',
+            download_links(board),
             people_table(site, board),
             _charts(site, board),
             pair_tables(dict(site.rankings[board])),

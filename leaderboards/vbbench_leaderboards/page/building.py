@@ -12,6 +12,7 @@ from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.folders.work_folder import WorkFolder
 from vbbench_leaderboards.markup import provided
 from vbbench_leaderboards.page.board import board_html
+from vbbench_leaderboards.page.downloads import download_files
 from vbbench_leaderboards.page.front import front_page
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.player.writing import Films, write_player
@@ -71,6 +72,7 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
         yield f"assets/{asset.name}", asset.read_text("utf-8")
     for board in site.boards:
         yield f"data/{board.key}.js", provided(board.key, _board(site, board))
+    yield from download_files(site)
 
 
 def _board(site: Site, board: Board) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from vbbench import __version__
 from vbbench.generation.footage import FOOTAGE
 from vbbench.paper import the_paper
 from vbbench.protocol import get_protocol
+from vbbench.version import INSTALL
 from vbbench_leaderboards.charts.task import task_drawing
 from vbbench_leaderboards.markup import code, link, text
 from vbbench_leaderboards.page.headline import headline_table
@@ -26,7 +27,7 @@ from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, LEADING_TIERS
 from vbbench_leaderboards.results.ranking import LEVEL
 
 _COMMANDS = [
-    "pip install vbbench",
+    INSTALL,
     "vbbench leaderboard template mine && cd mine",
     "vbbench generate sim --tier field --observer vehicle --limit 150 --out sim-field",
     "vbbench solve sim-field --solver mysolver:MySolver --protocol sequential --out answer",

@@ -20,8 +20,9 @@ from vbbench.reproduction.keypoints.study import (
     Keypoints,
     MeasuredReading,
 )
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.scoring.statistics import finite_or_none
+from vbbench.table import Table
 
 NAME = "figure-keypoints"
 LOST = 1.0

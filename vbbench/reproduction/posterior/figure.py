@@ -16,8 +16,9 @@ from vbbench.reproduction.posterior.failures import CAUSES, PROTOCOL, SYMBOL, Fa
 from vbbench.reproduction.posterior.failures_picture import plot_failures
 from vbbench.reproduction.posterior.measuring import PosteriorTable
 from vbbench.reproduction.posterior.study import REPORTED, Posteriors, measured_solvers
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.transfer.agreement import Estimate
+from vbbench.table import Table
 
 NAME = "figure-posterior"
 GAUSSIAN_BEYOND = float(np.exp(-4.5))

@@ -19,8 +19,9 @@ from vbbench.reproduction.readings.study import (
     Readings,
     paper_figures,
 )
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.scoring.metrics import METRICS, section
+from vbbench.table import Table
 
 NAME = "readings"
 _WHAT_IS_KNOWN = {"learned": "learned", "known": "known", "prior": "N(μ, σ²)"}

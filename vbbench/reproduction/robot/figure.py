@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.robot.drift import TABLE_LENGTHS, Drift
 from vbbench.reproduction.robot.measuring import Course, Robot, Row
 from vbbench.reproduction.robot.picture import plot_course
 from vbbench.scoring.metrics import METRICS
+from vbbench.table import Table
 
 NAME = "figure-robot"
 PLACES = ("dx_rel", "dx")

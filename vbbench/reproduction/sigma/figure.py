@@ -11,9 +11,10 @@ from matplotlib.ticker import MaxNLocator
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.sigma.study import PANELS, Curve, SigmaFigure, Statistic, title_of
 from vbbench.scoring.metrics import METRICS
+from vbbench.table import Table
 
 NAME = "figure-sigma"
 COLUMNS = ("solver", "sigma_h", "people", "sequences", "seen", "coverage", "metric", "mean", "low", "high", "median")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.paper import the_paper
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.tables.solver_figure import plot_solver_table
 from vbbench.reproduction.tables.solver_tables import (
     HEADLINE,
@@ -18,6 +18,7 @@ from vbbench.reproduction.tables.solver_tables import (
 )
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import interval_text
+from vbbench.table import Table
 
 COLUMNS = ("dx_rel", "dx", "dr", "dt")
 """The metrics of the paper's tables, in its order."""

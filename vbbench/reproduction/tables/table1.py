@@ -14,11 +14,12 @@ from vbbench.geometry import IntArray
 from vbbench.registry import load
 from vbbench.reproduction.at_hand import AtHand, how_to_get
 from vbbench.reproduction.making import Making
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.simulated_recording import STAND_INS, record_crowd
 from vbbench.reproduction.tables.counting import Tally, count_people
 from vbbench.reproduction.tables.table1_picture import plot_table1
 from vbbench.reproduction.tables.table1_rows import Row, all_rows
+from vbbench.table import Table
 
 NAME = "table1"
 SPLITS = tuple(dict.fromkeys(row.split for row in all_rows()))

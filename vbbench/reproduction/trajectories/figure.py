@@ -7,11 +7,12 @@ from matplotlib.figure import Figure
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, lay_out
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.trajectories.choice import CANDIDATES
 from vbbench.reproduction.trajectories.map import MOST_PEOPLE, draw_map, map_legend
 from vbbench.reproduction.trajectories.study import Example, Trajectories
 from vbbench.scoring.metrics import METRICS
+from vbbench.table import Table
 
 NAME = "figure-trajectories"
 COLUMNS = ("dx_rel", "dx", "dr", "dt")

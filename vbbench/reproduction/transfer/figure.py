@@ -11,10 +11,11 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import lay_out
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.transfer.agreement import Agreement, Estimate
 from vbbench.reproduction.transfer.study import Case, Comparison, TransferStudy
 from vbbench.scoring.metrics import METRICS
+from vbbench.table import Table
 
 NAME = "transfer"
 TARGETS = {

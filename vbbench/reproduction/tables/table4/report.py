@@ -5,11 +5,12 @@ from itertools import product
 from typing import Any
 
 from vbbench.paper import the_paper
-from vbbench.reproduction.report import Report, Table
+from vbbench.reproduction.report import Report
 from vbbench.reproduction.tables.table4.picture import plot_table4
 from vbbench.reproduction.tables.table4.study import COLUMNS, LEAST_TRACK, PROTOCOLS, SPLIT, Table4
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.statistics import Summary
+from vbbench.table import Table
 
 NAME = "table4"
 CONDITIONS = (

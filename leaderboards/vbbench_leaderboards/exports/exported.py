@@ -1,0 +1,146 @@
+"""A board for papers and programs, in every format that the command and the page offer."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from vbbench.errors import UnknownNameError
+from vbbench.protocol import get_protocol
+from vbbench.scoring.score_columns import SHOWN_HEAD, VALUES_HEAD, ranking_fact, shown_cells, value_cells
+from vbbench.table import Table, csv_text, unmarked
+from vbbench_leaderboards.exports.bibtex import bibliography
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.folder import Boards, Records
+from vbbench_leaderboards.results.ranking import Place, Ranking
+from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.standings import headline, rank_apart
+
+Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
+ENDINGS: dict[Format, str] = {"csv": "csv", "latex": "tex", "markdown": "md", "json": "json", "bibtex": "bib"}
+"""How a file in a format ends."""
+
+RANKED = "dx"
+"""The metric that ranks a board's rows."""
+
+_ABOUT = ("authors", "date", "reference", "code", "trained_on", "tuned_on", "rerun_by")
+_PLACES = ("rank", "best_rank", "worst_rank")
+_HEAD = ("split", "tier", "protocol", "dataset", *_PLACES, "solver", "version", "timing", *VALUES_HEAD, *_ABOUT)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedBoard:
+    """A board with all that its table says.
+
+    Parameters
+    ----------
+    board : split, tier and protocol.
+    record : of its dataset.
+    results : its rows: causal solvers, the best first, then those that see the future.
+    places : solver → its rank, among its like.
+    """
+
+    board: Board
+    record: BoardDataset
+    results: tuple[Result, ...]
+    places: dict[str, Place]
+
+    @staticmethod
+    def of(
+        board: Board, record: BoardDataset, results: Sequence[Result], ranking: Ranking | None = None
+    ) -> "ExportedBoard":
+        """A board's results in the order of its table; they are ranked here unless their ranking is known."""
+        return ExportedBoard(
+            board=board,
+            record=record,
+            results=tuple(sorted(results, key=_order)),
+            places=(ranking or rank_apart(results)[RANKED]).places,
+        )
+
+    def table(self) -> Table:
+        """The table for people; the best of a column is marked among causal solvers, and among the others."""
+        late = [one.about.sees_the_future for one in self.results]
+        cells = shown_cells([one.score for one in self.results], late)
+        names = [[self._rank(one), unmarked(one.solver), one.about.timing] for one in self.results]
+        board, protocol = self.board, get_protocol(self.board.protocol)
+        return Table(
+            title=unmarked(f"{board.split}, {protocol.id}, tier {board.tier}: {self.record.title}"),
+            facts=[ranking_fact(protocol), _RANKS, *self._facts()],
+            head=["rank", "solver", "timing", *SHOWN_HEAD],
+            rows=[[*who, *figures] for who, figures in zip(names, cells, strict=True)],
+            names=3,
+        )
+
+    def _rank(self, result: Result) -> str:
+        place = self.places[result.solver]
+        return f"{place.rank}" if place.best == place.worst else f"{place.rank} ({place.best}–{place.worst})"
+
+    def rows(self) -> Iterator[list[object]]:
+        """A row of values per result, as `_HEAD` names them."""
+        where = (self.board.split, self.board.tier)
+        for one in self.results:
+            place, about = self.places[one.solver], one.about
+            protocol = f"{self.board.protocol}/{one.score['protocol_version']}"
+            named = (place.rank, place.best, place.worst, one.solver, one.version, about.timing)
+            told = (getattr(about, name) for name in _ABOUT)
+            yield [*where, protocol, one.dataset, *named, *value_cells(one.score), *told]
+
+    def values(self) -> dict[str, Any]:
+        """The board for programs: its dataset, and of every row the place, the score, and who stands there."""
+        record, board = self.record, self.board
+        facts = ("id", "title", "caution", "licence", "citation", "command")
+        rows = [
+            {**vars(self.places[one.solver]), **vars(one.about), "version": one.version, "score": one.score}
+            for one in self.results
+        ]
+        place = {"split": board.split, "tier": board.tier, "protocol": get_protocol(board.protocol).id}
+        return place | {"dataset": {name: getattr(record, name) for name in facts}, "rows": rows}
+
+    def _facts(self) -> Iterator[str]:
+        score, record = self.results[0].score, self.record
+        counts = (
+            f"{score['sequences']} sequences, {score['frames']} frames and {score['positions']} positions are scored"
+        )
+        yield f"{counts}; dataset {record.id}."
+        if record.caution:
+            yield unmarked(f"Caution: {record.caution}.")
+        if record.citation:
+            yield unmarked(f"Data: {record.citation}.")
+
+
+_RANKS = (
+    "Rank: one more than the number of solvers that are significantly better in Δx, in brackets what the figures leave "
+    "open; solvers that see frames after the one they answer are ranked apart."
+)
+
+
+def exported_boards(results: Boards, records: Records, keys: Sequence[str] = ()) -> list[ExportedBoard]:
+    """The boards called ``keys`` (``SPLIT/PROTOCOL-TIER``) in that order; all without any.
+
+    Raises
+    ------
+    UnknownNameError
+        If a board is none of those with results.
+    """
+    known = {board.key: board for board in results}
+    for key in keys:
+        if key not in known:
+            raise UnknownNameError("board", key, known)
+    chosen = [known[key] for key in dict.fromkeys(keys or known)]
+    return [ExportedBoard.of(board, records[board.split, board.tier], results[board]) for board in chosen]
+
+
+def exported_text(boards: Sequence[ExportedBoard], form: Format) -> str:
+    """Boards as one text: CSV and BibTeX as one table and one list, JSON as a list, the others one after the other."""
+    if form == "csv":
+        return csv_text(_HEAD, (row for board in boards for row in board.rows()))
+    if form == "json":
+        return json.dumps([board.values() for board in boards], indent=1, ensure_ascii=False) + "\n"
+    if form == "bibtex":
+        return bibliography([one for board in boards for one in board.results], [board.record for board in boards])
+    return "\n".join(line for board in boards for line in getattr(board.table(), form)())
+
+
+def _order(result: Result) -> tuple[bool, float, str]:
+    figure = headline(result, RANKED).value
+    return result.about.sees_the_future, float("inf") if figure is None else figure, result.solver

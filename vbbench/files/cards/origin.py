@@ -1,0 +1,125 @@
+"""Where a dataset comes from: what its split says of licence, citation and sources, and what its publisher adds."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import date
+from typing import TYPE_CHECKING, Any
+
+from vbbench.errors import VbbenchError, is_printable, quoted
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.paper import the_paper
+from vbbench.registry import load_registered, registered
+
+if TYPE_CHECKING:
+    from vbbench.generation.generator import Card
+
+OWN = ("the user's", "your own")
+"""What splits of a user's own recording say of licence and citation: nobody but the user knows."""
+LONGEST_NOTE = 1000
+"""Most characters of what a publisher says."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Publisher:
+    """What only the person who publishes a dataset knows; ``None`` is left out of the cards.
+
+    Parameters
+    ----------
+    creator : who made the dataset.
+    url : where it is published.
+    published : the day, as YYYY-MM-DD.
+    contact : whom to ask, or to tell of a mistake.
+    licence, citation : of a recording of one's own.
+
+    Raises
+    ------
+    VbbenchError
+        If one is empty or cannot be printed, or the day or the address is none.
+    """
+
+    creator: str | None = None
+    url: str | None = None
+    published: str | None = None
+    contact: str | None = None
+    licence: str | None = None
+    citation: str | None = None
+
+    def __post_init__(self) -> None:
+        for name, text in vars(self).items():
+            if text is not None and not (0 < len(text.strip()) <= LONGEST_NOTE and is_printable(text)):
+                raise VbbenchError(
+                    f"{name} must be printable text of 1 to {LONGEST_NOTE} characters, not {quoted(text)}"
+                )
+        if self.url is not None and not self.url.startswith(("https://", "http://")):
+            raise VbbenchError(f"url must be a web address such as https://..., not {quoted(self.url)}")
+        if self.published is not None and not _is_day(self.published):
+            raise VbbenchError(f"published must be a day such as 2026-11-30, not {quoted(self.published)}")
+
+
+def _is_day(text: str) -> bool:
+    with suppress(ValueError):
+        return date.fromisoformat(text).isoformat() == text
+    return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Origin:
+    """Whose the data are.
+
+    Parameters
+    ----------
+    licence, citation : of the sources; ``None`` where the split is not installed here.
+    recorded : whether the people are real ones who were filmed or measured; where nobody knows, they may be.
+    files : path and address of each public source file.
+    tier : what the dataset's tier does to boxes.
+    """
+
+    licence: str | None
+    citation: str | None
+    recorded: bool
+    files: tuple[tuple[str, str], ...]
+    tier: str | None
+
+    @property
+    def is_own(self) -> bool:
+        """Whether licence and citation are the publisher's to say."""
+        return self.licence is None or self.licence in OWN
+
+
+def origin_of(info: DatasetInfo, card: "Card | None" = None) -> Origin:
+    """Where a dataset comes from, by the ``card`` of its split, or of the one that is registered under its name."""
+    known: Any = card or _registered_card(info.split)
+    return Origin(
+        licence=(known and known.licence) or None,
+        citation=(known and known.citation) or None,
+        recorded=known is None or known.people == "recorded",
+        files=tuple((source.path, source.url) for source in known.sources) if known else (),
+        tier=load_registered("tier", info.tier).summary if info.tier in registered("tier") else None,
+    )
+
+
+def _registered_card(split: str) -> Any:
+    """The card of a split, ``None`` if it is not installed here or cannot be loaded."""
+    with suppress(VbbenchError):
+        return load_registered("generator", split).card
+    return None
+
+
+def said_licence(origin: Origin, publisher: Publisher) -> str:
+    """The licence in words: the sources', or of a recording of one's own the publisher's.
+
+    Raises
+    ------
+    VbbenchError
+        If the publisher names another one than that of the sources.
+    """
+    if publisher.licence is not None and not origin.is_own:
+        raise VbbenchError(f"the licence is that of the sources, {quoted(str(origin.licence))}; leave yours out")
+    return publisher.licence or origin.licence or "not known: the split is not installed where this card was written"
+
+
+def citations(origin: Origin, publisher: Publisher) -> list[str]:
+    """What to cite: the publisher's own, the sources, the paper of the task."""
+    paper = the_paper()
+    of_sources = None if origin.citation in OWN or (origin.citation or "").startswith("none") else origin.citation
+    return [text for text in (publisher.citation, of_sources, f"{paper.source}. {paper.link}") if text]

@@ -1,0 +1,84 @@
+"""What a card is about: everything that is published of a dataset, read once."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vbbench.files.cards.columns import TableMeaning, meaning_of
+from vbbench.files.cards.origin import Origin, Publisher
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.files.tables import CAMERA, table_schema
+from vbbench.parsing.json_text import canonical_digest, read_object
+
+_ORDER = ("observations", "given", "odometry", "sequences")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """A dataset as its card shows it.
+
+    Parameters
+    ----------
+    info : what is published about it.
+    values : the same, as ``dataset.json`` has it.
+    info_file : bytes and SHA-256 of ``dataset.json``.
+    origin : where it comes from.
+    publisher : what its publisher says.
+    """
+
+    info: DatasetInfo
+    values: dict[str, Any]
+    info_file: dict[str, Any]
+    origin: Origin
+    publisher: Publisher
+
+    @property
+    def id(self) -> str:
+        """The dataset's id; as it is written, since computing it takes time."""
+        return str(self.values["id"])
+
+    @property
+    def digest(self) -> str:
+        """Digest of the values in ``dataset.json``."""
+        return digest_of(self.values)
+
+    @property
+    def is_footage(self) -> bool:
+        """Whether a real camera, or a game's, saw the boxes."""
+        imported = self.info.definition.get("of")
+        return "every" in (imported if isinstance(imported, dict) else self.info.definition)
+
+    @property
+    def tables(self) -> list[str]:
+        """Names of the tables that lie in the folder, in the order in which a reader meets them."""
+        return tables_here(self.info)
+
+    def meaning(self, table: str) -> TableMeaning:
+        """What a table holds."""
+        return meaning_of(table, relative=self.info.truth == "relative")
+
+    def columns(self, table: str) -> list[tuple[str, Any, str]]:
+        """Name, Arrow type and meaning of every column of a table."""
+        meanings = self.meaning(table).columns
+        schema = table_schema(table, [CAMERA] if self.info.cameras else [])
+        return [(field.name, field.type, meanings[field.name].text) for field in schema]
+
+
+def read_info_file(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The values in ``dataset.json``, and its bytes and SHA-256."""
+    data = (folder / INFO_FILE).read_bytes()
+    values = read_object(folder / INFO_FILE, "generate the dataset again")
+    return values, {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+
+
+def digest_of(values: dict[str, Any]) -> str:
+    """Digest of what a ``dataset.json`` says; those of older versions do not have it in them."""
+    return str(values.get("digest") or canonical_digest(values))
+
+
+def tables_here(info: DatasetInfo) -> list[str]:
+    """Names of the tables that lie in the folder of a dataset: those of withheld truth do not."""
+    names = [name for name in _ORDER if name in info.tables]
+    truth = [name for name in sorted(info.tables) if name.startswith("truth/")]
+    return names if info.seed is None else [*names, *truth]
