@@ -14,7 +14,7 @@ from benchmarks.map_evaluation import Case, answer, evaluate
 from benchmarks.map_floor import OWN_PRIOR, Floor, least_errors
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray
-from vbbench.pictures.plotting import save_png
+from vbbench.pictures.plotting import save_picture
 from vbbench.pictures.plotting.bird import draw_bird
 from vbbench.pictures.plotting.figure import person_colours
 from vbbench.pictures.plotting.style import Rectangles, lay_out
@@ -47,7 +47,7 @@ def draw(dataset: Dataset, prior: Prior, chosen: FloatArray, errors: FloatArray,
         axes.set_title(f"{index}: Δx {dx:.2f}, Δt {dt:.2f} m", fontsize=8)
         axes.set(xlabel="", ylabel="")
         axes.tick_params(labelsize=6)
-    save_png(figure, out)
+    save_picture(figure, out)
     with Image.open(out) as picture:
         small = picture.convert("RGB").resize((SHEET_WIDTH, round(picture.height * SHEET_WIDTH / picture.width)))
     small.quantize(256, method=Image.Quantize.FASTOCTREE).save(out, optimize=True)

@@ -197,6 +197,10 @@ SCENARIOS: dict[str, Scenario] = {
         command="score answers --dataset data --per-sequence rows.csv", found=finding("data", "answers")
     ),
     "plot": Scenario(command="plot data --sequence 0 --out picture.png", found=finding("data")),
+    "plot-errors": Scenario(
+        command="plot-errors data --estimate answers --metric dx --kind cumulative --out errors.pdf",
+        found=finding("data", "answers"),
+    ),
     "fetch": Scenario(command=f"fetch {__name__}:SERVED", found={}),
     "render": Scenario(command=f"{RENDER} --out film", found=finding("data")),
 }

@@ -133,7 +133,7 @@ def test_plots_films_and_the_player_show_it(datasets: dict[str, Dataset], tmp_pa
     answers = tmp_path / "submissions" / board.key / "vb-cv"
     answers.parent.mkdir(parents=True)
     solve(dataset, "vb-cv", "sequential", answers)
-    assert plot_to_file(dataset, 0, tmp_path / "plot.png", submission=answers).stat().st_size > 10_000
+    assert plot_to_file(dataset, 0, tmp_path / "plot.png", submissions=[answers]).stat().st_size > 10_000
     backend = Backend(name=f"{FlatRenderer.__module__}:FlatRenderer")
     film = render_to_file(dataset, 0, tmp_path / "film", backend=backend, submission=answers)
     assert len(list(film.glob("*.png"))) == dataset.sequence(0).frames

@@ -56,7 +56,7 @@ pandas.DataFrame(tables).head(6)
 # The map with truth in grey and the answer in colour, above all that the solver saw.
 from vbbench.pictures.plotting import plot_to_file
 
-picture = plot_to_file(dataset, 0, room / "map.png", submission=answers["map-causal"])
+picture = plot_to_file(dataset, 0, room / "map.png", submissions=[answers["map-causal"]])
 
 import matplotlib.pyplot as plt
 

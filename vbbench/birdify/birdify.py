@@ -181,7 +181,7 @@ def _draw(dataset: Dataset, folder: Path, film: bool, announce: Callable[[str], 
     from vbbench.pictures.plotting import plot_to_file
 
     submission = folder / SUBMISSION
-    plot_to_file(dataset, 0, folder / "map.png", submission=submission)
+    plot_to_file(dataset, 0, folder / "map.png", submissions=[submission])
     if film:
         from vbbench.pictures.rendering import render_to_file
 

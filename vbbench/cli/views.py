@@ -15,7 +15,7 @@ def plot(
     /,
     sequence: int,
     out: Path,
-    estimate: Path | None = None,
+    estimate: tuple[Path, ...] = (),
     frame: int | None = None,
     truth: Path | None = None,
     posterior: bool = False,
@@ -27,8 +27,8 @@ def plot(
     Args:
         folder: The dataset.
         sequence: Number of the sequence.
-        out: PNG file to write.
-        estimate: Submission to draw over the truth.
+        out: File to write: .png, .pdf or .svg.
+        estimate: Submission to draw over the truth; or several, each in the colour of its solver.
         frame: Frame to show; default: one in the middle.
         truth: Folder with the truth tables, if they are not in the dataset.
         posterior: Draw the posterior of the observer's place by --solver, instead of the observer's view.
@@ -40,12 +40,50 @@ def plot(
     from vbbench.pictures.plotting import plot_posterior_to_file, plot_to_file
 
     if posterior:
-        if estimate is not None:
+        if estimate:
             raise VbbenchError("--posterior draws what --solver estimates; leave --estimate out")
         options = {"solver": solver, "protocol": protocol, "frame": frame}
         print(plot_posterior_to_file(Dataset(folder, truth), sequence, out, **options))
         return
-    print(plot_to_file(Dataset(folder, truth), sequence, out, submission=estimate, frame=frame))
+    print(plot_to_file(Dataset(folder, truth), sequence, out, submissions=estimate, frame=frame))
+
+
+def plot_errors(
+    folder: Positional[Path],
+    /,
+    estimate: tuple[Path, ...],
+    out: Path,
+    sequence: int | None = None,
+    metric: tuple[str, ...] = (),
+    kind: tuple[Literal["over-time", "cumulative", "spread"], ...] = (),
+    truth: Path | None = None,
+    json: bool = False,
+    csv: Path | None = None,
+) -> None:
+    """Draw the errors of submissions: over time, how often they stay below a bound, and their spread.
+
+    Args:
+        folder: The dataset.
+        estimate: Submissions to compare.
+        out: File to write: .png, .pdf or .svg.
+        sequence: Only this sequence; default: medians, shares and spread over all.
+        metric: Which errors, such as dx or dt; default: dx_rel dx dr dt.
+        kind: Which kinds of panels; default: all, with --sequence over-time and cumulative.
+        truth: Folder with the truth tables, if they are not in the dataset.
+        json: Print every number of the figure.
+        csv: CSV file for every point of the figure.
+    """
+    from vbbench.files.dataset import Dataset
+    from vbbench.pictures.plotting.error_figure import plot_errors_to_file
+    from vbbench.pictures.plotting.saving import check_ending
+    from vbbench.scoring.error_tables import error_tables
+
+    check_ending(out)
+    tables = error_tables(Dataset(folder, truth), estimate, only=sequence, metrics=metric, kinds=kind)
+    if csv is not None:
+        tables.write_csv(csv)
+    path = plot_errors_to_file(tables, out)
+    print(tables.to_json() if json else path)
 
 
 def render(

@@ -1,5 +1,6 @@
 """Estimates as rows of a submission's tables, and back: gaps may stay gaps."""
 
+from collections.abc import Sequence as Several
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,20 @@ def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray
     return dict(zip(COVARIANCES[table], covariances[:, i, j].T, strict=True))
 
 
+def info_of_answer(dataset: Dataset, submission: Path | str) -> SubmissionInfo:
+    """What a submission to ``dataset`` declares.
+
+    Raises
+    ------
+    VbbenchError
+        If it cannot be read, or answers another dataset.
+    """
+    info = SubmissionInfo.read(submission)
+    if info.dataset != dataset.info.id:
+        raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset.folder} is {dataset.info.id}")
+    return info
+
+
 class SubmittedEstimates:
     """The folder of a submission to ``dataset``, read a sequence at a time; only scoring checks every row.
 
@@ -83,11 +98,7 @@ class SubmittedEstimates:
     """
 
     def __init__(self, dataset: Dataset, submission: Path | str) -> None:
-        self.info = SubmissionInfo.read(submission)
-        if self.info.dataset != dataset.info.id:
-            raise VbbenchError(
-                f"{submission} answers dataset {self.info.dataset}, {dataset.folder} is {dataset.info.id}"
-            )
+        self.info = info_of_answer(dataset, submission)
         self._protocol = get_protocol(self.info.protocol)
         faults = Faults()
         tables = {name: open_table(Path(submission), name, dataset, faults, COVARIANCES[name]) for name in COVARIANCES}
@@ -132,3 +143,16 @@ def _covariances(table: str, rows: Arrays, where: tuple[Any, ...], shape: tuple[
     for name, (i, j) in zip(names, zip(*np.triu_indices(size), strict=True), strict=True):
         found[(*where, i, j)] = found[(*where, j, i)] = rows[name]
     return found
+
+
+def unique_names(infos: Several[SubmissionInfo], submissions: Several[Path | str]) -> list[str]:
+    """Names, no two alike: of solvers, with the protocol for one that comes twice, else with folder and number."""
+    solvers = [info.solver for info in infos]
+    protocols = [f"{info.solver} {info.protocol}" if solvers.count(info.solver) > 1 else info.solver for info in infos]
+    folders = [
+        f"{info.solver} ({Path(folder).resolve().name})" for info, folder in zip(infos, submissions, strict=True)
+    ]
+    for names in (solvers, protocols, folders):
+        if len(set(names)) == len(names):
+            return names
+    return [f"{name} {number}" for number, name in enumerate(folders, 1)]

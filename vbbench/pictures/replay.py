@@ -15,8 +15,7 @@ from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.submission import SubmissionInfo
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_rows import SubmittedEstimates, unique_names
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import BoolArray, FloatArray, relative_to_world
 from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions
@@ -265,19 +264,8 @@ def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] =
     """
     sequence = dataset.sequence(index)
     opened = [SubmittedEstimates(dataset, folder) for folder in submissions]
-    names = _names([one.info for one in opened], [Path(folder).resolve().name for folder in submissions])
+    names = unique_names([one.info for one in opened], submissions)
     replay = Replay(dataset=dataset, sequence=sequence, truth=_known_truth(dataset, sequence))
     for name, one in zip(names, opened, strict=True):
         replay = replay.with_answer(name, one.info.protocol, one.of(sequence))
     return replay
-
-
-def _names(infos: list[SubmissionInfo], folders: list[str]) -> list[str]:
-    """Unique names: solvers, if needed with their protocol, else with the folder, else also with a number."""
-    protocols = [f"{info.solver} {info.protocol}" for info in infos]
-    solvers = [info.solver for info in infos]
-    with_folder = [f"{name} ({folder})" for name, folder in zip(solvers, folders, strict=True)]
-    for names in (solvers, protocols, with_folder):
-        if len(set(names)) == len(names):
-            return names
-    return [f"{name} {number}" for number, name in enumerate(with_folder, 1)]

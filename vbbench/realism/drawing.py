@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_png
+from vbbench.pictures.plotting.saving import save_picture
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
 from vbbench.realism.histogram import BINS, Histogram
 from vbbench.realism.report import Realism
 from vbbench.realism.walking import ACCELERATION, COLLISION, EFFICIENCY, NEAREST
@@ -49,8 +50,8 @@ def plot_realism(report: Realism) -> Figure:
 
 
 def plot_realism_to_file(report: Realism, out: Path | str) -> Path:
-    """Draw the report into a PNG file; see `save_png`."""
-    save_png(plot_realism(report), out)
+    """Draw the report into a PNG, PDF or SVG file; see `save_picture`."""
+    save_picture(plot_realism(report), out)
     return Path(out)
 
 

@@ -81,4 +81,4 @@ def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:
     typical = abs(frames - sorted(frames)[len(frames) // 2]) <= 2
     index = int((people * typical).argmax())
     submission = out / f"{protocol}-{DRAWN_SOLVER}"
-    return plot_to_file(dataset, index, out / f"{protocol}.png", submission=submission)
+    return plot_to_file(dataset, index, out / f"{protocol}.png", submissions=[submission])

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.pictures.plotting.style import save_png
+from vbbench.pictures.plotting.saving import save_picture
 from vbbench.table import Table
 
 
@@ -76,7 +76,7 @@ def write_report(report: Report, out: Path | str) -> list[Path]:
         write_text_atomically(path, text)
     for key, figure in report.pictures.items():
         paths.append(out / report.picture_name(key))
-        save_png(figure, paths[-1])
+        save_picture(figure, paths[-1])
     return paths
 
 

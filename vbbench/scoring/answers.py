@@ -184,20 +184,23 @@ class CheckedSubmission:
         """The protocol named; if it does not exist, the one whose scored rows all protocols share."""
         return get_protocol(self.info.protocol if self.info.protocol in PROTOCOLS else "sequential")
 
-    def chunks(self) -> Iterator[tuple[ScoredRows, Answers]]:
+    def chunks(self, only: int | None = None) -> Iterator[tuple[ScoredRows, Answers]]:
         """Scored rows and the answers to them, gaps filled where the submission's policy is to hold.
+
+        With ``only`` a sequence, its rows alone are read and checked.
 
         Raises
         ------
         SubmissionError
             After the last row, if there was any fault.
         """
-        for rows in scored_rows(self.dataset, self.protocol):
+        for rows in scored_rows(self.dataset, self.protocol, only):
             scored = rows if self.truth is None else rows.where(self.truth.persons(rows) != NOBODY)
             answers = self._answers(scored)
             if not self.faults:
                 yield scored, fill_gaps(scored, answers)
-        self._check_sequences()
+        if only is None:
+            self._check_sequences()
         if self.faults:
             raise SubmissionError(self.folder, self.faults.listing())
 

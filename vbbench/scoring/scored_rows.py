@@ -157,11 +157,12 @@ class ScoredRows:
         return pose.astype(np.int64)
 
 
-def scored_rows(dataset: Dataset, protocol: Protocol) -> Iterator[ScoredRows]:
-    """Scored rows of the whole dataset, a number of whole sequences at a time."""
+def scored_rows(dataset: Dataset, protocol: Protocol, only: int | None = None) -> Iterator[ScoredRows]:
+    """Scored rows of the whole dataset, a number of whole sequences at a time; or those of ``only`` one sequence."""
     observations = SequenceTable(dataset.table_path("observations"), "observations")
     given = SequenceTable(dataset.table_path("given"), "given")
-    for first, last in _chunks(dataset.rows["frames"], dataset.rows["people"]):
+    whole = _chunks(dataset.rows["frames"], dataset.rows["people"])
+    for first, last in whole if only is None else [(only, only + 1)]:
         seen = observations.read(first, last, ["sequence", "frame", "track"])
         known = given.read(first, last)
         known = _select(known, protocol.is_given_row(known["frame"], known["track"] == OBSERVER))

@@ -1,5 +1,6 @@
 """Scores a submission: errors of every scored row, each sequence's figures, and the split's."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scoring.answers import Answers, CheckedSubmission
 from vbbench.scoring.checking import check_submission
 from vbbench.scoring.metrics import METRICS
@@ -44,10 +45,7 @@ def score(
         check_submission(submission, opened)
     true_rows = TruthRows(opened)
     checked = CheckedSubmission(Path(submission), opened, true_rows)
-    parts = [
-        _figures(rows, answers, true_rows, opened)
-        for rows, answers in (_counted(*chunk, sequences) for chunk in checked.chunks())
-    ]
+    parts = list(scored_parts(checked, true_rows, counted=sequences))
     per_sequence = PerSequence.join([part.sequences for part in parts])
     if not len(per_sequence.sequence):
         raise VbbenchError(f"{dataset}: no sequence has a frame to score; generate longer sequences")
@@ -68,6 +66,42 @@ def score(
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class ScoredPart:
+    """What was found of some of the sequences.
+
+    Parameters
+    ----------
+    sequences : their figures.
+    sequence, frame : [P] which frames were scored.
+    frames : metric → [P] their errors, means over people where they are of people.
+    answered : [P] whether every scored row of the frame was submitted.
+    fallbacks : in how many of them the observer's own prior decided; ``None`` = not reported.
+    """
+
+    sequences: PerSequence
+    sequence: IntArray
+    frame: IntArray
+    frames: dict[str, FloatArray]
+    answered: BoolArray
+    fallbacks: int | None
+
+
+def scored_parts(
+    checked: CheckedSubmission, truth: TruthRows, only: int | None = None, *, counted: IntArray | None = None
+) -> Iterator[ScoredPart]:
+    """The scored sequences of a submission, some at a time; raises as its `chunks` do.
+
+    Parameters
+    ----------
+    checked, truth : the submission, and the truth that it is compared with.
+    only : the one sequence to read; ``None`` for all.
+    counted : [N] numbers of those to score of what is read; ``None`` for all.
+    """
+    for rows, answers in checked.chunks(only):
+        yield _figures(*_counted(rows, answers, counted), truth, checked.dataset)
+
+
 def _counted(rows: ScoredRows, answers: Answers, sequences: IntArray | None) -> tuple[ScoredRows, Answers]:
     """The scored rows, and the answers to them, of the sequences that count."""
     if sequences is None:
@@ -76,16 +110,7 @@ def _counted(rows: ScoredRows, answers: Answers, sequences: IntArray | None) -> 
     return rows.where(positions, poses), answers.where(positions, poses)
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Figures of some sequences, and by metric of their scored frames [P]; how many of these fell back."""
-
-    sequences: PerSequence
-    frames: dict[str, FloatArray]
-    fallbacks: int | None
-
-
-def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Dataset) -> _Part:
+def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Dataset) -> ScoredPart:
     true_poses = truth.poses(rows, answers.poses)
     true_positions = truth.positions(rows, true_poses)
     owner, count, size = rows.pose_of_position, len(rows.pose_sequence), len(rows.grid.frames)
@@ -104,7 +129,16 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Data
         frames[name] = mean_of_groups(pose, errors, count)
         figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
-    return _Part(_per_sequence(rows, answers, figures, dataset), frames, fallbacks)
+    answered = answers.posed.copy()
+    answered[owner[~answers.placed]] = False
+    return ScoredPart(
+        sequences=_per_sequence(rows, answers, figures, dataset),
+        sequence=rows.pose_sequence,
+        frame=rows.pose_frame,
+        frames=frames,
+        answered=answered,
+        fallbacks=fallbacks,
+    )
 
 
 def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatArray], dataset: Dataset) -> PerSequence:

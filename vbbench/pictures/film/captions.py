@@ -1,6 +1,5 @@
 """The texts of a film: a title over the pictures, a legend under them."""
 
-import textwrap
 from collections.abc import Callable
 from functools import partial
 
@@ -8,10 +7,11 @@ import numpy as np
 
 from vbbench.pictures.film import paint
 from vbbench.pictures.film.paint import Canvas, Colour
+from vbbench.pictures.plotting.style import wrap
 from vbbench.pictures.replay import Replay
 
 TITLE_HEIGHT = 58
-_ROW, _TEXT, _EDGE, _GAP, _MARK = 26, 14, 14, 22, 26  # px
+_ROW, _LINE, _TEXT, _EDGE, _GAP, _MARK = 26, 20, 14, 14, 22, 26  # px
 _BAR = 80  # px that the scale of distances is wide
 
 Mark = Callable[[Canvas, float, float], None]
@@ -28,15 +28,11 @@ def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
     paint.draw_text(canvas, time, (width - _EDGE, 19), 18, paint.INK, align="right")
     below = f"{replay.headline(frame)},  {int(replay.sequence.observed[frame].sum())} people seen"
     paint.draw_text(canvas, below, (_EDGE, 44), _TEXT, paint.INK)
-    room = width - 3 * _EDGE - paint.text_width(below, _TEXT)
-    if info.caution:
-        text = textwrap.shorten(f"Caution: {info.caution.split('. ')[0]}", max(12, room // 9), placeholder=" …")
-        paint.draw_text(canvas, text, (width - _EDGE, 44), 13, paint.CAUTION, align="right")
     return canvas
 
 
 def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
-    """Every mark of the film, in as many rows as needed; the same in all frames."""
+    """Every mark of the film, in as many rows as needed, and the caution of its data; the same in all frames."""
     rows: list[list[tuple[Mark, str, float]]] = [[]]
     column = float(_EDGE)
     for mark, label in _entries(replay, farthest):
@@ -46,7 +42,12 @@ def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
             column = float(_EDGE)
         rows[-1].append((mark, label, column))
         column += need
-    canvas = paint.blank(width, 14 + _ROW * len(rows))
+    caution = f"Caution: {replay.info.caution}" if replay.info.caution else ""
+    lines = wrap(caution, width - 2 * _EDGE, lambda text: paint.text_width(text, _TEXT)) if caution else []
+    canvas = paint.blank(width, 14 + _ROW * len(rows) + _LINE * len(lines))
+    for number, line in enumerate(lines):
+        place = (_EDGE, 7.0 + _ROW * len(rows) + _LINE * (number + 0.5))
+        paint.draw_text(canvas, line, place, _TEXT, paint.CAUTION)
     for number, row in enumerate(rows):
         middle = 7.0 + _ROW * (number + 0.5)
         for mark, label, left in row:

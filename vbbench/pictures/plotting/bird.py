@@ -18,6 +18,7 @@ from vbbench.pictures.replay import Replay
 _MARGIN = 1.0  # m around everything drawn
 _ARROW = 0.11  # of the height of the map
 _OUTLIER = 2.0  # m beyond the truth that an estimate may widen the view
+_FEW_TICKS = 700  # px of a map's width, up to which it has half as many ticks
 _REACH = 30.0  # m from the observer; what is farther away may be outside
 
 
@@ -43,13 +44,22 @@ def _set_window(axes: Axes, replay: Replay, frame: int) -> None:
         near = np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER
     points = np.vstack([real, replay.estimated[frame, seen].clip(*near)])
     low, high = np.nanmin(points, axis=0) - _MARGIN, np.nanmax(points, axis=0) + _MARGIN
-    # The window fills the axes at equal scale, so that places in points are known before anything is drawn.
+    fill_map(axes, low, high)
+
+
+def fill_map(axes: Axes, low: FloatArray, high: FloatArray) -> None:
+    """Show the ground from ``low`` to ``high`` (x, y) in m, and as much more as the shape of the axes takes.
+
+    The window fills the axes at equal scale, so that places in points are known before anything is drawn.
+    """
     box = axes.get_window_extent()
     spans = max(np.ptp([low, high], axis=0) / (box.width, box.height)) * np.array([box.width, box.height])
     low, high = (low + high - spans) / 2.0, (low + high + spans) / 2.0
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
     axes.set_aspect("equal")
-    step = float(np.diff(MaxNLocator(12, steps=[1, 2, 5, 10]).tick_values(0.0, spans.max()))[0])
+    most = 12 if box.width > _FEW_TICKS else 6
+    step = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, spans.max()))[0])
+    axes.yaxis.labelpad = 1.0
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
     axes.grid(color=style.FAINT, linewidth=0.6)
@@ -72,12 +82,12 @@ def _draw_tracks(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable
     recent = slice(max(0, now - style.TAIL_FRAMES), now)
     if replay.truth is not None:
         paths = np.swapaxes(replay.truth.positions, 0, 1)
-        _draw_lines(axes, paths, style.TRUTH_FAINT, 0.7, 2.0)
-        _draw_lines(axes, paths[seen, recent], style.TRUTH_TAIL, 0.9, 2.1)
+        draw_lines(axes, paths, style.TRUTH_FAINT, 0.7, 2.0)
+        draw_lines(axes, paths[seen, recent], style.TRUTH_TAIL, 0.9, 2.1)
         axes.plot(*replay.truth.poses[:, :2].T, color=style.TRUTH, linewidth=1.4, zorder=2.5)
     if replay.answer is not None:
         hues = colours.to_rgba(replay.distances[frame, seen])
-        _draw_lines(axes, np.swapaxes(replay.estimated, 0, 1)[seen, recent], hues, 1.0, 2.6)
+        draw_lines(axes, np.swapaxes(replay.estimated, 0, 1)[seen, recent], hues, 1.0, 2.6)
         axes.plot(*replay.answer.estimate.poses[:now, :2].T, color=style.ESTIMATE, linewidth=1.4, zorder=2.7)
 
 
@@ -85,42 +95,47 @@ def _draw_given(axes: Axes, replay: Replay, frame: int) -> None:
     given = replay.given
     points = np.vstack([given.positions[:, replay.sequence.observed[frame]].reshape(-1, 2), given.poses[:, :2]])
     look = {"s": 9, "marker": "D", "facecolors": "none", "edgecolors": style.GIVEN, "linewidths": 0.6, "zorder": 2.4}
-    _draw_points(axes, points, "given", **look)
+    draw_points(axes, points, "given", **look)
 
 
 def _draw_people(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -> None:
     seen, known = replay.sequence.observed[frame], replay.known.positions[frame]
     hues = colours.to_rgba(replay.distances[frame, seen])
-    _draw_points(axes, known[~seen], "unseen", s=12, c="white", edgecolors=style.UNSEEN, linewidths=0.8, zorder=3)
+    draw_points(axes, known[~seen], "unseen", s=12, c="white", edgecolors=style.UNSEEN, linewidths=0.8, zorder=3)
     if replay.answer is None:
-        _draw_points(axes, known[seen], "truth", s=26, c=hues, edgecolors=style.TRUTH, linewidths=0.6, zorder=4)
+        draw_points(axes, known[seen], "truth", s=26, c=hues, edgecolors=style.TRUTH, linewidths=0.6, zorder=4)
         return
-    _draw_points(axes, known[seen], "truth", s=34, c="white", edgecolors=style.TRUTH, linewidths=1.0, zorder=3.5)
+    draw_points(axes, known[seen], "truth", s=34, c="white", edgecolors=style.TRUTH, linewidths=1.0, zorder=3.5)
     guessed = replay.estimated[frame, seen]
-    _draw_lines(axes, np.stack([known[seen], guessed], axis=1), style.INK, 1.1, 3.8).set_gid("errors")
-    _draw_points(axes, guessed, "estimate", s=16, c=hues, linewidths=0, zorder=4)
+    draw_lines(axes, np.stack([known[seen], guessed], axis=1), style.INK, 1.1, 3.8).set_gid("errors")
+    draw_points(axes, guessed, "estimate", s=16, c=hues, linewidths=0, zorder=4)
 
 
-def _draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
+def draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
+    """Mark points [N, 2] in m."""
     axes.scatter(points[:, 0], points[:, 1], gid=gid, **look)
 
 
-def _draw_lines(axes: Axes, lines: FloatArray, colours: Any, width: float, zorder: float) -> LineCollection:
-    drawn = LineCollection(list(lines), colors=colours, linewidths=width, zorder=zorder)
+def draw_lines(
+    axes: Axes, lines: FloatArray, colours: Any, width: float, zorder: float, dashes: Any = "-"
+) -> LineCollection:
+    """Draw lines through points [N, M, 2] in m."""
+    drawn = LineCollection(list(lines), colors=colours, linewidths=width, zorder=zorder, linestyles=dashes)
     axes.add_collection(drawn, autolim=False)
     return drawn
 
 
 def _draw_observer(axes: Axes, replay: Replay, frame: int) -> None:
-    _draw_pose(axes, (replay.known.poses if replay.answer else replay.viewpoints)[frame], style.TRUTH, "observer-truth")
+    draw_pose(axes, (replay.known.poses if replay.answer else replay.viewpoints)[frame], style.TRUTH, "observer-truth")
     if replay.answer is not None:
         pose = replay.answer.estimate.poses[frame]
         ends = np.stack([replay.known.poses[frame][:2], pose[:2]])
         axes.plot(*ends.T, color=style.INK, linewidth=1.1, zorder=5)
-        _draw_pose(axes, pose, style.ESTIMATE, "observer-estimate")
+        draw_pose(axes, pose, style.ESTIMATE, "observer-estimate")
 
 
-def _draw_pose(axes: Axes, pose: FloatArray, colour: str, gid: str) -> None:
+def draw_pose(axes: Axes, pose: FloatArray, colour: str, gid: str) -> None:
+    """Mark a place, and by an arrow where the camera looks."""
     if np.isnan(pose).any():
         return
     x, y = float(pose[0]), float(pose[1])

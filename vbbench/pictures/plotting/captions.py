@@ -1,6 +1,5 @@
 """The texts of the figure: title, legend, distance scale and the facts beside them."""
 
-import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,7 +16,7 @@ _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
 
 def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
-    """Over everything: what is shown, the errors of the estimate in this frame, and the split's caution."""
+    """Over everything: what is shown, and the errors of the estimate in this frame."""
     info, sequence = replay.info, replay.sequence
     what = [replay.title, f"frame {frame} (0–{sequence.frames - 1})"]
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
@@ -25,10 +24,11 @@ def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
     figure.text(left, top, "  ·  ".join([*what, replay.camera.kind, tier]), fontsize=12.5, weight="bold")
     below = top - 0.24 / figure.get_figheight()
     figure.text(left, below, replay.headline(frame), fontsize=10, color=style.INK)
-    if info.caution:
-        text = textwrap.shorten(f"Caution: {info.caution.split('. ')[0]}", 70, placeholder=" …")
-        right = 1.0 - 0.2 / figure.get_figwidth()
-        figure.text(right, below, text, fontsize=style.TEXT_SIZE, style="italic", color=style.CAUTION, ha="right")
+
+
+def cautions(replay: Replay) -> list[str]:
+    """What a reader of the figure must know of its data."""
+    return [f"Caution: {replay.info.caution}"] if replay.info.caution else []
 
 
 def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
@@ -46,8 +46,8 @@ def draw_legend(axes: Axes, replay: Replay, frame: int, more: Sequence[Line2D] =
     axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=style.TEXT_SIZE, borderpad=0.0)
 
 
-def draw_facts(axes: Axes, replay: Replay, frame: int) -> None:
-    """What the numbers rest on: camera, frame time, people."""
+def draw_facts(axes: Axes, replay: Replay, frame: int, columns: tuple[float, float]) -> None:
+    """What the numbers rest on: camera, frame time, people; and which part of a turn the ``columns`` in px show."""
     axes.set_axis_off()
     info = replay.info
     lines = [
@@ -58,6 +58,9 @@ def draw_facts(axes: Axes, replay: Replay, frame: int) -> None:
     ]
     if replay.sequence.observed[frame].sum() > style.MOST_LABELS:
         lines.append(f"ids of the nearest {style.MOST_LABELS}")
+    if replay.camera.period is not None and columns[1] - columns[0] < replay.camera.period:
+        turn = 360.0 * (columns[1] - columns[0]) / replay.camera.period
+        lines.append(f"{turn:.0f}° shown; nobody is in the rest")
     axes.text(0.03, 1.0, "\n".join(lines), va="top", fontsize=style.TEXT_SIZE, color=style.INK, linespacing=1.4)
 
 

@@ -11,34 +11,60 @@ from matplotlib.patheffects import withStroke
 from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting import azimuth, style
 from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
-STRIP_ASPECT = 0.22
-"""Height of the panorama strip as a fraction of its width."""
+_STRIP_ASPECT = 0.22
+"""Height of the strip that shows a whole panorama as a fraction of its width."""
+_HIGHEST = 0.34  # of a strip's width, where a part of the panorama fills it
 _HORIZON_POINTS = 361
+_STEPS = (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)  # px from tick to tick of a panorama
+_TICKS = 8  # at most
 
 
-def draw_ego(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable, backdrop: Backdrop) -> None:
-    """Draw the boxes of one frame, over its picture if there is one.
+def shown_columns(replay: Replay, frame: int) -> tuple[float, float]:
+    """The columns of the picture in px that a frame shows: all of them, of a panorama those where somebody is."""
+    period = replay.camera.period
+    if period is None:
+        return 0.0, float(replay.camera.picture_size[0])
+    boxes = rectangles(replay.sequence.observations[frame, replay.sequence.observed[frame]])
+    return azimuth.window(boxes[:, 0], boxes[:, 2], period)
 
-    A box that crosses the seam of a panorama is drawn at both ends.
+
+def strip_aspect(replay: Replay, backdrop: Backdrop, columns: tuple[float, float]) -> float:
+    """Height over width of a wide picture, of which these columns are shown."""
+    period, shown = replay.camera.period, columns[1] - columns[0]
+    if period is None or backdrop.is_recorded:
+        return backdrop.height / backdrop.zoom / shown
+    return min(_STRIP_ASPECT * period / shown, max(_STRIP_ASPECT, _HIGHEST))
+
+
+def draw_ego(
+    axes: Axes,
+    replay: Replay,
+    frame: int,
+    colours: ScalarMappable,
+    backdrop: Backdrop,
+    columns: tuple[float, float],
+) -> None:
+    """Draw the boxes of one frame in these columns of the picture, over the picture itself if there is one.
+
+    A box that crosses the ends of a whole panorama is drawn at both.
     """
     camera, picture = replay.camera, backdrop.recorded(frame)
-    columns = np.linspace(0.0, camera.picture_size[0], _HORIZON_POINTS)
-    rows = camera.horizon(columns)
+    across = np.linspace(*columns, _HORIZON_POINTS)
+    rows = camera.horizon(across if camera.period is None else np.mod(across, camera.period))
     if picture is not None:
-        place = (0.0, backdrop.width / backdrop.zoom, backdrop.height / backdrop.zoom, 0.0)
-        axes.imshow(picture, extent=place, zorder=0.2, gid="picture")
-    _set_window(axes, replay, rows, backdrop)
+        _draw_picture(axes, picture, backdrop, camera.period)
+    _set_window(axes, replay, rows, backdrop, columns)
     effects = [] if picture is None else [withStroke(linewidth=2.6, foreground="white")]
-    axes.plot(columns, rows, color="#9a9a9a", linewidth=0.8, linestyle=(0, (6, 3)), zorder=1, gid="horizon")
+    axes.plot(across, rows, color="#9a9a9a", linewidth=0.8, linestyle=(0, (6, 3)), zorder=1, gid="horizon")
     # Boxes have almost no fill, and small ones lie on top, so that no box hides another.
     seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame]
     near_to_far = np.flatnonzero(seen)[np.argsort(-observations[seen, 2])]
     hues = colours.to_rgba(replay.distances[frame])[:, :3]
-    for box, order in zip(*with_seam_copies(rectangles(observations[near_to_far]), camera.period), strict=True):
+    for box, order in zip(*_placed(rectangles(observations[near_to_far]), columns, camera.period), strict=True):
         track = near_to_far[order]
         look: dict[str, Any] = {"facecolor": (*hues[track], 0.10), "edgecolor": hues[track], "linewidth": 1.2}
         look["path_effects"] = effects
@@ -47,24 +73,46 @@ def draw_ego(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable, ba
     _draw_labels(axes, replay, frame, near_to_far, effects)
 
 
-def _set_window(axes: Axes, replay: Replay, horizon: FloatArray, backdrop: Backdrop) -> None:
+def _draw_picture(axes: Axes, picture: Any, backdrop: Backdrop, period: float | None) -> None:
+    """The camera's picture; of a panorama a second time, beyond its seam."""
+    width, height = backdrop.width / backdrop.zoom, backdrop.height / backdrop.zoom
+    for turn in (0.0,) if period is None else (0.0, period):
+        place = (turn, turn + width, height, 0.0)
+        axes.imshow(picture, extent=place, zorder=0.2, gid="picture" if turn == 0.0 else "picture-again")
+
+
+def _placed(boxes: FloatArray, columns: tuple[float, float], period: float | None) -> tuple[FloatArray, IntArray]:
+    """Boxes [N, 4] where they are drawn, and the index of each one's box."""
+    if period is None or columns == (0.0, period):
+        return with_seam_copies(boxes, period)
+    left = azimuth.unrolled(boxes[:, :1], columns[0], period)
+    return np.hstack([left, boxes[:, 1:]]), np.arange(len(boxes))
+
+
+def _set_window(
+    axes: Axes, replay: Replay, horizon: FloatArray, backdrop: Backdrop, columns: tuple[float, float]
+) -> None:
     """The picture; where it closes on itself, as many rows around the horizon as the strip has."""
-    camera = replay.camera
-    width, height = camera.picture_size
-    top, bottom = 0.0, float(height)
+    camera, shown = replay.camera, columns[1] - columns[0]
+    top, bottom = 0.0, float(camera.picture_size[1])
     if camera.period is not None:
-        top, bottom = horizon.min() - 0.28 * STRIP_ASPECT * width, horizon.max() + 0.72 * STRIP_ASPECT * width
-        _draw_bearings(axes, replay.bearings, camera.period)
+        rows = strip_aspect(replay, backdrop, columns) * shown
+        top, bottom = horizon.min() - 0.28 * rows, horizon.max() + 0.72 * rows
+        _draw_bearings(axes, replay.bearings, columns, camera.period)
+        step = next((step for step in _STEPS if shown / step <= _TICKS), _STEPS[-1])
+        ticks = azimuth.column_ticks(*columns, camera.period, step)
+        whole = columns == (0.0, camera.period)
+        axes.set_xticks(ticks, [f"{tick if whole else tick % camera.period:g}" for tick in ticks])
     if backdrop.is_recorded:
         top, bottom = 0.0, backdrop.height / backdrop.zoom
-    axes.set(xlim=(0, width), ylim=(bottom, top), xlabel="u (px)", ylabel="v (px)")
+    axes.set(xlim=columns, ylim=(bottom, top), xlabel="u (px)", ylabel="v (px)")
     axes.set_aspect("equal")
     axes.apply_aspect()  # labels are placed by the size that the axes have from here on
 
 
-def _draw_bearings(axes: Axes, bearings: dict[str, float], period: float) -> None:
+def _draw_bearings(axes: Axes, bearings: dict[str, float], columns: tuple[float, float], period: float) -> None:
     turns = [(column + turn, text) for text, column in bearings.items() for turn in (-period, 0.0, period)]
-    ticks = sorted((column, text) for column, text in turns if 0.0 <= column <= period)
+    ticks = sorted((column, text) for column, text in turns if columns[0] <= column <= columns[1])
     scale = axes.secondary_xaxis("top")
     scale.set_xticks([column for column, _ in ticks], [text for _, text in ticks])
     scale.tick_params(labelsize=style.TEXT_SIZE, length=3)
@@ -78,17 +126,19 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int, people: IntArray, effec
     people = people[: style.MOST_LABELS]
     texts = [str(track) for track in replay.sequence.tracks[people]]
     widths = labels.text_extent(texts, style.LABEL_SIZE)[:, 0] + 2.0
-    width = axes.get_xlim()[1]
+    left, right = axes.get_xlim()
     per_point = 72.0 / axes.figure.dpi * axes.transData.get_matrix()[0, 0]
-    in_line = widths.sum() < 0.9 * width * per_point
+    in_line = widths.sum() < 0.9 * (right - left) * per_point
     gap = (widths.max(initial=0.0) if in_line else 1.2 * style.LABEL_SIZE) / per_point
     u, v, lengths = replay.sequence.observations[frame, people].T
-    tops = v - 0.5 * lengths
-    places = labels.spread(u, gap, 0.7 * gap, width - 0.7 * gap)
+    tops, period = v - 0.5 * lengths, replay.camera.period
+    above = np.min(np.append(tops, replay.camera.horizon(u)), initial=max(axes.get_ylim()))
+    if period is not None and right - left < period:
+        u = azimuth.unrolled(u, left, period)
+    places = labels.spread(u, gap, left + 0.7 * gap, right - 0.7 * gap)
     low, high = sorted(axes.get_ylim())
     pad = 0.05 * (high - low)
-    above = np.min(np.append(tops, replay.camera.horizon(u)), initial=high) - pad
-    row = float(np.clip(above, low + 2.0 * pad, high))
+    row = float(np.clip(above - pad, low + 2.0 * pad, high))
     leader = {"arrowstyle": "-", "color": "#b0b0b0", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
     look: dict[str, Any] = {"ha": "center", "va": "bottom", "arrowprops": leader, "annotation_clip": False}
     for text, place, column, top in zip(texts, places, u, tops, strict=True):

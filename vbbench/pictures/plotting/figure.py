@@ -1,5 +1,6 @@
 """The whole figure: map, ego view, legend, and a title that states what is shown."""
 
+from collections.abc import Sequence as Several
 from pathlib import Path
 
 import numpy as np
@@ -7,16 +8,20 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SubmissionInfo
 from vbbench.pictures.backdrop import Backdrop
+from vbbench.pictures.plotting.answers import plot_answers
 from vbbench.pictures.plotting.bird import draw_bird
-from vbbench.pictures.plotting.captions import draw_facts, draw_legend, draw_scale, draw_title
-from vbbench.pictures.plotting.ego import STRIP_ASPECT, draw_ego
-from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out, save_png
+from vbbench.pictures.plotting.captions import cautions, draw_facts, draw_legend, draw_scale, draw_title
+from vbbench.pictures.plotting.ego import draw_ego, shown_columns, strip_aspect
+from vbbench.pictures.plotting.saving import check_ending, save_picture
+from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
+from vbbench.scoring.errors_in_time import ErrorsInTime, errors_in_time
 from vbbench.sequence import Sequence
 
 _STACKED_SIZE = (11.0, 7.056)
@@ -75,28 +80,28 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
     frame = _checked(replay, frame)
     colours = person_colours(replay, frame)
     backdrop = Backdrop(replay.dataset, replay.sequence, [frame])
-    figure = _laid_out(replay, backdrop)
+    columns = shown_columns(replay, frame)
+    figure = _laid_out(replay, backdrop, columns)
     parts = {axes.get_label(): axes for axes in figure.axes}
     draw_bird(parts["bird"], replay, frame, colours)
-    draw_ego(parts["ego"], replay, frame, colours, backdrop)
+    draw_ego(parts["ego"], replay, frame, colours, backdrop, columns)
     draw_scale(parts["scale"], colours)
     draw_legend(parts["legend"], replay, frame)
-    draw_facts(parts["facts"], replay, frame)
+    draw_facts(parts["facts"], replay, frame, columns)
     draw_title(figure, replay, frame)
     return figure
 
 
-def _laid_out(replay: Replay, backdrop: Backdrop) -> Figure:
+def _laid_out(replay: Replay, backdrop: Backdrop, columns: tuple[float, float]) -> Figure:
     """The map over a wide picture and beside another."""
     if replay.camera.period is None and backdrop.width < _WIDE * backdrop.height:
-        return lay_out(_BESIDE_SIZE, _BESIDE)
-    bare_strip = replay.camera.period is not None and not backdrop.is_recorded
-    height = _STACKED["ego"][2] * (STRIP_ASPECT if bare_strip else backdrop.height / backdrop.width)
+        return lay_out(_BESIDE_SIZE, _BESIDE, cautions(replay))
+    height = _STACKED["ego"][2] * strip_aspect(replay, backdrop, columns)
     raised: Rectangles = {
         name: (left, bottom, width, height) if name == "ego" else (left, bottom + height, width, high)
         for name, (left, bottom, width, high) in _STACKED.items()
     }
-    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised)
+    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised, cautions(replay))
 
 
 def _checked(replay: Replay, frame: int | None) -> int:
@@ -124,15 +129,37 @@ def person_colours(replay: Replay, frame: int) -> ScalarMappable:
 
 
 def plot_to_file(
-    dataset: Dataset, index: int, out: Path | str, *, submission: Path | str | None = None, frame: int | None = None
+    dataset: Dataset, index: int, out: Path | str, *, submissions: Several[Path | str] = (), frame: int | None = None
 ) -> Path:
-    """Draw a sequence, and a submission's answer to it, into a PNG file; see `plot_sequence` and `save_png`.
+    """Draw a sequence, and submissions' answers to it, into a PNG, PDF or SVG file.
+
+    Of one answer it is the picture of `plot_sequence`, of several that of `plot_answers`. An answer with faults is
+    drawn as far as it goes, and its faults are told on the picture.
 
     Raises
     ------
     VbbenchError
-        If the submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
+        If a submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
     """
-    replay = load_replay(dataset, index, [] if submission is None else [submission])
-    save_png(plot_replay(replay, frame), out)
+    check_ending(out)
+    replay = load_replay(dataset, index, submissions)
+    save_picture(plot_replay(replay, frame) if len(submissions) < 2 else _compared(replay, submissions, frame), out)
     return Path(out)
+
+
+def _compared(replay: Replay, submissions: Several[Path | str], frame: int | None) -> Figure:
+    errors: list[ErrorsInTime | None] = []
+    notes = []
+    for answer, folder in zip(replay.answers, submissions, strict=True):
+        try:
+            scored = replay.truth is not None and bool(answer.errors)
+            errors.append(errors_in_time(folder, replay.dataset, replay.sequence.index) if scored else None)
+        except SubmissionError as error:
+            errors.append(None)
+            notes.append(f"{answer.name} is not scored: {error.faults[0]}" + _more(len(error.faults) - 1))
+    solvers = [SubmissionInfo.read(folder).solver for folder in submissions]
+    return plot_answers(replay, solvers, errors, _checked(replay, frame), notes)
+
+
+def _more(faults: int) -> str:
+    return f" (and {faults} more)" if faults else ""

@@ -15,9 +15,10 @@ from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_bird
-from vbbench.pictures.plotting.captions import draw_legend, draw_scale, draw_title
+from vbbench.pictures.plotting.captions import cautions, draw_legend, draw_scale, draw_title
 from vbbench.pictures.plotting.figure import middle_frame, person_colours
-from vbbench.pictures.plotting.style import Rectangles, lay_out, save_png
+from vbbench.pictures.plotting.saving import check_ending, save_picture
+from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
 from vbbench.solving.posterior import Posterior, find_posterior
@@ -60,7 +61,7 @@ def plot_posterior(
     posterior = find_posterior(dataset, index, frame, solver=solver, protocol=protocol)
     replay = load_replay(dataset, index).with_answer(solver, protocol, posterior.estimate)
     colours = person_colours(replay, frame)
-    figure = lay_out(_SIZE, _PARTS)
+    figure = lay_out(_SIZE, _PARTS, cautions(replay))
     parts = {axes.get_label(): axes for axes in figure.axes}
     draw_bird(parts["bird"], replay, frame, colours)
     _draw_landscape(parts["bird"], parts["energy"], posterior)
@@ -76,8 +77,9 @@ def plot_posterior(
 
 
 def plot_posterior_to_file(dataset: Dataset, index: int, out: Path | str, **options: Any) -> Path:
-    """Draw a posterior into a PNG file; see `plot_posterior` for the options."""
-    save_png(plot_posterior(dataset, index, **options), out)
+    """Draw a posterior into a PNG, PDF or SVG file; see `plot_posterior` for the options."""
+    check_ending(out)
+    save_picture(plot_posterior(dataset, index, **options), out)
     return Path(out)
 
 

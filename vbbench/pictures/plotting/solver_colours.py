@@ -4,6 +4,9 @@ All are at least 2.7 times as dark as white paper. The nearest two of the bundle
 no red or no green (by 0.06 of OKLab after Machado et al., IEEE TVCG 15, 2009), and all from the grey of truth.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 from zlib import crc32
 
 PALETTE = (
@@ -24,3 +27,23 @@ def solver_number(name: str) -> int:
 def solver_colour(name: str) -> str:
     """The colour of a solver on white, as ``#rrggbb``."""
     return PALETTE[solver_number(name)]
+
+
+_DASHES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """How a solver's lines are drawn: their colour, and their dashes as matplotlib has them."""
+
+    colour: str
+    dashes: Any
+
+
+def solver_looks(solvers: Sequence[str]) -> list[Look]:
+    """The looks of several answers in one picture; answers that share a colour differ by dashes."""
+    colours = [solver_colour(name) for name in solvers]
+    return [
+        Look(colour=colour, dashes=_DASHES[colours[:n].count(colour) % len(_DASHES)])
+        for n, colour in enumerate(colours)
+    ]

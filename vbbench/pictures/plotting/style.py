@@ -1,10 +1,11 @@
-"""Shared by figures: colours safe for colour-blind readers (Okabe and Ito; viridis), sizes, layout, labels, PNG files.
+"""Shared by figures: colours safe for colour-blind readers (Okabe and Ito; viridis), sizes, layout, words and labels.
 
 Labels go where none covers another; their lengths are in points of the figure.
 """
 
-import io
-from pathlib import Path
+import textwrap
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,10 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
 
-from vbbench.errors import FileError
-from vbbench.folders.replacing import write_bytes_atomically
 from vbbench.geometry import FloatArray
+from vbbench.pictures.plotting.saving import DPI
 
 INK = "#222222"
 TRUTH = "#6f6f6f"
@@ -31,11 +32,11 @@ CAUTION = "#9c2a00"
 
 LABEL_SIZE = 6.5
 TEXT_SIZE = 8.5
+_LINE = 0.165  # inches from line to line of text
 MOST_LABELS = 60
 """In larger crowds, only so many of the nearest people are labelled."""
 TAIL_FRAMES = 8
 """Frames of the past drawn darker than the rest of a track."""
-_DPI = 150
 
 Rectangles = dict[str, tuple[float, float, float, float]]
 """Left, bottom, width and height in inches of every part of a figure, by its label."""
@@ -46,13 +47,48 @@ def distance_colours() -> Colormap:
     return ListedColormap(colormaps["viridis"](range(225)), "distance")
 
 
-def lay_out(size: tuple[float, float], rectangles: Rectangles) -> Figure:
-    """An empty figure of that size in inches, with labelled axes in the rectangles."""
-    figure = Figure(size, dpi=_DPI, facecolor="white")
-    for name, (left, bottom, width, height) in rectangles.items():
-        axes = figure.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]), label=name)
+def lay_out(
+    size: tuple[float, float], rectangles: Rectangles, cautions: Sequence[str] = (), margin: float = 0.6
+) -> Figure:
+    """An empty figure of that size in inches, with labelled axes in the rectangles.
+
+    Cautions stand below everything, whole, ``margin`` from both sides; the figure grows by as many lines as they have.
+    """
+    width = size[0]
+    lines = [line for text in cautions for line in wrap(text, 72.0 * (width - 2.0 * margin), text_width)]
+    foot = _LINE * len(lines) + (0.1 if lines else 0.0)
+    height = size[1] + foot
+    figure = Figure((width, height), dpi=DPI, facecolor="white")
+    for name, (left, bottom, wide, high) in rectangles.items():
+        axes = figure.add_axes((left / width, (bottom + foot) / height, wide / width, high / height), label=name)
         axes.tick_params(labelsize=TEXT_SIZE)
+    look: dict[str, Any] = {"fontsize": TEXT_SIZE, "style": "italic", "color": CAUTION, "va": "center"}
+    for n, line in enumerate(lines):
+        figure.text(margin / width, (foot - _LINE * (n + 0.5)) / height, line, gid=f"caution-{n}", **look)
     return figure
+
+
+def text_width(text: str) -> float:
+    """Points that a text takes in the default font at `TEXT_SIZE`."""
+    font = get_font(_default_font())
+    font.set_size(TEXT_SIZE, 72)
+    font.set_text(text)
+    return float(font.get_width_height()[0] / 64.0)
+
+
+@cache
+def _default_font() -> str:
+    return findfont(FontProperties())
+
+
+def wrap(text: str, room: float, width: Callable[[str], float]) -> list[str]:
+    """The text in lines, none wider than ``room``, which has the unit of ``width``; a word that is wider is parted."""
+    letters = max(1, len(text))
+    lines = [text]
+    while letters > 1 and max(map(width, lines), default=0.0) > room:
+        letters = min(letters - 1, int(letters * room / max(map(width, lines))) + 1)
+        lines = textwrap.wrap(text, letters, break_on_hyphens=False)
+    return lines
 
 
 def draw_heading(figure: Figure, left: float, title: str, facts: str, axes: Axes) -> None:
@@ -64,22 +100,6 @@ def draw_heading(figure: Figure, left: float, title: str, facts: str, axes: Axes
     look: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.2, "frameon": False, "fontsize": TEXT_SIZE}
     place = (x, 1.0 - 0.66 / height)
     figure.legend(handles, labels, loc="upper left", bbox_to_anchor=place, ncols=len(labels), **look)
-
-
-def save_png(figure: Figure, path: Path | str) -> None:
-    """Write a figure as PNG; the file is there whole or not at all.
-
-    Raises
-    ------
-    FileError
-        If the name does not end in ``.png``.
-    """
-    path = Path(path)
-    if path.suffix.lower() != ".png":
-        raise FileError(path, "pictures are written as PNG; give a name that ends in .png")
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=_DPI, metadata={"Software": None})
-    write_bytes_atomically(path, picture.getvalue())
 
 
 _DIRECTIONS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)], dtype=np.float64)

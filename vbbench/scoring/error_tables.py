@@ -1,0 +1,271 @@
+"""The numbers behind figures of errors: of several submissions, over time, cumulative and spread, as JSON and CSV."""
+
+import csv
+import io
+import json
+from collections.abc import Iterator, Mapping
+from collections.abc import Sequence as Several
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.submission_rows import info_of_answer, unique_names
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.scoring.errors_in_time import ErrorsInTime, cumulative, errors_in_time, outside_whiskers, over_time, spread
+from vbbench.scoring.metrics import METRICS, section
+from vbbench.scoring.scorecard import interval_note, interval_text
+from vbbench.scoring.statistics import Summary, finite_or_none
+
+Kind = Literal["over-time", "cumulative", "spread"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+FEW, FEWEST = 0.1, 0.05
+"""Shares of the sequences: medians over time are drawn thin over fewer than the one, and end at the other."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorTables:
+    """Errors of submissions to one dataset.
+
+    Parameters
+    ----------
+    names : of the submissions, no two alike.
+    errors : of each.
+    metrics, kinds : which of them are wanted.
+    """
+
+    names: tuple[str, ...]
+    errors: tuple[ErrorsInTime, ...]
+    metrics: tuple[str, ...]
+    kinds: tuple[Kind, ...]
+
+    @property
+    def only(self) -> int | None:
+        """The one sequence they are of; ``None`` = all."""
+        return self.errors[0].only
+
+    @property
+    def dataset(self) -> DatasetInfo:
+        """Facts of the dataset."""
+        return self.errors[0].dataset
+
+    @property
+    def unit(self) -> str:
+        """What a sample is."""
+        return "sequences" if self.only is None else "frames"
+
+    @property
+    def drawn_seconds(self) -> float:
+        """How far curves over time are drawn: as long as enough sequences last."""
+        ends = []
+        for own in self.errors:
+            moments, counts = np.unique(own.seconds, return_counts=True)
+            ends.append(float(moments[counts >= FEWEST * counts.max()].max()))
+        return 1.02 * max(ends)
+
+    @cached_property
+    def summaries(self) -> tuple[Mapping[str, Summary], ...]:
+        """Metric → figures of the split, of each submission; none of one sequence."""
+        return tuple(own.summaries() if self.only is None else {} for own in self.errors)
+
+    def capped(self, number: int, metric: str) -> tuple[float, tuple[float, float]]:
+        """The capped mean of a submission with its interval; of one sequence the mean over its frames, without one."""
+        if self.only is not None:
+            return float(self.errors[number].per_sequence.figures[metric][0]), (np.nan, np.nan)
+        own = self.summaries[number][metric]
+        return own.capped, own.capped_ci95
+
+    @property
+    def title(self) -> str:
+        """What the figures are of, in one line."""
+        data = self.dataset
+        tier = data.tier if data.pixel_std == 0 else f"{data.tier} (σ = {data.pixel_std:g} px)"
+        which = [] if self.only is None else [f"sequence {self.only}"]
+        return "  ·  ".join([f"errors on {data.split}", *which, data.camera.kind, tier])
+
+    @property
+    def facts(self) -> str:
+        """How to read the figures, in one line."""
+        own = self.errors[0].per_sequence
+        count = f"{len(own.sequence)} sequences, {own.frames.sum()} frames"
+        if self.only is not None:
+            marks = [f"{own.frames[0]} scored frames, dt = {self.dataset.dt:g} s"]
+            marks += ["box: quartiles, whiskers 5–95 %, ◆ mean"] if "spread" in self.kinds else []
+            marks += ["× filled, not answered"] if any(not each.answered.all() for each in self.errors) else []
+            return ";  ".join(marks)
+        time = f"lines: medians and middle half over sequences, thin where under {FEW:.0%} last, to {FEWEST:.0%}"
+        box = "box: quartiles, whiskers 5–95 %, ◆ capped mean with 95 % interval"
+        wanted = {"over-time": time, "spread": box}
+        return ";  ".join([count, *(text for kind, text in wanted.items() if kind in self.kinds)])
+
+    def notes(self) -> list[str]:
+        """What a reader must not overlook."""
+        notes = []
+        if len({own.protocol.name for own in self.errors}) > 1:
+            notes.append("Caution: made under different protocols, and so given different truth.")
+        for name, own in zip(self.names, self.errors, strict=True):
+            if own.coverage < 1.0:
+                missing = f"{1.0 - own.coverage:.1%} of the rows of {name} are missing"
+                notes.append(f"Caution: {missing}; they count as the last place known of the same person.")
+        if self.only is None and "spread" in self.kinds and np.isnan(self.capped(0, self.metrics[0])[1][0]):
+            notes.append(interval_note(self.errors[0].per_sequence.timeline, self._blocks))
+        if unknown := [METRICS[key].symbol for key in section("metrics") if not self._is_known(key)]:
+            notes.append(f"Not known of this dataset: {', '.join(unknown)}.")
+        return [*notes, *([f"Caution: {self.dataset.caution}"] if self.dataset.caution else [])]
+
+    @property
+    def _blocks(self) -> float:
+        return self.summaries[0][self.metrics[0]].blocks
+
+    def _is_known(self, metric: str) -> bool:
+        return self.dataset.truth in METRICS[metric].known
+
+    def summary(self) -> tuple[list[str], list[list[str]]]:
+        """Head and rows of a table: a row per submission with its means, failures and coverage."""
+        first = "dx" if "dx" in self.metrics else self.metrics[0]
+        kind = "mean" if self.only is not None else "capped"
+        head = ["", "protocol", *(f"{kind} {METRICS[metric].label}" for metric in self.metrics), "answered"]
+        failing = self.only is None and self.errors[0].protocol.failures.get(first) is not None
+        if failing:
+            head[-1:] = [f"failed in {METRICS[first].symbol}", "answered"]
+        rows = []
+        for n, (name, own) in enumerate(zip(self.names, self.errors, strict=True)):
+            figures = [self._figure(n, metric) for metric in self.metrics]
+            failed = [f"{self.summaries[n][first].failure_rate:.1%}"] if failing else []
+            rows.append([name, own.protocol.name, *figures, *failed, f"{own.coverage:.1%}"])
+        return head, rows
+
+    def _figure(self, number: int, metric: str) -> str:
+        mean, ends = self.capped(number, metric)
+        text = "–" if np.isnan(mean) else f"{mean:.3f}"
+        return text if np.isnan(ends[0]) else f"{text} ({interval_text(ends, '.3f')})"
+
+    def values(self) -> dict[str, Any]:
+        """Every number of the figure."""
+        data = self.dataset
+        which = {} if self.only is None else {"sequence": self.only}
+        return {
+            "dataset": data.id,
+            "split": data.split,
+            **which,
+            "unit": self.unit,
+            "notes": self.notes(),
+            "submissions": [
+                {
+                    "name": name,
+                    "solver": own.info.solver,
+                    "protocol": own.protocol.name,
+                    "coverage": own.coverage,
+                    "metrics": {metric: self._curves(n, metric) for metric in self.metrics},
+                }
+                for n, (name, own) in enumerate(zip(self.names, self.errors, strict=True))
+            ],
+        }
+
+    def _curves(self, number: int, metric: str) -> dict[str, Any]:
+        own = self.errors[number]
+        samples, line = own.samples(metric), over_time(own, metric)
+        error, share = cumulative(samples)
+        mean, ends = self.capped(number, metric)
+        curves: dict[Kind, dict[str, Any]] = {
+            "over-time": {
+                "seconds": line.seconds.tolist(),
+                "median": line.median.tolist(),
+                "q25": line.low.tolist(),
+                "q75": line.high.tolist(),
+                "sequences": line.sequences.tolist(),
+            },
+            "cumulative": {"error": error.tolist(), "share": share.tolist()},
+            "spread": {
+                **{name: finite_or_none(value) for name, value in spread(samples).items()},
+                "beyond": outside_whiskers(samples).tolist(),
+            },
+        }
+        figures: dict[str, Any] = {"unit": METRICS[metric].unit}
+        if self.only is None:
+            summary = self.summaries[number][metric]
+            figures |= {"cap": own.protocol.caps.get(metric), "failure_limit": own.protocol.failures.get(metric)}
+            figures |= {"capped_mean": finite_or_none(mean), "ci95": [finite_or_none(end) for end in ends]}
+            figures |= {"failure_rate": finite_or_none(summary.failure_rate)}
+        else:
+            figures["mean"] = finite_or_none(mean)
+        return figures | {kind.replace("-", "_"): curves[kind] for kind in self.kinds}
+
+    def to_json(self) -> str:
+        """`values` as text."""
+        return json.dumps(self.values(), indent=1, ensure_ascii=False, allow_nan=False)
+
+    def to_csv(self) -> str:
+        """Every point of every curve as a row of CSV; ``low`` and ``high`` are the ends of the band over time."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["submission", "protocol", "metric", "unit", "curve", "x", "y", "low", "high", "sequences"])
+        writer.writerows(self._points())
+        return text.getvalue()
+
+    def _points(self) -> Iterator[list[Any]]:
+        for n, (name, own) in enumerate(zip(self.names, self.errors, strict=True)):
+            for metric in self.metrics:
+                head, curves = [name, own.protocol.name, metric, METRICS[metric].unit], self._curves(n, metric)
+                if line := curves.get("over_time"):
+                    names = ("seconds", "median", "q25", "q75", "sequences")
+                    for point in zip(*(line[name] for name in names), strict=True):
+                        yield [*head, "over-time", *point]
+                if line := curves.get("cumulative"):
+                    for error, share in zip(line["error"], line["share"], strict=True):
+                        yield [*head, "cumulative", error, share, "", "", ""]
+                box = curves.get("spread", {})
+                for mark in box:
+                    errors = box[mark] if mark == "beyond" else [box[mark]]
+                    yield from ([*head, f"spread {mark}", error, "", "", "", ""] for error in errors)
+
+    def write_csv(self, path: Path | str) -> None:
+        """Write `to_csv` to a file, whole or not at all."""
+        write_text_atomically(Path(path), self.to_csv())
+
+
+def error_tables(
+    dataset: Dataset,
+    submissions: Several[Path | str],
+    *,
+    only: int | None = None,
+    metrics: Several[str] = (),
+    kinds: Several[Kind] = (),
+) -> ErrorTables:
+    """The errors of submissions, scored as `vbbench.scoring.score` does.
+
+    Parameters
+    ----------
+    dataset : with its truth.
+    submissions : folders that answer it, at least one.
+    only : number of the one sequence that is wanted.
+    metrics : keys of `METRICS`; by default Δx̃, Δx, Δr and Δt, as far as they are known.
+    kinds : of figures; by default all, of one sequence only those over time and cumulative.
+
+    Raises
+    ------
+    SubmissionError
+        With every fault of the first submission that has one.
+    VbbenchError
+        If a submission answers another dataset, there is no such sequence or metric, no truth, or nothing to score.
+    """
+    if not submissions:
+        raise VbbenchError("name at least one submission")
+    infos = [info_of_answer(dataset, folder) for folder in submissions]
+    if unknown := [key for key in metrics if key not in METRICS]:
+        raise UnknownNameError("metric", unknown[0], METRICS)
+    known = [key for key, metric in METRICS.items() if dataset.info.truth in metric.known]
+    wanted = list(dict.fromkeys(metrics)) or list(section("metrics"))
+    shown = tuple(key for key in wanted if key in known)
+    if not shown:
+        raise VbbenchError(f"{dataset.folder}: of its truth too little is known for {', '.join(wanted)}")
+    errors = tuple(errors_in_time(folder, dataset, only) for folder in submissions)
+    usual = KINDS if only is None else KINDS[:2]
+    ordered = tuple(kind for kind in KINDS if kind in (kinds or usual))
+    names = unique_names(infos, submissions)
+    return ErrorTables(names=tuple(names), errors=errors, metrics=shown, kinds=ordered)
