@@ -37,6 +37,7 @@ _HOMES = {
     "VbbenchError": "errors",
     "compare": "scoring.comparison",
     "generate": "generation",
+    "parts": "training",
     "score": "scoring",
     "solve": "solving",
 }
@@ -49,7 +50,8 @@ _OLDER_PATHS = {
     "vbbench.rendering": "vbbench.pictures.rendering",
     "vbbench.simulation": "vbbench.generation.generator",
     "vbbench.stream": "vbbench.generation.stream",
-    "vbbench.torch": "vbbench.generation.torch",
+    "vbbench.generation.torch": "vbbench.training.torch",
+    "vbbench.torch": "vbbench.training.torch",
     "vbbench.viewer": "vbbench.pictures.viewer",
 }
 """Older import paths of modules that have moved since they were published."""
@@ -77,6 +79,7 @@ __all__ = [
     "__version__",
     "compare",
     "generate",
+    "parts",
     "score",
     "solve",
 ]
@@ -102,6 +105,7 @@ if TYPE_CHECKING:
     )
     from vbbench.solving import solve
     from vbbench.solving.session import Session, SessionAnswer
+    from vbbench.training import parts
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:

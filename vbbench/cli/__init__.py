@@ -27,6 +27,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "merge": data.merge,
     "info": data.info,
     "verify": data.verify,
+    "parts": data.parts,
     "solvers": evaluation.solvers,
     "solve": evaluation.solve,
     "check": evaluation.check,
