@@ -4,6 +4,7 @@ Both give any sample by its number, in any process; nothing depends on which sam
 """
 
 import os
+from collections.abc import Iterator
 from collections.abc import Sequence as Several
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +28,9 @@ from vbbench.training.samples import Known, Sample, sample_of
 WINDOW_STREAM = 3
 """Spawn key of the generator that draws windows, apart from those that make sequences and worlds."""
 
+CELLS_KEPT = 1 << 19
+"""People times frames of the sequences that a folder's samples keep in memory, about 50 MB."""
+
 
 class Source(Protocol):
     """Samples by number."""
@@ -42,8 +46,8 @@ class Source(Protocol):
 class FolderSamples:
     """The sequences of a dataset folder, or windows of them, by number.
 
-    What is asked for together is read together, and some megabytes of it are in memory at a time. Every process opens
-    the folder itself.
+    What is asked for together is read together, and the sequences read last are kept, some tens of megabytes of them.
+    Every process opens the folder itself.
 
     Parameters
     ----------
@@ -75,6 +79,7 @@ class FolderSamples:
         self.folder, self._truth = Path(folder).resolve(), truth and Path(truth).resolve()
         self._protocol, self._local, self._frames = get_protocol(protocol), local, frames
         self._opened: tuple[int, Dataset] | None = None
+        self._kept: dict[int, Known] = {}
         rows = self._dataset.rows
         self.sequences: IntArray = np.asarray(np.arange(len(self._dataset)) if sequences is None else sequences)
         if not np.isin(self.sequences, np.arange(len(self._dataset))).all():
@@ -99,14 +104,23 @@ class FolderSamples:
         """Some samples, in the order asked for."""
         wanted = self._windows[list(numbers)]
         made: dict[int, Sample[NDArray[Any]]] = {}
-        sequences = np.unique(wanted[:, 0])
+        for known in self._known(np.unique(wanted[:, 0])):
+            for place in np.flatnonzero(wanted[:, 0] == known.sequence.index).tolist():
+                made[place] = self._sample(known, int(wanted[place, 1]))
+        return [made[place] for place in range(len(wanted))]
+
+    def _known(self, sequences: IntArray) -> Iterator[Known]:
+        """These sequences [N], those that are kept first."""
+        kept = [self._kept[index] for index in sequences.tolist() if index in self._kept]
+        yield from kept
+        sequences = np.setdiff1d(sequences, [known.sequence.index for known in kept])
         for first, last in part_ranges(len(sequences), self._cells[sequences]):
             self._dataset.read_ahead(sequences[first:last])
             for index in sequences[first:last].tolist():
-                one = known_of(self._dataset, self._dataset.sequence(index))
-                for place in np.flatnonzero(wanted[:, 0] == index).tolist():
-                    made[place] = self._sample(one, int(wanted[place, 1]))
-        return [made[place] for place in range(len(wanted))]
+                known = self._kept[index] = known_of(self._dataset, self._dataset.sequence(index))
+                yield known
+        while sum(self._cells[list(self._kept)]) > CELLS_KEPT:
+            del self._kept[next(iter(self._kept))]
 
     def _sample(self, known: Known, start: int) -> Sample[NDArray[Any]]:
         stop = min(start + (self._frames or known.sequence.frames), known.sequence.frames)
@@ -121,7 +135,7 @@ class FolderSamples:
         return self._opened[1]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_opened": None}
+        return {**self.__dict__, "_opened": None, "_kept": {}}
 
 
 def _windows(sequences: IntArray, lengths: IntArray, frames: int | None, step: int | None) -> IntArray:

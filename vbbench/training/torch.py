@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from collections.abc import Sequence as Several
 from itertools import count, islice
+from multiprocessing import get_start_method
 from typing import Any, Literal
 
 import numpy as np
@@ -141,7 +142,7 @@ class Feed:
             batch_sampler=_Sampler(self),
             num_workers=workers,
             multiprocessing_context=start if workers else None,
-            persistent_workers=workers > 0,
+            persistent_workers=workers > 0 and (start or get_start_method()) != "fork",  # others are slow to start
             collate_fn=collate,
             pin_memory=pin_memory,
         )
