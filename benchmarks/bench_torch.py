@@ -71,15 +71,19 @@ def bench_folder(folder: Path, frames: int, samples: int) -> None:
     few = wanted[: max(1, len(wanted) // 5)]
     pandas = per_second(len(few), lambda: list(by_pandas(folder, few, frames)))
     rows = per_second(len(few), lambda: list(by_rows(folder, few, frames)))
+
+    def timed(workers: int, clock: Callable[[], float]) -> float:
+        feed = Feed(FolderSamples(folder, frames=frames), BATCH, workers=workers)
+        return per_second(len(wanted), lambda: list(islice(feed, len(wanted) // BATCH)), clock)
+
+    alone = per_second(len(wanted), lambda: one_by_one(FolderSamples(folder, frames=frames), wanted))
     print(f"| {folder.name}, {len(wanted)} windows of {frames} frames | samples/s | beside pandas | beside rows |")
     print("|---|---|---|---|")
-    measured = {"one by one": per_second(len(wanted), lambda: one_by_one(FolderSamples(folder, frames=frames), wanted))}
-    for workers, clock in ((0, process_time), (0, perf_counter), (1, perf_counter), (2, perf_counter)):
-        feed = Feed(FolderSamples(folder, frames=frames), BATCH, workers=workers)
-        name = f"{workers} workers" if clock is perf_counter else "in batches"
-        measured[name] = per_second(len(wanted), lambda feed=feed: list(islice(feed, len(wanted) // BATCH)), clock)
-    for name, speed in measured.items():
+    for name, speed in (("one by one", alone), ("in batches", timed(0, process_time))):
         print(f"| {name} | {speed:.0f} | {speed / pandas:.1f} x | {speed / rows:.1f} x |", flush=True)
+    speeds = [timed(workers, perf_counter) for workers in (0, 1, 2)]
+    told = ", ".join(f"{n} workers {speed:.0f} ({speed / speeds[0]:.2f} x)" for n, speed in enumerate(speeds))
+    print(f"\nBy the clock: {told}", flush=True)
 
 
 def one_by_one(source: FolderSamples, wanted: list[tuple[int, int]]) -> None:
