@@ -58,10 +58,10 @@ def test_a_stream_begins_at_a_sequence_that_there_is() -> None:
 
 
 def test_without_torch_one_line_says_how_to_get_it() -> None:
-    code = "import sys; sys.modules['torch'] = None\nimport vbbench.generation.stream\nimport vbbench.generation.torch"
+    code = "import sys; sys.modules['torch'] = None\nimport vbbench.generation.stream\nimport vbbench.training.torch"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr.strip().endswith("vbbench.generation.torch needs torch: python -m pip install 'vbbench[torch]'")
+    assert done.stderr.strip().endswith("vbbench.training.torch needs torch: python -m pip install 'vbbench[torch]'")
 
 
 def test_the_plain_stream_does_not_import_torch() -> None:

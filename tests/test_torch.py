@@ -1,81 +1,196 @@
-"""`SimStream`: tensors of simulated sequences, no sequence twice, whatever the number of workers."""
+"""PyTorch datasets: the same samples in the same order with any number of workers, and training that goes on."""
 
+import re
+import runpy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from vbbench import Dataset, PanoramaCamera, score, solve
+from vbbench.errors import VbbenchError
+from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
-from vbbench.generation.stream import stream
+from vbbench.training import FolderSamples, GeneratedSamples, Sample
+from vbbench.training.sources import Source
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)))
+PAGE = Path(__file__).parents[1] / "docs" / "torch.md"
 
 
-def loader(workers: int, **options: Any) -> Any:
+@pytest.fixture(scope="module")
+def crowd(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    options = Options(camera=PanoramaCamera(), limit=9, seed=2)
+    return generate("demo", tmp_path_factory.mktemp("torch") / "crowd", options)
+
+
+@pytest.fixture(params=["folder", "generator"])
+def source(request: pytest.FixtureRequest, crowd: Dataset) -> Source:
+    """23 or so windows of a folder, or 11 simulated sequences."""
+    return (
+        FolderSamples(crowd.folder, frames=8)
+        if request.param == "folder"
+        else GeneratedSamples("sim", OPTIONS, stop=11)
+    )
+
+
+def places(batches: Any) -> list[tuple[int, int]]:
+    """Which windows came, in their order."""
+    return [place for b in batches for place in zip(b.index.tolist(), b.start.tolist(), strict=True)]
+
+
+def feed(source: Source, **asked: Any) -> Any:
+    from vbbench.training.torch import Feed
+
+    return Feed(source, 4, **asked)
+
+
+def stream(source: Source, workers: int = 0, **asked: Any) -> Any:
     from torch.utils.data import DataLoader
 
-    from vbbench.generation.torch import SimStream, collate
+    from vbbench.training.torch import SampleStream, collate
 
-    return DataLoader(SimStream(OPTIONS, **options), batch_size=3, num_workers=workers, collate_fn=collate)
-
-
-@pytest.mark.parametrize("workers", [0, 1, 2])
-def test_every_sequence_comes_once_and_is_the_same(workers: int) -> None:
-    got = {
-        int(i): o
-        for batch in loader(workers, stop=10)
-        for i, o in zip(batch["index"], batch["observations"], strict=True)
-    }
-    assert sorted(got) == list(range(10))
-    for data in stream("sim", OPTIONS, stop=10):
-        people = data.sequence.observations.shape[1]
-        found = got[data.sequence.index][:, :people].numpy()
-        np.testing.assert_array_equal(found, data.sequence.observations.astype(np.float32))
+    return DataLoader(SampleStream(source, batch_size=4, **asked), 4, num_workers=workers, collate_fn=collate)
 
 
-def test_ranks_and_workers_do_not_overlap() -> None:
-    indices = [
-        int(index)
-        for rank in range(2)
-        for batch in loader(2, stop=9, rank=rank, world_size=2)
-        for index in batch["index"]
-    ]
-    assert sorted(indices) == list(range(9))
+@pytest.mark.parametrize("batches", [feed, stream])
+def test_any_number_of_workers_gives_every_sample_once_in_one_order(source: Source, batches: Any) -> None:
+    assert source.size
+    alone = places(batches(source, seed=3))
+    assert sorted(alone) == sorted(places(batches(source, seed=None)))
+    assert len(set(alone)) == source.size
+    for workers in (1, 2):
+        assert places(batches(source, seed=3, workers=workers)) == alone
 
 
-def test_an_example_has_everything_in_tensors() -> None:
-    from vbbench.generation.torch import SimStream
-
-    example = next(iter(SimStream(OPTIONS, dtype=torch.float64)))
-    data = next(stream("sim", OPTIONS))
-    frames, people = data.sequence.observed.shape
-    shapes = {name: tuple(values.shape) for name, values in example.items()}
-    assert shapes == {
-        "index": (),
-        "tracks": (people,),
-        "observations": (frames, people, 3),
-        "given_poses": (frames, 3),
-        "given_positions": (frames, people, 2),
-        "poses": (frames, 3),
-        "positions": (frames, people, 2),
-        "heights": (people,),
-    }
-    np.testing.assert_array_equal(example["poses"].numpy(), data.truth.poses)
+def test_batches_hold_the_same_numbers_whoever_made_them(crowd: Dataset) -> None:
+    source = FolderSamples(crowd.folder, frames=8)
+    for a, b in zip(feed(source), feed(source, workers=2), strict=True):
+        for name, values in vars(a).items():
+            torch.testing.assert_close(values, getattr(b, name), rtol=0, atol=0)
 
 
-def test_collate_pads_people_with_nan() -> None:
-    from vbbench.generation.torch import SimStream, collate
+@pytest.mark.slow
+@pytest.mark.parametrize("start", ["spawn", "forkserver"])
+def test_workers_may_be_started_anew(source: Source, start: str) -> None:
+    assert places(feed(source, workers=2, start=start)) == places(feed(source))
 
-    examples = list(SimStream(OPTIONS, stop=4))
-    batch = collate(examples)
-    most = max(len(example["tracks"]) for example in examples)
-    least = min(examples, key=lambda example: len(example["tracks"]))
-    row, people = int(least["index"]), len(least["tracks"])
-    assert batch["observations"].shape == (4, 20, most, 3)
-    assert people < most
-    assert torch.isnan(batch["positions"][row, :, people:]).all()
-    assert (batch["tracks"][row, people:] == -1).all()
-    torch.testing.assert_close(batch["positions"][row, :, :people], least["positions"], equal_nan=True)
+
+def test_every_epoch_has_an_order_of_its_own_that_the_seed_decides(source: Source) -> None:
+    first = feed(source)
+    epochs = [places(first) for _ in range(3)]
+    assert epochs[0] != epochs[1] != epochs[2]
+    assert [sorted(epoch) for epoch in epochs] == [sorted(epochs[0])] * 3
+    again, other = feed(source), feed(source, seed=1)
+    assert [places(again) for _ in range(3)] == epochs
+    assert places(other) != epochs[0]
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_a_feed_goes_on_where_it_stopped(source: Source, workers: int) -> None:
+    whole, left = feed(source), feed(source, workers=workers)
+    wanted = places(whole) + places(whole)
+    loop = iter(left)
+    had = places([next(loop), next(loop)])
+    state = left.state_dict()
+    assert state["batch"] == 2
+    resumed = feed(source)
+    resumed.load_state_dict(state)
+    rest = [places(resumed) + places(resumed), places(left) + places(left)]
+    assert [had + one for one in rest] == [wanted, wanted]
+    with pytest.raises(VbbenchError, match="cannot go on with"):
+        feed(source, seed=5).load_state_dict(state)
+
+
+def test_a_stream_goes_on_after_whole_batches(source: Source) -> None:
+    assert places(stream(source, seed=2, first=4)) == places(stream(source, seed=2))[4:]
+    with pytest.raises(VbbenchError, match="begins after whole batches, not 3 samples"):
+        stream(source, first=3)
+
+
+def test_an_endless_source_is_fed_for_ever() -> None:
+    endless = GeneratedSamples("sim", OPTIONS)
+    batches = zip(range(4), feed(endless, workers=2), strict=False)
+    assert places(batch for _, batch in batches) == [(number, 0) for number in range(16)]
+    batches = zip(range(3), stream(endless, workers=2, first=8), strict=False)
+    assert places(batch for _, batch in batches) == [(number, 0) for number in range(8, 20)]
+    with pytest.raises(TypeError, match="has no length"):
+        len(feed(endless))
+
+
+@pytest.mark.parametrize("batches", [feed, stream])
+def test_ranks_share_an_epoch_in_equal_numbers_of_batches(source: Source, batches: Any) -> None:
+    assert source.size
+    shares = [places(batches(source, rank=rank, world_size=2, seed=1)) for rank in range(2)]
+    assert not set(shares[0]) & set(shares[1])
+    assert len(shares[0]) == len(shares[1]) == source.size // 8 * 4
+    with pytest.raises(VbbenchError, match="rank 2 of 2"):
+        batches(source, rank=2, world_size=2)
+
+
+def test_a_dataset_is_read_by_number_and_by_batch(crowd: Dataset) -> None:
+    from torch.utils.data import DataLoader
+
+    from vbbench.training.torch import SampleDataset, collate
+
+    source = FolderSamples(crowd.folder)
+    dataset = SampleDataset(source)
+    assert len(dataset) == len(list(dataset)) == len(crowd)
+    np.testing.assert_array_equal(dataset[-1].poses.numpy(), source[len(crowd) - 1].poses)
+    batch = next(iter(DataLoader(dataset, 9, collate_fn=collate)))
+    assert batch.boxes.shape == (9, *torch.tensor([one.seen.shape for one in dataset]).amax(0).tolist(), 3)
+    assert batch.boxes.dtype == torch.float32
+    with pytest.raises(VbbenchError, match="these samples have no end"):
+        len(SampleDataset(GeneratedSamples("sim", OPTIONS)))
+
+
+def test_a_batch_goes_to_a_device_as_a_whole(crowd: Dataset) -> None:
+    batch = next(iter(feed(FolderSamples(crowd.folder))))
+    moved = batch.to("meta", non_blocking=True)
+    assert isinstance(moved, Sample)
+    assert {values.device.type for values in vars(moved).values()} == {"meta"}
+
+
+def test_a_batch_is_pinned_by_the_loader_where_there_is_a_gpu(crowd: Dataset) -> None:
+    from torch.utils.data._utils.pin_memory import pin_memory
+
+    pinned = []
+
+    class Noted(torch.Tensor):
+        def pin_memory(self, *_: Any) -> Any:
+            pinned.append(self)
+            return self
+
+    batch = next(iter(feed(FolderSamples(crowd.folder)))).map(lambda values: values.as_subclass(Noted))
+    assert isinstance(pin_memory(batch), Sample)
+    assert len(pinned) == len(vars(batch))
+
+
+def blocks() -> list[str]:
+    return re.findall(r"^```py\n(.*?)^```", PAGE.read_text("utf-8"), flags=re.M | re.S)
+
+
+def test_the_pages_network_trains_and_solves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "docs_learn.py").write_text(next(block for block in blocks() if "class Birdifier" in block), "utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    module = runpy.run_path(str(tmp_path / "docs_learn.py"))
+    module["train"](steps=8, batch_size=8, workers=0)
+    said = [float(number) for number in re.findall(r"held out: camera ([.\d]+) m", capsys.readouterr().out)]
+    assert said[-1] < said[0]
+    dataset = generate("sim", tmp_path / "sim", Options(tier="noisy", limit=2))
+    for protocol in ("sequential", "rollout"):
+        answer = solve(dataset, "docs_learn:Learned", protocol, tmp_path / protocol)
+        assert score(answer, dataset.folder).coverage == 1.0
+
+
+def test_the_pages_short_examples_run(crowd: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hotel").symlink_to(crowd.folder)
+    examples = "\n".join(block for block in blocks() if "class Birdifier" not in block)
+    exec(compile(examples, "torch.md", "exec"), {"__name__": "example"})  # noqa: S102

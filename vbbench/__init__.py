@@ -36,6 +36,7 @@ _HOMES = {
     "__version__": "version",
     "compare": "scoring.comparison",
     "generate": "generation",
+    "parts": "training",
     "score": "scoring",
     "solve": "solving",
 }
@@ -48,7 +49,8 @@ _OLDER_PATHS = {
     "vbbench.rendering": "vbbench.pictures.rendering",
     "vbbench.simulation": "vbbench.generation.generator",
     "vbbench.stream": "vbbench.generation.stream",
-    "vbbench.torch": "vbbench.generation.torch",
+    "vbbench.generation.torch": "vbbench.training.torch",
+    "vbbench.torch": "vbbench.training.torch",
     "vbbench.viewer": "vbbench.pictures.viewer",
 }
 """Older import paths of modules that have moved since they were published."""
@@ -76,6 +78,7 @@ __all__ = [
     "__version__",
     "compare",
     "generate",
+    "parts",
     "score",
     "solve",
 ]
@@ -101,6 +104,7 @@ if TYPE_CHECKING:
     )
     from vbbench.solving import solve
     from vbbench.solving.session import Session, SessionAnswer
+    from vbbench.training import parts
     from vbbench.version import __version__
 
 

@@ -28,6 +28,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "info": data.info,
     "verify": data.verify,
     "card": data.card,
+    "parts": data.parts,
     "solvers": evaluation.solvers,
     "solve": evaluation.solve,
     "check": evaluation.check,

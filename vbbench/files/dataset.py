@@ -60,9 +60,10 @@ class Dataset:
             path = self.table_path(name)
             if path.is_file() and path.stat().st_size != facts["bytes"]:
                 raise FileError(path, f"{path.stat().st_size} bytes, {facts['bytes']} were written; generate it again")
-        self._observations = self._table("observations")
-        self._given = self._table("given")
-        self._odometry = self._table(ODOMETRY_TABLE) if ODOMETRY_TABLE in self.info.tables else None
+        self._tables: dict[str, SequenceTable] = {}
+        self._moved = ODOMETRY_TABLE in self.info.tables
+        for name in ("observations", "given", *([ODOMETRY_TABLE] if self._moved else [])):
+            self._opened(name)
         self._scenes: dict[int, tuple[IntArray, FloatArray, FloatArray]] = {}
 
     def table_path(self, name: str) -> Path:
@@ -134,30 +135,25 @@ class Dataset:
 
     def problem(self, sequence: Sequence, *, covariances: bool = False) -> Problem:
         """The published facts about a sequence, as a solver gets them."""
-        info = self.info
-        return Problem(
-            camera=self.camera(sequence),
-            dt=info.dt,
-            tracks=sequence.tracks,
-            height_mean=info.height_mean,
-            height_std=info.height_std,
-            pixel_std=info.pixel_std,
-            box_std=info.box_std,
-            tilt_std=info.tilt_std,
-            mount_height_std=info.mount_height_std,
-            covariances=covariances,
-        )
+        return problem_of(self.info, sequence, covariances=covariances)
 
     def sequence(self, index: int) -> Sequence:
         """One sequence."""
         return next(self.sequences(index, index + 1))
 
+    def read_ahead(self, indices: IntArray) -> None:
+        """Read all rows of these sequences [N] at once: then asking for one of them, or its truth, reads nothing."""
+        scenes = np.setdiff1d(self.rows["scene"][indices], list(self._scenes))
+        for name in set(self.info.tables) - {"sequences"}:
+            if self.table_path(name).is_file():
+                self._opened(name).read_ahead(scenes if name in SCENE_TABLES else indices)
+
     def sequences(self, first: int = 0, last: int | None = None) -> Iterator[Sequence]:
         """Sequences first ≤ index < last; some megabytes of them are in memory at a time."""
         last = self._checked_range(first, last)
         for begin, end in part_ranges(last - first, self.cells[first:last]):
-            boxes, given = (table.read(first + begin, first + end) for table in (self._observations, self._given))
-            moved = None if self._odometry is None else self._odometry.read(first + begin, first + end)
+            boxes, given = (self._opened(name).read(first + begin, first + end) for name in ("observations", "given"))
+            moved = self._opened(ODOMETRY_TABLE).read(first + begin, first + end) if self._moved else None
             for index in range(first + begin, first + end):
                 own = None if moved is None else _of(moved, index)
                 yield sequence_of(self.table_path, self._facts(index), _of(boxes, index), _of(given, index), own)
@@ -173,7 +169,7 @@ class Dataset:
         self._require_truth()
         if self.info.truth == "relative":
             raise VbbenchError(f"{self.folder}: where the camera is was not measured, only where people are from it")
-        poses = self._poses.read(sequence.index, sequence.index + 1)
+        poses = self._opened("truth/poses").read(sequence.index, sequence.index + 1)
         check_poses(self.table_path, sequence.index, sequence.frames, poses)
         positions, heights = self._people_of(sequence)
         return Truth(
@@ -218,24 +214,20 @@ class Dataset:
         """Where the scene lies in the sequence's own world; where it was measured from the camera only, it is that."""
         if self.info.truth == "relative":
             return World()
-        return world_of(self.table_path, sequence.index, self._worlds.read(sequence.index, sequence.index + 1))
+        return world_of(
+            self.table_path, sequence.index, self._opened(FRAME_TABLE).read(sequence.index, sequence.index + 1)
+        )
 
     def track_persons(self, sequence: Sequence) -> IntArray:
         """[T, K] the person behind each track in each frame, −1 for a false alarm and before the first box."""
-        rows = self._track_map.read(sequence.index, sequence.index + 1)
+        rows = self._opened(TRACK_TABLE).read(sequence.index, sequence.index + 1)
         return persons_of(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
 
-    @cached_property
-    def _poses(self) -> SequenceTable:
-        return self._table("truth/poses")
-
-    @cached_property
-    def _worlds(self) -> SequenceTable:
-        return self._table(FRAME_TABLE)
-
-    @cached_property
-    def _track_map(self) -> SequenceTable:
-        return self._table(TRACK_TABLE)
+    def _opened(self, name: str) -> SequenceTable:
+        """A table, opened when it is first wanted."""
+        if name not in self._tables:
+            self._tables[name] = self._table(name)
+        return self._tables[name]
 
     def _table(self, name: str) -> SequenceTable:
         key = "scene" if name in SCENE_TABLES else "sequence"
@@ -260,12 +252,20 @@ class Dataset:
 
     def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         self._require_truth()
-        persons = self._table("truth/people").read(scene, scene + 1)
-        rows = self._table("truth/scenes").read(scene, scene + 1)
+        persons = self._opened("truth/people").read(scene, scene + 1)
+        rows = self._opened("truth/scenes").read(scene, scene + 1)
         people = persons["person"].astype(np.int64)
         positions = np.full((check_scene(self.table_path, scene, people, rows), len(people), 2), np.nan)
         positions[rows["frame"], np.searchsorted(people, rows["person"])] = np.stack([rows["x"], rows["y"]], axis=-1)
         return people, positions, persons["height"]
+
+
+def problem_of(info: DatasetInfo, sequence: Sequence, *, covariances: bool = False) -> Problem:
+    """The published facts about a sequence of the dataset that ``info`` is of, as a solver gets them."""
+    names = ("dt", "height_mean", "height_std", "pixel_std", "box_std", "tilt_std", "mount_height_std")
+    told = {name: getattr(info, name) for name in names}
+    camera = info.cameras[sequence.camera] if info.cameras else info.camera
+    return Problem(camera=camera, tracks=sequence.tracks, covariances=covariances, **told)
 
 
 _last = threading.local()

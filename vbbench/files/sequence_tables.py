@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vbbench.errors import FileError
 from vbbench.files.tables import OPTIONAL, SCHEMAS, arrow_array, column_values, table_schema
+from vbbench.geometry import IntArray
 
 KEYS_AT_ONCE = 1 << 20
 """Rows of the key column that are read together if the footer is not trusted."""
@@ -93,6 +94,7 @@ class SequenceTable:
         self._first, self._last = self._ranges_by_statistics() if bound is None else self._ranges_by_rows()
         in_order = np.all(self._first[1:] >= self._last[:-1])
         self._whole = None if in_order else self._read(self._groups, self._columns).sort_by(key)
+        self._ahead: tuple[frozenset[int], dict[str, NDArray[Any]]] = frozenset(), {}
 
     @property
     def file(self) -> str:
@@ -106,11 +108,24 @@ class SequenceTable:
 
     def read(self, first: int, last: int, columns: list[str] | None = None) -> dict[str, NDArray[Any]]:
         """Rows with first ≤ sequence < last, in order of sequence, one NumPy array per column."""
+        held, ahead = self._ahead
+        if last == first + 1 and first in held:
+            start, stop = np.searchsorted(ahead[self._key], [first, last])
+            return {name: ahead[name][start:stop] for name in columns or self._columns}
         wanted = list(dict.fromkeys([self._key, *(columns or self._columns)]))
         table = self._in_groups(first, last, wanted) if self._whole is None else self._whole
         arrays = {name: column_values(table.column(name)) for name in wanted}
         start, stop = np.searchsorted(arrays[self._key], [first, last])
         return {name: arrays[name][start:stop] for name in columns or self._columns}
+
+    def read_ahead(self, keys: IntArray) -> None:
+        """Read the rows of these sequences at once and hold them, in place of those held before: `read` finds them."""
+        keys = np.unique(keys)
+        begins, ends = np.searchsorted(keys, self._first), np.searchsorted(keys, self._last, side="right")
+        table = self._read(self._groups[ends > begins], self._columns) if self._whole is None else self._whole
+        rows = {name: column_values(table.column(name)) for name in self._columns}
+        order = np.argsort(rows[self._key], kind="stable")
+        self._ahead = frozenset(keys.tolist()), {name: values[order] for name, values in rows.items()}
 
     def _require_kinds(self, there: pa.Schema) -> None:
         """Numbers and marks may have any type that can represent them; text must be text."""

@@ -1,6 +1,7 @@
 """A file in ``detectors/`` as frozen dataclasses: how a detector errs, and how a tracker links what it finds."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -132,6 +133,7 @@ class TrackingSettings:
         return self if frames is None else replace(self, tracker=replace(self.tracker, least_boxes=frames))
 
 
+@cache
 def get_tracking() -> TrackingSettings:
     """The settings that come with this package."""
     return read_bundled("vbbench_generators", "detectors/model.toml", TrackingSettings, "top level")

@@ -1,0 +1,232 @@
+"""Which sequences of a dataset train, which validate and which test: official lists that everybody computes alike."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
+from vbbench.generation.footage import FOOTAGE
+from vbbench.geometry import IntArray, frozen_array
+from vbbench.parsing.toml_text import read_bundled
+from vbbench.training.cuts import Cuts, find_cuts
+
+By = Literal["time", "recording", "seed"]
+"""How sequences are shared out."""
+NAMES = ("train", "validation", "test")
+VERSIONS: Mapping[str, int] = {"time": 1, "recording": 1, "seed": 1}
+"""Raised whenever a rule gives other lists."""
+OFFICIAL_SEEDS = {"test": 0, "validation": 1}
+"""Seeds of simulated splits that are not for training: boards are made with 0."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts:
+    """The sequences of a dataset that train, validate and test. No two parts share a moment, a person or a scene.
+
+    Parameters
+    ----------
+    split, dataset : name of the split and id of the dataset.
+    rule : name and version of the rule, such as ``time/1``; with the recording that tests, if it was named.
+    train, validation, test : [N] numbers of sequences, ascending; each may be empty.
+    left_out : [N] sequences of no part: those that lie in a gap or reach from one part into another.
+    """
+
+    split: str
+    dataset: str
+    rule: str
+    train: IntArray
+    validation: IntArray
+    test: IntArray
+    left_out: IntArray
+
+    def __post_init__(self) -> None:
+        for name in (*NAMES, "left_out"):
+            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (None,), np.int64))
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of rule and lists: the same for every tier and camera of a recording."""
+        return hashlib.sha256(json.dumps({"rule": self.rule, **self._lists()}, sort_keys=True).encode()).hexdigest()
+
+    def to_json(self) -> str:
+        """Everything as JSON."""
+        facts: dict[str, Any] = {"split": self.split, "dataset": self.dataset, "rule": self.rule, "sha256": self.sha256}
+        return json.dumps(facts | self._lists()) + "\n"
+
+    @property
+    def is_official(self) -> bool:
+        """Whether these are the lists that are published for the complete split."""
+        own = (self.split, self.rule, self.sha256)
+        return any(own == (one.split, one.rule, one.sha256) for one in official_lists())
+
+    def _lists(self) -> dict[str, list[int]]:
+        return {name: getattr(self, name).tolist() for name in (*NAMES, "left_out")}
+
+
+def parts(dataset: Dataset | Path | str, by: By | None = None, *, test: str | None = None) -> Parts:
+    """The official training, validation and test sequences of a dataset.
+
+    Parameters
+    ----------
+    dataset : the dataset, or its folder.
+    by : ``time`` cuts every recording in three, with gaps that nobody stays through; ``recording`` leaves one recording
+        out for the test; of the others what is not for training by time validates, and among the recordings of one
+        dataset the next one; ``seed`` looks at the seed of a simulated split, as a whole:
+        0 tests, 1 validates, every other one trains. ``None``: ``seed`` for simulated splits, ``time`` for others.
+    test : for ``recording``: the name of the recording that tests.
+
+    Raises
+    ------
+    VbbenchError
+        If the rule cannot be applied to this dataset, or there is no recording of that name.
+    """
+    dataset = dataset if isinstance(dataset, Dataset) else Dataset(dataset)
+    chosen = by or ("seed" if is_simulated(dataset.info) else "time")
+    if chosen not in VERSIONS:
+        raise UnknownNameError("rule", chosen, VERSIONS)
+    if test is not None and chosen != "recording":
+        raise VbbenchError(f"a recording that tests is for parts by recording, not by {chosen}; leave {test} out")
+    part = {"time": _by_time, "recording": _by_recording, "seed": _by_seed}[chosen](dataset, test)
+    rule = f"{chosen}/{VERSIONS[chosen]}"
+    return Parts(
+        split=dataset.info.split,
+        dataset=dataset.info.id,
+        rule=rule if test is None else f"{rule} {test}",
+        left_out=np.flatnonzero(part < 0),
+        **{name: np.flatnonzero(part == number) for number, name in enumerate(NAMES)},
+    )
+
+
+def describe(of: Parts, dataset: Dataset) -> str:
+    """The parts in numbers, as text."""
+    frames = dataset.rows["frames"]
+    lines = [f"{of.split} ({of.dataset}), rule {of.rule}", "  part        sequences   frames"]
+    for name in (*NAMES, "left_out"):
+        numbers = getattr(of, name)
+        lines.append(f"  {name.replace('_', ' '):<10} {len(numbers):10d} {int(frames[numbers].sum()):8d}")
+    return "\n".join([*lines, f"  SHA-256 {of.sha256}: {_standing(of)}"])
+
+
+def _standing(of: Parts) -> str:
+    if of.is_official:
+        return "the official lists"
+    if of.rule.startswith("seed"):
+        return "official, as every simulated split goes by its seed"
+    if any((one.split, one.rule) == (of.split, of.rule) for one in official_lists()):
+        return "not the official lists, which are of the complete split with its own observers"
+    return "no lists of this are published; the rule makes the same ones everywhere"
+
+
+def is_simulated(info: DatasetInfo) -> bool:
+    """Whether everybody in a dataset walked in a computer alone."""
+    return not info.sources and info.tier != FOOTAGE
+
+
+def recording_names(dataset: Dataset) -> list[str]:
+    """The recordings that can be left out for a test of what others teach, in the order of the folds."""
+    places = _places(dataset.info)
+    return [place.name for place in _known().recording] if places else list(dataset.info.scenes)
+
+
+def _by_seed(dataset: Dataset, _: str | None) -> IntArray:
+    info = dataset.info
+    if not is_simulated(info):
+        raise VbbenchError(f"{dataset.folder} was recorded, and has no seed that makes other people; use by time")
+    if info.seed is None:
+        raise VbbenchError(f"the seed of {dataset.folder} is withheld: it is for a test alone, which its owner scores")
+    name = next((name for name, seed in OFFICIAL_SEEDS.items() if seed == info.seed), "train")
+    return np.full(len(dataset), NAMES.index(name))
+
+
+def _by_time(dataset: Dataset, _: str | None) -> IntArray:
+    _require_scenes(dataset, "time")
+    if not (dataset.has_truth and dataset.info.truth in ("whole", "relative")):
+        raise VbbenchError(
+            f"{dataset.folder} does not tell who is there when, which parts by time need; use by recording"
+        )
+    rows, part = dataset.rows, np.zeros(len(dataset), np.int64)
+    for scene in np.unique(rows["scene"]).tolist():
+        cuts = _cuts_of(dataset, scene)
+        if cuts is not None:  # what is not cut is for training
+            here = rows["scene"] == scene
+            first = rows["first_frame"][here].astype(np.int64)
+            part[here] = cuts.part_of(first, first + rows["frames"][here])
+    return part
+
+
+def _cuts_of(dataset: Dataset, scene: int) -> Cuts | None:
+    positions = dataset.scene(scene)[1]
+    return find_cuts(~np.isnan(positions[..., 0]), dataset.info.dt)
+
+
+def _by_recording(dataset: Dataset, test: str | None) -> IntArray:
+    _require_scenes(dataset, "recording")
+    names, places = recording_names(dataset), _places(dataset.info)
+    if test is None:
+        raise VbbenchError(f"which recording is to test? name one of {', '.join(names)}")
+    if test not in names:
+        raise UnknownNameError("recording", test, names)
+    if places:
+        return np.full(len(dataset), 2) if test in places else np.minimum(_by_time(dataset, None), 1)
+    if len(names) < len(NAMES):
+        raise VbbenchError(f"{dataset.folder} has {len(names)} recordings, too few for three parts; use by time")
+    ahead = (dataset.rows["scene"].astype(np.int64) - names.index(test)) % len(names)
+    return np.select([ahead == 0, ahead == 1], [2, 1], 0)
+
+
+def _require_scenes(dataset: Dataset, by: str) -> None:
+    if is_simulated(dataset.info):
+        raise VbbenchError(f"{dataset.folder} is simulated and has no recordings to share out by {by}; use by seed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Recording:
+    name: str
+    sources: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Recordings:
+    recording: tuple[_Recording, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Official:
+    """Lists that were published: anybody who computes them finds this SHA-256."""
+
+    split: str
+    rule: str
+    train: int
+    validation: int
+    test: int
+    left_out: int
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Published:
+    lists: tuple[Official, ...]
+
+
+@cache
+def official_lists() -> tuple[Official, ...]:
+    """The published lists of all splits of recordings."""
+    return read_bundled("vbbench", "training/official.toml", _Published, "official lists").lists
+
+
+@cache
+def _known() -> _Recordings:
+    return read_bundled("vbbench", "training/recordings.toml", _Recordings, "recordings")
+
+
+def _places(info: DatasetInfo) -> set[str]:
+    """Where a dataset was recorded, if it was made from a file that is known."""
+    return {place.name for place in _known().recording if info.sources & set(place.sources)}

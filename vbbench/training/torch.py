@@ -1,0 +1,221 @@
+"""Samples as PyTorch datasets: random access, streams, and batches in an order that no number of workers changes."""
+
+from collections.abc import Iterator
+from collections.abc import Sequence as Several
+from itertools import count, islice
+from multiprocessing import get_start_method
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import VbbenchError, needs_extra
+from vbbench.training import samples
+from vbbench.training.samples import Sample
+from vbbench.training.sources import Source
+
+with needs_extra("torch", "vbbench.training.torch"):
+    import torch
+    from torch.utils.data import DataLoader, Dataset, IterableDataset, get_worker_info
+
+Tensors = Sample[torch.Tensor]
+"""A sample, or a batch, of tensors: see `Sample`."""
+
+
+def to_tensors(sample: Sample[NDArray[Any]]) -> Tensors:
+    """The same as tensors, which share the memory of arrays that can be written to."""
+    return sample.map(lambda values: torch.from_numpy(np.require(values, requirements="W")))
+
+
+def collate(several: Several[Tensors]) -> Tensors:
+    """A batch [B, …] of samples; frames and people are padded to the longest and fullest of them."""
+    return to_tensors(samples.collate([sample.map(lambda values: values.numpy()) for sample in several]))
+
+
+class SampleDataset(Dataset[Tensors]):
+    """Samples of a source by number, for any sampler: give it to a `DataLoader` with ``collate_fn=collate``.
+
+    Parameters
+    ----------
+    source : samples with a known number of them.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+
+    def __len__(self) -> int:
+        if self.source.size is None:
+            raise VbbenchError("these samples have no end: give a 'stop', or read them as a stream (SampleStream)")
+        return self.source.size
+
+    def __getitem__(self, number: int) -> Tensors:
+        if self.source.size is not None and not -self.source.size <= number < self.source.size:
+            raise IndexError(number)  # ends a for loop
+        return self.__getitems__([number % self.source.size if self.source.size else number])[0]
+
+    def __getitems__(self, numbers: list[int]) -> list[Tensors]:
+        """Samples of a batch, which are read together; `DataLoader` asks for them so."""
+        return [to_tensors(sample) for sample in self.source.read(numbers)]
+
+
+class SampleStream(IterableDataset[Tensors]):
+    """Samples of a source one after another, shared out among workers and ranks without overlap.
+
+    Workers take turns of ``batch_size`` samples: so a `DataLoader` of that batch size gives the same samples, in the
+    same order, with any number of workers.
+
+    Parameters
+    ----------
+    source : the samples; one without an end makes a stream without an end.
+    batch_size : that of the `DataLoader`.
+    seed : shuffles a source that ends, every epoch (`set_epoch`) anew; ``None`` for their own order.
+    first : how many samples of this rank to leave out, such as those that an earlier run had: whole batches.
+    rank, world_size : this process among those of distributed training.
+
+    Raises
+    ------
+    VbbenchError
+        If ``first`` is no number of whole batches, or there is no such rank.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        *,
+        batch_size: int = 1,
+        seed: int | None = None,
+        first: int = 0,
+        rank: int = 0,
+        world_size: int = 1,
+    ) -> None:
+        super().__init__()
+        self.source, self.first = source, first
+        self._order = Order(source.size, batch_size, seed, rank, world_size)
+        if first < 0 or first % batch_size:
+            raise VbbenchError(f"a stream in batches of {batch_size} begins after whole batches, not {first} samples")
+        self._epoch = 0
+
+    def set_epoch(self, epoch: int) -> None:
+        """Shuffle as in this epoch from now on."""
+        self._epoch = epoch
+
+    def __iter__(self) -> Iterator[Tensors]:
+        info = get_worker_info()
+        worker, workers = (0, 1) if info is None else (info.id, info.num_workers)
+        for numbers in islice(self._order.batches(self._epoch, self.first), worker, None, workers):
+            yield from map(to_tensors, self.source.read(numbers))
+
+
+class Feed:
+    """Batches of samples for training, in an order that follows from the seed alone, and that can be continued.
+
+    A loop over a feed is an epoch: it ends with the last sample, or never if the source has no end. A loop that was
+    left goes on where it stopped, in this process or with `state_dict` in another one, with any number of workers.
+
+    Parameters
+    ----------
+    source : the samples.
+    batch_size : samples of a batch; the last one of an epoch may have fewer.
+    seed : shuffles a source that ends, every epoch anew; ``None`` for their own order.
+    workers : processes that make samples while the network trains; 0 makes them in this one.
+    start : how workers are started; ``None`` for Python's own way.
+    pin_memory : whether batches are put where a GPU fetches them faster.
+    rank, world_size : this process among those of distributed training.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        batch_size: int,
+        *,
+        seed: int | None = 0,
+        workers: int = 0,
+        start: Literal["fork", "spawn", "forkserver"] | None = None,
+        pin_memory: bool = False,
+        rank: int = 0,
+        world_size: int = 1,
+    ) -> None:
+        self.epoch, self.batch = 0, 0
+        self._order = Order(source.size, batch_size, seed, rank, world_size)
+        self._loader = DataLoader(
+            SampleDataset(source),
+            batch_sampler=_Sampler(self),
+            num_workers=workers,
+            multiprocessing_context=start if workers else None,
+            persistent_workers=workers > 0 and (start or get_start_method()) != "fork",  # others are slow to start
+            collate_fn=collate,
+            pin_memory=pin_memory,
+        )
+
+    def __len__(self) -> int:
+        """Batches of an epoch."""
+        if self._order.size is None:
+            raise TypeError("a feed of a source without an end has no length")
+        return sum(1 for _ in self._order.batches(self.epoch))
+
+    def __iter__(self) -> Iterator[Tensors]:
+        for batch in self._loader:
+            self.batch += 1
+            yield batch
+        self.epoch, self.batch = self.epoch + 1, 0
+
+    def state_dict(self) -> dict[str, Any]:
+        """Where the feed is: epoch, batches given of it, and what decides their order."""
+        return {"epoch": self.epoch, "batch": self.batch, "order": self._order.facts}
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on where another feed was.
+
+        Raises
+        ------
+        VbbenchError
+            If that had another order: number of samples, size of batches, seed, or number of ranks.
+        """
+        if state["order"] != self._order.facts:
+            raise VbbenchError(f"this feed is in the order {self._order.facts}, and cannot go on with {state['order']}")
+        self.epoch, self.batch = state["epoch"], state["batch"]
+
+    def next_batches(self) -> Iterator[list[int]]:
+        """Numbers of the samples of each batch that is left of the epoch."""
+        return self._order.batches(self.epoch, self.batch * self._order.batch_size)
+
+
+class _Sampler:
+    """The batches of a feed, for its `DataLoader`: it is asked in this process, whatever workers do."""
+
+    def __init__(self, feed: Feed) -> None:
+        self._feed = feed
+
+    def __iter__(self) -> Iterator[list[int]]:
+        return self._feed.next_batches()
+
+
+class Order:
+    """In which order samples come: batch b of rank r is the (b · ranks + r)-th of all."""
+
+    def __init__(self, size: int | None, batch_size: int, seed: int | None, rank: int, world_size: int) -> None:
+        if batch_size < 1 or not 0 <= rank < world_size:
+            raise VbbenchError(f"batches of {batch_size}, rank {rank} of {world_size}: ranks are numbered from 0")
+        self.size, self.batch_size, self.seed, self.rank, self.world_size = size, batch_size, seed, rank, world_size
+
+    @property
+    def facts(self) -> dict[str, int | None]:
+        """What the order follows from; a rank's share of it has the same facts."""
+        return {"size": self.size, "batch_size": self.batch_size, "seed": self.seed, "world_size": self.world_size}
+
+    def batches(self, epoch: int, first: int = 0) -> Iterator[list[int]]:
+        """Numbers of samples, batch by batch, from the first-th of this rank on.
+
+        Every rank gets as many batches, so that none waits for another: what is left over at the end of an epoch is
+        left out where there are several ranks.
+        """
+        size, mine = self.batch_size, self.rank * self.batch_size
+        stride = size * self.world_size
+        begin = first // size * stride
+        if self.size is None:
+            return ([*range(at + mine, at + mine + size)] for at in count(begin, stride))
+        order = np.arange(self.size)
+        if self.seed is not None:
+            order = np.random.default_rng(np.random.SeedSequence([self.seed, epoch])).permutation(self.size)
+        end = self.size if self.world_size == 1 else self.size // stride * stride
+        return (order[at + mine : at + mine + size].tolist() for at in range(begin, end, stride))
