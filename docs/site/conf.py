@@ -114,16 +114,6 @@ copybutton_prompt_is_regexp = True
 copybutton_only_copy_prompt_lines = True
 copybutton_exclude = ".linenos, .gp"
 
-# Pages that other changes bring: they have their place, and are left out of the navigation until they are there.
-TO_COME = ("cards", "challenge", "plots", "releasing", "torch")
-
-
-def leave_out_pages_to_come(app: Any, _page: str, text: list[str]) -> None:
-    """Drop the lines of tables of contents that name one of them."""
-    missing = [name for name in TO_COME if not (Path(app.srcdir) / f"{name}.md").is_file()]
-    for name in missing:
-        text[0] = text[0].replace(f"\n../{name}\n", "\n")
-
 
 def lead_to_notebooks(_app: Any, page: str, text: list[str]) -> None:
     """A link to a notebook's script, which a code host shows, leads to what it says when it is run."""
@@ -132,6 +122,5 @@ def lead_to_notebooks(_app: Any, page: str, text: list[str]) -> None:
 
 
 def setup(app: Any) -> None:
-    """Connect both."""
-    app.connect("source-read", leave_out_pages_to_come)
+    """Connect it."""
     app.connect("source-read", lead_to_notebooks)
