@@ -74,7 +74,9 @@ def test_docstrings_are_rewritten_as_napoleon_reads_them() -> None:
     assert of_the_site("docstrings").numpy_style(written) == wanted
 
 
-PAGE = '<h1 id="top">a</h1><a href="below/b.html#part">b</a><a href="leaderboard/index.html#/sim/board?by=dx">c</a>'
+BOARDS = "leaderboard/index.html#"
+PAGE = f"""<h1 id="top">a</h1><a href="below/b.html#part">b</a><a href="{BOARDS}/sim/board?by=dx">c</a>
+<a href="{BOARDS}/sim/board/compare?a=cv&amp;b=sf">d</a><a href="{BOARDS}/solver/cv">e</a>"""
 FAULTS = {
     '<a href="below/c.html">': "below/c.html leads to no file of the site",
     '<a href="below/b.html#none">': "below/b.html#none names no part of that page",
@@ -82,7 +84,8 @@ FAULTS = {
     '<a href="below">': "below leads to no file of the site",
     '<a href="../outside.html">': "../outside.html leads to no file of the site",
     '<a href="/below/b.html">': "/below/b.html works below no other address than this one",
-    '<a href="leaderboard/index.html#/sim/none">': "leaderboard/index.html#/sim/none names no board",
+    '<a href="leaderboard/index.html#/sim/none">': "leaderboard/index.html#/sim/none names no board or solver",
+    '<a href="leaderboard/index.html#/solver/none">': "leaderboard/index.html#/solver/none names no board or solver",
     '<img src="none.png">': "none.png leads to no file of the site",
     '<script src="https://example.org/x.js"></script>': "loads https://example.org/x.js from another host",
     '<link rel="stylesheet" href="//example.org/x.css">': "loads //example.org/x.css from another host",
@@ -96,6 +99,7 @@ def small_site(folder: Path, more: str = "") -> Path:
         "site/below/b.html": '<a id="part" href="../index.html#top">a</a><a href="https://example.org">elsewhere</a>',
         "site/leaderboard/index.html": "",
         "site/leaderboard/data/sim/board.js": "",
+        "site/leaderboard/data/pages/solver/cv.js": "",
         "site/_static/part.html": '<a href="{{ filled in later }}">',
         "outside.html": "",
     }.items():

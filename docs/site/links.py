@@ -1,9 +1,10 @@
 """Checks every link of a built site without a network: ``python docs/site/links.py out/site``.
 
 A link must lead to a file of the site, by a relative address, so that the site works below any folder of any server; a
-part of a page must be there, and a board of the leaderboard must have its data. Nothing may be loaded from elsewhere.
+part of a page must be there, and a board or solver of the leaderboard must have its data. Nothing may be loaded from elsewhere.
 """
 
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 BOARDS = "leaderboard"
-"""Folder of the leaderboard, whose addresses after the ``#`` name a board and not a part of the page."""
+"""Folder of the leaderboard, whose addresses after the ``#`` name a board or solver and not a part of the page."""
 
 _LOADED = {"script": "src", "img": "src", "link": "href", "source": "src", "iframe": "src", "video": "src"}
 _ELSEWHERE = ("http", "https")
@@ -82,11 +83,16 @@ def _fault(site: Path, page: Path, address: str) -> str | None:
         return "leads to no file of the site"
     part = unquote(parts.fragment)
     if part.startswith("/") and target == site / BOARDS / "index.html":
-        board = target.parent / "data" / f"{part.partition('?')[0].strip('/').removesuffix('/play')}.js"
-        return None if board.is_file() else "names no board"
+        data = target.parent / "data" / f"{_data_of(part.partition('?')[0].strip('/'))}.js"
+        return None if data.is_file() else "names no board or solver"
     if part and target.suffix == ".html" and part not in read(target).parts:
         return "names no part of that page"
     return None
+
+
+def _data_of(view: str) -> str:
+    """The name of the data that a view of the leaderboard loads first."""
+    return f"pages/{view}" if view.startswith("solver/") else re.sub(r"/(play|compare)$", "", view)
 
 
 def main(site: Path) -> int:
