@@ -1,7 +1,8 @@
 """Checks every link of a built site without a network: ``python docs/site/links.py out/site``.
 
 A link must lead to a file of the site, by a relative address, so that the site works below any folder of any server; a
-part of a page must be there, and a board or solver of the leaderboard must have its data. Nothing may be loaded from elsewhere.
+part of a page must be there, and a board or solver of the leaderboard must have its data. Nothing may be loaded from
+elsewhere.
 """
 
 import re
