@@ -82,7 +82,7 @@ wheel-test: $(VENV)/.dev
 site: $(VENV)/.docs
 	rm -rf $(SITE)
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs/site -d out/doctrees docs $(SITE)
-	$(BIN)/vbbench leaderboard build --out $(SITE)/leaderboard $$(test ! -d $(WORK) || echo --work $(WORK))
+	$(BIN)/vbbench leaderboard build --out $(SITE)/leaderboard --docs ../index.html $$(test ! -d $(WORK) || echo --work $(WORK))
 	$(BIN)/python docs/site/links.py $(SITE)
 
 sequences: $(VENV)/.runtime

@@ -35,7 +35,7 @@ def test_name_licence_and_words_are_the_packages() -> None:
 
 def test_the_version_is_the_last_that_was_released() -> None:
     """What is installed is that one, or comes after it: between releases it has a later number, or a suffix."""
-    released = re.findall(r"^## (\d+\.\d+\.\d+)\b", (ROOT / "CHANGELOG.md").read_text("utf-8"), flags=re.M)[0]
+    released = re.findall(r"^## \[(\d+\.\d+\.\d+)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"), flags=re.M)[0]
     assert CITATION["version"] == CODEMETA["version"] == released
     installed = tuple(map(int, re.findall(r"\d+", metadata("vbbench")["Version"])[:3]))
     assert installed >= tuple(map(int, released.split(".")))

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -91,6 +92,12 @@ def committed(made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("committed") / "site"
     build(out, made)
     return out
+
+
+def test_the_page_leads_to_the_documentation_where_there_is_one() -> None:
+    site = site_of(result("a", ERRORS))
+    assert "Docs</a>" not in pages(site)["index.html"]
+    assert '<a href="../a&amp;b.html">Docs</a>' in pages(replace(site, docs="../a&b.html"))["index.html"]
 
 
 def test_the_first_page_is_small(committed: Path) -> None:

@@ -220,6 +220,7 @@ def build(
     sequences: int = 24,
     pictures: str | None = None,
     date: str = "",
+    docs: str = "",
     jobs: int = 1,
 ) -> None:
     """Make the leaderboard's static site; of a challenge's results the challenge's page.
@@ -234,6 +235,7 @@ def build(
             pictures are kept in the work folder. For 'footage': small copies of the pictures that the camera took;
             mind their licence before you publish the page.
         date: As of when a challenge's page shows its phases, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
+        docs: Address of the documentation, such as ../index.html, to which the page leads.
         jobs: Number of processes; the site does not depend on it.
     """
     from vbbench.generation.footage import FOOTAGE
@@ -253,7 +255,7 @@ def build(
     own = pictures == FOOTAGE
     drawn = Backend(name=pictures) if pictures and not own else None
     films = Films(work=found, sequences=sequences, pictures=drawn, footage=own, jobs=jobs) if found else None
-    make(out, *_folders(results), films=films)
+    make(out, *_folders(results), films=films, docs=docs)
     _say(out / "index.html")
 
 

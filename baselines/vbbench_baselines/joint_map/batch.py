@@ -108,7 +108,7 @@ class MapBatch:
             seen = ~np.isnan(relative[..., 0])
             new = np.count_nonzero(seen & (np.cumsum(seen, axis=0) == 2), axis=1)
             motions = let_stand(motions, poses, np.count_nonzero(seen, axis=1), new, walk, task.problem.dt)
-        data = gather(relative, information, task.given.positions.copy(), task.statures)  # of a kernel's type: writable
+        data = gather(relative, information, task.given.positions, task.statures)
         joint = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), walk, motions)
         nowhere = np.full_like(causal.positions, np.nan)
         settled = settle(poses, nowhere, joint, self.rounds, self.tolerance, self.certain)

@@ -28,7 +28,7 @@ MARKER = ".vbbench-site"
 """File that marks a site, which may be replaced; other folders must not be."""
 
 
-def build(out: Path, *results: Path, films: Films | None = None) -> Site:
+def build(out: Path, *results: Path, films: Films | None = None, docs: str = "") -> Site:
     """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
 
     A file that cannot be used is left out, with a warning that names it and says why.
@@ -37,6 +37,7 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
     ----------
     results : folders of result files; the first counts if several hold the same result.
     films : which sequences can be played; ``None`` for none.
+    docs : address of the documentation, to which the page leads; "" if it does not.
 
     Raises
     ------
@@ -60,6 +61,7 @@ def build(out: Path, *results: Path, films: Films | None = None) -> Site:
             datasets=records,
             rankings={board: rank_apart(rows) for board, rows in found.items()},
             playable=write_player(work.new, found, films),
+            docs=docs,
         )
         for name, text in site_files(site):
             path = work.new / name

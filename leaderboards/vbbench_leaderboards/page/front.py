@@ -33,6 +33,7 @@ def front_page(site: Site) -> str:
     frame = Template((files("vbbench_leaderboards.page") / "front.html").read_text("utf-8"))
     return frame.substitute(
         version=text(__version__),
+        docs=f'<a href="{text(site.docs)}">Docs</a>\n' if site.docs else "",
         drawing=task_drawing(),
         headline=headline_table(site),
         picker=_picker(site),

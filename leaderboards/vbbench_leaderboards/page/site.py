@@ -25,12 +25,14 @@ class Site:
     datasets : (split, tier) → the record of its dataset.
     rankings : board → metric → ranking.
     playable : board → solvers that the player can show.
+    docs : address of the documentation; "" if the pages do not lead to it.
     """
 
     results: Boards
     datasets: Records
     rankings: Mapping[Board, Mapping[str, Ranking]]
     playable: Mapping[Board, tuple[str, ...]]
+    docs: str = ""
 
     @cached_property
     def boards(self) -> list[Board]:

@@ -70,6 +70,7 @@ def gather(
     continued: Continued | None = None,
 ) -> Measurements:
     """Each person's measurements, from the first to the last frame with any; ``None``: all walks begin here."""
+    given = np.require(given, requirements="W")  # for kernels, arrays that are read-only are another type to compile
     if continued is None:
         continued = nothing_continued(relative.shape[1])
     first, last = spans_of(relative, given, continued.held)
