@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vbbench.geometry import FloatArray
-from vbbench.pictures.plotting.solver_colours import PALETTE, solver_number
-from vbbench_leaderboards.charts.colours import DARK, LEAST_CONTRAST, colour_number, colours_css, contrast
+from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, numbers_apart, solver_number
+from vbbench_leaderboards.charts.colours import LEAST_CONTRAST, colour_number, colours_css, contrast
 from vbbench_leaderboards.markup import decimals, figure, figure_decimals, padded, percent, signed
 
 BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
@@ -62,19 +62,26 @@ def test_nothing_but_all_is_a_hundred_percent() -> None:
 def test_a_colour_is_told_by_the_name_alone() -> None:
     assert len({colour_number(name) for name in BUNDLED}) == len(BUNDLED)
     strangers = [colour_number(f"solver {n}") for n in range(200)]
-    assert set(strangers) == set(range(len(BUNDLED) + 1, len(PALETTE) + 1))
+    assert set(strangers) == set(range(len(BUNDLED) + 1, len(ON_LIGHT) + 1))
     assert [colour_number(name) for name in BUNDLED] == [solver_number(name) + 1 for name in BUNDLED]
+
+
+def test_answers_beside_one_another_have_different_colours() -> None:
+    twice = numbers_apart(["vb-cv", "vb-sf", "vb-cv"])
+    assert twice[:2] == [solver_number("vb-cv"), solver_number("vb-sf")]
+    assert len(set(twice)) == 3
+    assert sorted(numbers_apart(["cv"] * 30)[: len(ON_LIGHT)]) == list(range(len(ON_LIGHT)))
 
 
 def declared() -> list[list[str]]:
     """The colours on white, on dark paper that the reader chose, and on dark paper that the system asks for."""
     found = re.findall(r"--solver-\d+: (#[0-9a-f]{6});", colours_css())
-    return [found[n : n + len(PALETTE)] for n in range(0, len(found), len(PALETTE))]
+    return [found[n : n + len(ON_LIGHT)] for n in range(0, len(found), len(ON_LIGHT))]
 
 
 def test_colours_stand_out_from_the_paper() -> None:
     light, dark, system = declared()
-    assert dark == system == list(DARK)
+    assert dark == system == list(ON_DARK)
     for colours, paper in ((light, PAPERS["white"]), (dark, PAPERS["dark"])):
         assert all(contrast(colour, paper) >= LEAST_CONTRAST for colour in colours)
 

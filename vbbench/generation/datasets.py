@@ -29,7 +29,7 @@ from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_see
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
-from vbbench.generation.generator import Card, Generator, Options, Plan, SizedPlan, tables_of
+from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
 from vbbench.generation.thinning import thinned
 from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
@@ -60,7 +60,7 @@ def generate(
     check_jobs(jobs)
     out, generator = Path(out), load("generator", split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
-        _write(_plan(generator, split, options), work, jobs, withhold_truth, generator.card)
+        _write(_plan(generator, split, options), work, jobs, withhold_truth)
     return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
 
 
@@ -71,7 +71,7 @@ def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = Fal
     return Dataset(out)
 
 
-def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool, card: Card | None = None) -> None:
+def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> None:
     if not work.begin(_key(plan, withhold_truth)):
         return
     if withhold_truth:
@@ -87,7 +87,7 @@ def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool, card: 
     info = replace(_counted(plan, facts), tables=describe_tables(tables))
     published = withhold(info, work.new_truth) if withhold_truth else info
     write_text_atomically(work.new / INFO_FILE, published.to_json())
-    write_cards(work.new, card)
+    write_cards(work.new)
     work.publish()
 
 

@@ -30,6 +30,7 @@ class Answer:
     Parameters
     ----------
     name : its name in the picture, unique in a replay.
+    solver : the name of its solver.
     protocol : the protocol that it was solved under.
     estimate : its poses and positions, and those given; NaN = no answer.
     given : what its protocol gives.
@@ -39,6 +40,7 @@ class Answer:
     """
 
     name: str
+    solver: str
     protocol: Protocol
     estimate: Estimate
     given: Given
@@ -76,8 +78,8 @@ class Replay:
     truth: Truth | None
     answers: tuple[Answer, ...] = ()
 
-    def with_answer(self, name: str, protocol: str, estimate: Estimate) -> "Replay":
-        """The same with one answer more, with its errors if the truth is available.
+    def with_answer(self, solver: str, protocol: str, estimate: Estimate, name: str = "") -> "Replay":
+        """The same with one answer more, with its errors if the truth is available; ``name``, if not the solver's.
 
         Raises
         ------
@@ -101,7 +103,15 @@ class Replay:
                 for key, values in every.items()
                 if self.info.truth in METRICS[key].known
             }
-        answer = Answer(name=name, protocol=rules, estimate=estimate, given=given, truth=truth, errors=errors)
+        answer = Answer(
+            name=name or solver,
+            solver=solver,
+            protocol=rules,
+            estimate=estimate,
+            given=given,
+            truth=truth,
+            errors=errors,
+        )
         return replace(self, truth=truth if self.answer is None else self.truth, answers=(*self.answers, answer))
 
     @property
@@ -267,5 +277,5 @@ def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] =
     names = unique_names([one.info for one in opened], submissions)
     replay = Replay(dataset=dataset, sequence=sequence, truth=_known_truth(dataset, sequence))
     for name, one in zip(names, opened, strict=True):
-        replay = replay.with_answer(name, one.info.protocol, one.of(sequence))
+        replay = replay.with_answer(one.info.solver, one.info.protocol, one.of(sequence), name)
     return replay

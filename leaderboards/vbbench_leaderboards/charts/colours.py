@@ -1,17 +1,12 @@
 """A solver's colour on the pages: the one that its name has in every picture, told in numbers of the style sheet.
 
-The colours on white are those of `vbbench.pictures.plotting.solver_colours`, the rule's one home; a page that turns
-dark needs its own, of the same hues.
+The colours are those of `vbbench.pictures.solver_colours`, the rule's one home; on white those that stand out too
+little as small marks are made darker.
 """
 
 from collections.abc import Iterable
 
-DARK = (
-    *("#a8692c", "#f4cdf4", "#4b9df5", "#55e6a0", "#6460ea", "#ffa03c", "#8a6ab8"),
-    *("#d83a80", "#74cc3a", "#58c4e0", "#d080f0", "#f8b0b8"),
-)
-"""On dark paper, in the order of ``PALETTE``: the nearest two of the bundled solvers are 0.09 of OKLab apart for
-readers who see no red, no green or no blue (Machado et al., IEEE TVCG 15, 2009)."""
+from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, solver_number
 
 LEAST_CONTRAST = 3.0
 """Of a mark on paper (WCAG 2.2, 1.4.11)."""
@@ -21,17 +16,13 @@ _DARKER = 0.98
 
 def colour_number(solver: str) -> int:
     """The number of a solver's colour, from 1 on: of ``--solver-N`` and of the class ``cN``."""
-    from vbbench.pictures.plotting.solver_colours import solver_number
-
     return solver_number(solver) + 1
 
 
 def colours_css() -> str:
     """The style sheet of all solvers' colours."""
-    from vbbench.pictures.plotting.solver_colours import PALETTE
-
-    light, dark = _declared(map(_for_paper, PALETTE)), _declared(DARK)
-    classes = "".join(f".c{n} {{ --c: var(--solver-{n}); }}\n" for n in range(1, len(PALETTE) + 1))
+    light, dark = _declared(map(_for_paper, ON_LIGHT)), _declared(ON_DARK)
+    classes = "".join(f".c{n} {{ --c: var(--solver-{n}); }}\n" for n in range(1, len(ON_LIGHT) + 1))
     return (
         "/* One colour for each solver, on white and on dark paper; written by charts/colours.py. */\n"
         f':root {{\n{light}}}\n@media screen {{\n:root[data-theme="dark"] {{\n{dark}}}\n}}\n'

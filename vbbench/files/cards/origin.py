@@ -11,7 +11,7 @@ from vbbench.paper import the_paper
 from vbbench.registry import load_registered, registered
 
 if TYPE_CHECKING:
-    from vbbench.generation.generator import Card
+    pass
 
 OWN = ("the user's", "your own")
 """What splits of a user's own recording say of licence and citation: nobody but the user knows."""
@@ -86,9 +86,9 @@ class Origin:
         return self.licence is None or self.licence in OWN
 
 
-def origin_of(info: DatasetInfo, card: "Card | None" = None) -> Origin:
-    """Where a dataset comes from, by the ``card`` of its split, or of the one that is registered under its name."""
-    known: Any = card or _registered_card(info.split)
+def origin_of(info: DatasetInfo) -> Origin:
+    """Where a dataset comes from, by the ``card`` that is registered under the name of its split."""
+    known = _registered_card(info.split)
     return Origin(
         licence=(known and known.licence) or None,
         citation=(known and known.citation) or None,

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vbbench.errors import FileError
 from vbbench.files.cards.croissant import croissant
@@ -16,9 +16,6 @@ from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.parsing.json_text import read_object
 
-if TYPE_CHECKING:
-    from vbbench.generation.generator import Card
-
 README, CROISSANT = "README.md", "croissant.json"
 _AGAIN = "write it anew with 'vbbench card FOLDER --overwrite'"
 _WITHOUT_CARDS = "; no card says what it is: 'vbbench card FOLDER' writes one"
@@ -26,15 +23,11 @@ _NOT_OURS = f"; its {README} is not one of vbbench's cards and was not checked"
 _LONGEST_README = 2**22
 
 
-def card_texts(folder: Path, card: "Card | None" = None, publisher: Publisher | None = None) -> dict[str, str]:
+def card_texts(folder: Path, publisher: Publisher | None = None) -> dict[str, str]:
     """The text of each card of the complete dataset in ``folder``, by file name.
 
-    Nothing but ``dataset.json`` is read, so that nothing can be told that is not published.
-
-    Parameters
-    ----------
-    card : of the split; ``None`` for the one that is registered under its name.
-    publisher : what only the publisher knows.
+    Nothing but ``dataset.json`` is read, so that nothing can be told that is not published; what is said of the split
+    is the ``card`` that is registered under its name. ``publisher`` has what only the publisher knows.
     """
     info = DatasetInfo.read(folder)
     values, info_file = read_info_file(folder)
@@ -42,16 +35,16 @@ def card_texts(folder: Path, card: "Card | None" = None, publisher: Publisher | 
         info=info,
         values=values,
         info_file=info_file,
-        origin=origin_of(info, card),
+        origin=origin_of(info),
         publisher=publisher or Publisher(),
     )
     said = statements_of(subject)
     return {README: readme(subject, said), CROISSANT: croissant(subject, said)}
 
 
-def write_cards(folder: Path, card: "Card | None" = None, publisher: Publisher | None = None) -> list[Path]:
+def write_cards(folder: Path, publisher: Publisher | None = None) -> list[Path]:
     """Write the cards of the complete dataset in ``folder``; return their paths. See `card_texts`."""
-    texts = card_texts(folder, card, publisher)
+    texts = card_texts(folder, publisher)
     for name, text in texts.items():
         write_text_atomically(folder / name, text)
     return [folder / name for name in texts]
@@ -70,7 +63,7 @@ def card_dataset(folder: Path | str, publisher: Publisher | None = None, *, over
     for name in (README, CROISSANT):
         if (folder / name).exists() and not overwrite:
             raise FileError(folder / name, "exists; set overwrite to replace it")
-    return write_cards(folder, publisher=publisher)
+    return write_cards(folder, publisher)
 
 
 def check_cards(folder: Path, info: DatasetInfo) -> str:

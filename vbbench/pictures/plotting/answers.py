@@ -16,7 +16,7 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_lines, draw_points, draw_pose, fill_map
 from vbbench.pictures.plotting.captions import cautions
-from vbbench.pictures.plotting.solver_colours import Look, solver_looks
+from vbbench.pictures.plotting.looks import Look, solver_looks
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
 from vbbench.pictures.replay import Answer, Replay

@@ -14,8 +14,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting.looks import Look, solver_looks
 from vbbench.pictures.plotting.saving import check_ending, save_picture
-from vbbench.pictures.plotting.solver_colours import Look, solver_looks
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
 from vbbench.scoring.error_tables import FEW, ErrorTables, Kind

@@ -6,7 +6,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.solver_colours import Look
+from vbbench.pictures.plotting.looks import Look
 
 ROW = 0.19
 """Height of a row in inches."""

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.pictures.people_colours import ON_DARK, person_slots
+from vbbench.pictures import people_colours as people
+from vbbench.pictures import solver_colours as solvers
 from vbbench.pictures.replay import Replay
 
 Colours = NDArray[np.uint8]
@@ -22,26 +23,22 @@ TRUTH, TRAIL, UNSEEN = (214, 214, 214, 255), (150, 150, 150, 255), (110, 110, 11
 GIVEN, ALARM, BORDER = (64, 156, 255, 255), (255, 80, 60, 255), (90, 90, 90, 255)
 ERROR = (255, 90, 90, 255)
 
-SOLVERS = (
-    (230, 97, 0, 255),
-    (86, 180, 233, 255),
-    (0, 178, 130, 255),
-    (240, 228, 66, 255),
-    (204, 121, 167, 255),
-    (148, 103, 255, 255),
-)
-"""One per submission, in order, safe for colour-blind readers (after Okabe and Ito); a seventh starts again."""
-
 
 def people_colours(replay: Replay) -> Colours:
     """The colour [K, 4] of each track's person; those who come near one another have different ones."""
-    palette = np.array([[*bytes.fromhex(name[1:]), 255] for name in ON_DARK], np.uint8)
-    return palette[person_slots(replay.camera, replay.sequence, replay.truth)]
+    palette = np.array(list(map(_colour, people.ON_DARK)), np.uint8)
+    return palette[people.person_slots(replay.camera, replay.sequence, replay.truth)]
 
 
-def solver_colour(number: int) -> Colour:
-    """The colour of submission ``number``."""
-    return SOLVERS[number % len(SOLVERS)]
+def answer_colours(replay: Replay) -> list[Colour]:
+    """The colour of each answer: that of its solver, or another where two answers would share it."""
+    numbers = solvers.numbers_apart([answer.solver for answer in replay.answers])
+    return [_colour(solvers.ON_DARK[number]) for number in numbers]
+
+
+def _colour(name: str) -> Colour:
+    red, green, blue = bytes.fromhex(name[1:])
+    return red, green, blue, 255
 
 
 _FRAME, _TIME = "frame", "time"

@@ -82,7 +82,7 @@ def _record_pinhole(ground: Ground, camera: Camera, intrinsics: FloatArray) -> N
 
 def record_estimate(ground: Ground, replay: Replay, number: int) -> None:
     """Record the answer of submission ``number``, in its own tree and colour, and its errors."""
-    answer, colour = replay.answers[number], marks.solver_colour(number)
+    answer, colour = replay.answers[number], marks.answer_colours(replay)[number]
     name = ground.tape.rr.escape_entity_path_part(answer.name)
     tree = f"estimates/{name}"
     _record_answered_people(ground, replay, answer, tree, colour)
