@@ -1,7 +1,5 @@
 """The table of the front page: what the leaderboard leads with, from the committed results."""
 
-import math
-from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -9,13 +7,13 @@ from typing import Any
 from docutils import nodes
 from docutils.parsers.rst import Directive
 
-from vbbench_leaderboards.results.boards import SPLITS, is_headline, is_real
-from vbbench_leaderboards.results.folder import read_results
-from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC, SPLITS, is_headline, is_real
+from vbbench_leaderboards.results.folder import Boards, read_results
+from vbbench_leaderboards.results.leading import leading_rows
+from vbbench_leaderboards.results.result import Board
 from vbbench_leaderboards.results.standings import headline
 
 RESULTS = Path(__file__).parents[2] / "leaderboards" / "results"
-METRIC = "dx"
 
 
 class Headline(Directive):
@@ -45,25 +43,23 @@ def _link(board: Board) -> str:
     return f'<a href="leaderboard/index.html#/{escape(board.key)}">{escape(board.split)}</a><small>{kind}</small>'
 
 
-def _rows(late: bool, results: dict[Board, Sequence[Result]]) -> str:
-    """Rows of the solvers that see the future, or of the others, the best first."""
-    figures: dict[str, dict[Board, float]] = {}
-    for board, rows in results.items():
-        for row in rows:
-            value = headline(row, METRIC).value
-            if row.about.sees_the_future is late and value is not None:
-                figures.setdefault(row.solver, {})[board] = value
-    best = {board: min((own[board] for own in figures.values() if board in own), default=0.0) for board in results}
-    order = sorted(figures, key=lambda solver: sum(figures[solver].get(board, math.inf) for board in results))
+def _rows(late: bool, results: Boards) -> str:
+    """Rows of the solvers that see the future, or of the others, in the order of the leaderboard."""
+    rows = leading_rows(results, list(results), late=late)
+    figures = {
+        solver: {board: headline(one, HEADLINE_METRIC).value for board, one in own.items()}
+        for solver, own in rows.items()
+    }
+    known = {board: [own[board] for own in figures.values() if own.get(board) is not None] for board in results}
     note = " <small>sees the future</small>" if late else ""
     return "".join(
         f'<tr><th scope="row"><code>{escape(solver)}</code>{note}</th>'
-        f"{''.join(_cell(figures[solver].get(board), best[board]) for board in results)}</tr>"
-        for solver in order
+        f"{''.join(_cell(own.get(board), min(known[board], default=None)) for board in results)}</tr>"
+        for solver, own in figures.items()
     )
 
 
-def _cell(value: float | None, best: float) -> str:
+def _cell(value: float | None, best: float | None) -> str:
     if value is None:
         return "<td>–</td>"
     return f"<td><strong>{value:.2f}</strong></td>" if value == best else f"<td>{value:.2f}</td>"

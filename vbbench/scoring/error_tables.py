@@ -1,7 +1,5 @@
 """The numbers behind figures of errors: of several submissions, over time, cumulative and spread, as JSON and CSV."""
 
-import csv
-import io
 import json
 from collections.abc import Iterator, Mapping
 from collections.abc import Sequence as Several
@@ -21,6 +19,7 @@ from vbbench.scoring.errors_in_time import ErrorsInTime, cumulative, errors_in_t
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import interval_note, interval_text
 from vbbench.scoring.statistics import Summary, finite_or_none
+from vbbench.table import csv_text
 
 Kind = Literal["over-time", "cumulative", "spread"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -202,11 +201,8 @@ class ErrorTables:
 
     def to_csv(self) -> str:
         """Every point of every curve as a row of CSV; ``low`` and ``high`` are the ends of the band over time."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["submission", "protocol", "metric", "unit", "curve", "x", "y", "low", "high", "sequences"])
-        writer.writerows(self._points())
-        return text.getvalue()
+        head = ("submission", "protocol", "metric", "unit", "curve", "x", "y", "low", "high", "sequences")
+        return csv_text(head, self._points())
 
     def _points(self) -> Iterator[list[Any]]:
         for n, (name, own) in enumerate(zip(self.names, self.errors, strict=True)):

@@ -91,9 +91,11 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
         try:
             return _take(organiser, submission, blank, moment, about)
         except VbbenchError as error:
-            phase = next((each.name for each in organiser.challenge.phases if each.is_open(moment)), "")
+            phase = organiser.challenge.phase_at(moment)
             reason = str(error).partition("\n")[0]
-            append(folder, entries, replace(blank, phase=phase, decision="refused", reason=reason))
+            append(
+                folder, entries, replace(blank, phase=phase.name if phase else "", decision="refused", reason=reason)
+            )
             raise
 
 

@@ -6,7 +6,9 @@ from functools import partial
 from pathlib import Path
 
 from vbbench.errors import VbbenchError
+from vbbench.files.cards.writing import CROISSANT, README
 from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
 from vbbench.folders.replacing import replacing
@@ -18,9 +20,6 @@ from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_with
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 SUMS = "SHA256SUMS"
-_CARDS = ("README.md", "croissant.json", "datasheet.md")
-"""Files that describe a dataset, where it has them."""
-
 _THEN = (1980, 1, 1, 0, 0, 0)
 """The day that every member of the archive bears: the first that the format knows."""
 
@@ -40,12 +39,12 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]
         work.begin()
         (work.new / DATA).mkdir(parents=True)
         tables = [f"{name}.parquet" for name in dataset.info.tables if not name.startswith("truth/")]
-        for name in ["dataset.json", *sorted(tables), *_CARDS]:
+        for name in [INFO_FILE, *sorted(tables), README, CROISSANT]:
             if (dataset.folder / name).is_file():
                 shutil.copyfile(dataset.folder / name, work.new / DATA / name)
         shutil.copyfile(folder / CHALLENGE_FILE, work.new / CHALLENGE_FILE)
         texts = {
-            "README.md": readme(challenge, dataset.info),
+            README: readme(challenge, dataset.info),
             "RULES.md": rules_text(challenge),
             "LICENCE.txt": f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n",
         }

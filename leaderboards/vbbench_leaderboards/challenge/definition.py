@@ -192,16 +192,24 @@ class Challenge:
 
     def open_phase(self, moment: datetime) -> Phase:
         """The phase that takes submissions; raises VbbenchError, which says when one does or did."""
-        for phase in self.phases:
-            if phase.is_open(moment):
-                return phase
-        raise VbbenchError(f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC: {self._why(moment)}")
+        found = self.phase_at(moment)
+        if found is None:
+            raise VbbenchError(f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC: {self._why(moment)}")
+        return found
 
     def _why(self, moment: datetime) -> str:
-        following = next((phase for phase in self.phases if moment < phase.opens), None)
+        following = self.phase_after(moment)
         if following is not None:
             return f"phase {following.name} opens on {following.start}"
         return f"its last phase, {self.phases[-1].name}, closed after {self.phases[-1].end}"
+
+    def phase_at(self, moment: datetime) -> Phase | None:
+        """The phase that takes submissions."""
+        return next((phase for phase in self.phases if phase.is_open(moment)), None)
+
+    def phase_after(self, moment: datetime) -> Phase | None:
+        """The next phase that opens."""
+        return next((phase for phase in self.phases if moment < phase.opens), None)
 
     def is_over(self, moment: datetime) -> bool:
         """Whether the last phase has closed."""

@@ -84,10 +84,13 @@ class Organiser:
 
     def record(self, part: Part) -> BoardDataset:
         """The record of the dataset of a part's board: the secret set, of which the part's sequences are scored."""
-        whole = BoardDataset.of(self.dataset)
         protocol: str = self.challenge.protocol
-        scored = {protocol: _only(whole.scored[protocol], self.parts[part])}
-        return replace(whole, title=f"{self.challenge.title}, {part} part", scored=scored)
+        scored = {protocol: _only(self._whole_record.scored[protocol], self.parts[part])}
+        return replace(self._whole_record, title=f"{self.challenge.title}, {part} part", scored=scored)
+
+    @cached_property
+    def _whole_record(self) -> BoardDataset:
+        return BoardDataset.of(self.dataset)
 
     def last_accepted(self, phase: str) -> dict[str, Entry]:
         """Team → its last submission in a phase, which is the one that counts."""

@@ -101,10 +101,10 @@ def _page(organiser: Organiser, moment: datetime, rows: dict[Part, list[Row]], o
 
 def now_words(challenge: Challenge, moment: datetime) -> str:
     """Which phase is open, or when one opens."""
-    open_now = next((phase for phase in challenge.phases if phase.is_open(moment)), None)
+    open_now = challenge.phase_at(moment)
     if open_now is not None:
         return f"Phase {open_now.name} is open, to the end of {open_now.end} (UTC)."
-    following = next((phase for phase in challenge.phases if moment < phase.opens), None)
+    following = challenge.phase_after(moment)
     if following is not None:
         return f"No phase is open. Phase {following.name} opens on {following.start}."
     return f"The challenge is over: its last phase closed after {challenge.phases[-1].end}."

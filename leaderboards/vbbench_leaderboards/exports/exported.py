@@ -10,6 +10,7 @@ from vbbench.protocol import get_protocol
 from vbbench.scoring.score_columns import SHOWN_HEAD, VALUES_HEAD, ranking_fact, shown_cells, value_cells
 from vbbench.table import Table, csv_text, unmarked
 from vbbench_leaderboards.exports.bibtex import bibliography
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import Boards, Records
 from vbbench_leaderboards.results.ranking import Place, Ranking
@@ -19,9 +20,6 @@ from vbbench_leaderboards.results.standings import headline, rank_apart
 Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
 ENDINGS: dict[Format, str] = {"csv": "csv", "latex": "tex", "markdown": "md", "json": "json", "bibtex": "bib"}
 """How a file in a format ends."""
-
-RANKED = "dx"
-"""The metric that ranks a board's rows."""
 
 _ABOUT = ("authors", "date", "reference", "code", "trained_on", "tuned_on", "rerun_by")
 _PLACES = ("rank", "best_rank", "worst_rank")
@@ -54,7 +52,7 @@ class ExportedBoard:
             board=board,
             record=record,
             results=tuple(sorted(results, key=_order)),
-            places=(ranking or rank_apart(results)[RANKED]).places,
+            places=(ranking or rank_apart(results)[HEADLINE_METRIC]).places,
         )
 
     def table(self) -> Table:
@@ -142,5 +140,5 @@ def exported_text(boards: Sequence[ExportedBoard], form: Format) -> str:
 
 
 def _order(result: Result) -> tuple[bool, float, str]:
-    figure = headline(result, RANKED).value
+    figure = headline(result, HEADLINE_METRIC).value
     return result.about.sees_the_future, float("inf") if figure is None else figure, result.solver

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
-from vbbench_leaderboards.exports.exported import ENDINGS, RANKED, ExportedBoard, Format, exported_text
+from vbbench_leaderboards.exports.exported import ENDINGS, ExportedBoard, Format, exported_text
 from vbbench_leaderboards.markup import text
 from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC
 from vbbench_leaderboards.results.result import Board
 
 _NAMES: dict[Format, str] = {
@@ -19,7 +20,9 @@ _NAMES: dict[Format, str] = {
 def download_files(site: Site) -> Iterator[tuple[str, str]]:
     """Path below the site's folder, and text, of every board in every format."""
     for board in site.boards:
-        exported = ExportedBoard.of(board, site.dataset(board), site.results[board], site.rankings[board][RANKED])
+        exported = ExportedBoard.of(
+            board, site.dataset(board), site.results[board], site.rankings[board][HEADLINE_METRIC]
+        )
         for form in ENDINGS:
             yield _path(board, form), exported_text([exported], form)
 

@@ -1,16 +1,14 @@
 """The table that the front page leads with: every solver on the boards most like a real camera, and on real footage."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from vbbench.protocol import get_protocol
 from vbbench_leaderboards.markup import NONE, decimals, padded, percent, text
 from vbbench_leaderboards.page.naming import dot, solver_link
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.table import interval
-from vbbench_leaderboards.page.words import HEADLINE_METRIC, term_of, tiers
-from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, HEADLINE_TIER, is_real
+from vbbench_leaderboards.page.words import term_of, tiers
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_TIER, is_real
+from vbbench_leaderboards.results.leading import leading_rows
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.results.standings import failure_rate, headline
 
@@ -44,26 +42,11 @@ def _head(board: Board) -> str:
 
 def _group(site: Site, boards: Sequence[Board], late: bool) -> str:
     """Rows of the solvers that are all causal on these boards, or of the others, the best first."""
-    rows: dict[str, dict[Board, Result]] = {}
-    for board in boards:
-        for result in site.results[board]:
-            if result.about.sees_the_future is late:
-                rows.setdefault(result.solver, {})[board] = result
-    order = sorted(rows, key=lambda solver: (_standing(rows[solver], boards), solver))
-    return "".join(_row(site, solver, rows[solver], boards) for solver in order)
+    rows = leading_rows(site.results, boards, late=late)
+    return "".join(_row(site, solver, own, boards) for solver, own in rows.items())
 
 
-def _standing(own: dict[Board, Result], boards: Sequence[Board]) -> float:
-    """Geometric mean of the capped errors over the boards: no board decides the order of rows alone.
-
-    A board on which the solver does not stand counts with the cap.
-    """
-    cap = get_protocol(HEADLINE_PROTOCOL).caps[HEADLINE_METRIC]
-    figures = [headline(own[board], HEADLINE_METRIC).value if board in own else None for board in boards]
-    return float(np.mean(np.log([max(cap if value is None else value, 1e-6) for value in figures])))
-
-
-def _row(site: Site, solver: str, own: dict[Board, Result], boards: Sequence[Board]) -> str:
+def _row(site: Site, solver: str, own: Mapping[Board, Result], boards: Sequence[Board]) -> str:
     cells = "".join(_cell(site, board, own.get(board)) for board in boards)
     return f'<tr><th scope="row">{dot(site, solver)}{solver_link(solver)}</th>{cells}</tr>'
 

@@ -9,8 +9,8 @@ from vbbench_leaderboards.markup import NONE, decimals, figure, link, padded, pe
 from vbbench_leaderboards.page.naming import board_address, code_link, dot
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.table import interval
-from vbbench_leaderboards.page.words import HEADLINE_METRIC, PROTOCOLS, error_terms, term_of, tiers
-from vbbench_leaderboards.results.boards import is_headline
+from vbbench_leaderboards.page.words import PROTOCOLS, error_terms, term_of, tiers
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC, is_headline
 from vbbench_leaderboards.results.history import Past
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.results.standings import failure_rate, headline

@@ -8,7 +8,8 @@ from vbbench.scoring.metrics import METRICS
 from vbbench_leaderboards.markup import NONE, decimals, figure_decimals, link, padded, percent, text
 from vbbench_leaderboards.page.naming import code_link, dot, solver_link
 from vbbench_leaderboards.page.site import Site
-from vbbench_leaderboards.page.words import COLUMNS, HEADLINE_METRIC, SUMMARIES, drift_terms, error_terms
+from vbbench_leaderboards.page.words import COLUMNS, SUMMARIES, drift_terms, error_terms
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.results.standings import Headline, failure_rate, headline, summary
 

@@ -114,9 +114,6 @@ def tiers() -> dict[str, Term]:
     }
 
 
-HEADLINE_METRIC = "dx"
-
-
 def term_of(words: dict[str, Term], key: str) -> Term:
     """The term of a key; a stranger's protocol or tier goes by its own name."""
     return words.get(key, Term(name=key, full=key, meaning=""))

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from vbbench.errors import VbbenchError
 from vbbench.files.submission import OFFLINE, SubmissionInfo
+from vbbench.parsing.dates import is_day
 
 Delay = int | Literal["offline"]
 """Frames that an answer comes after its own frame; 0 = causal, `OFFLINE` = after the whole sequence."""
@@ -81,11 +82,7 @@ class About:
         """Raise VbbenchError if the address or the day is none."""
         if not _CODE.fullmatch(self.code):
             raise VbbenchError(f"`code` {self.code} is not an address; give one that begins with https:// or http://")
-        try:
-            is_day = f"{datetime.date.fromisoformat(self.date)}" == self.date
-        except ValueError:
-            is_day = False
-        if not is_day:
+        if not is_day(self.date):
             raise VbbenchError(f"`date` {self.date} is not a day; write it as YYYY-MM-DD")
 
     def made_again(self, by: str) -> "About":

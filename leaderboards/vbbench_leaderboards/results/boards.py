@@ -29,6 +29,8 @@ PAPER_SPLITS = ("eth", "students")
 SPLITS = (*LEADING_SPLITS, *REAL_SPLITS, *PAPER_SPLITS)
 
 HEADLINE_TIER, HEADLINE_PROTOCOL = "field", "sequential"
+HEADLINE_METRIC = "dx"
+"""By which the rows of a table are ordered, and which a narrow page shows."""
 LEADING_TIERS = ("noisy", "occluded", "tracked", HEADLINE_TIER)
 PAPER_TIER = "ideal"
 """The paper's exact boxes, which tell what no camera could."""

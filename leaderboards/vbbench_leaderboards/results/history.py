@@ -1,11 +1,11 @@
 """What a solver's row on a board said before: figures that newer ones took the place of, kept in the result's file."""
 
-import datetime
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from vbbench.parsing.dates import is_day
 from vbbench.scoring.metrics import METRICS
 
 MOST = 200
@@ -74,7 +74,7 @@ def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
     days = [*(past.date for past in history), date]
     for n, past in enumerate(history):
         place = f"$.history[{n}]"
-        if not _is_day(past.date):
+        if not is_day(past.date):
             yield f"{place}.date: {past.date} is not a day; write it as YYYY-MM-DD"
         elif days[n + 1] < past.date:
             yield f"{place}.date: {past.date} is after {days[n + 1]}, which follows it; the oldest comes first"
@@ -90,10 +90,3 @@ def _equal(one: float | None, other: float | None) -> bool:
     if one is None or other is None:
         return one is other
     return math.isclose(one, other, rel_tol=_SAME, abs_tol=1e-12)
-
-
-def _is_day(text: str) -> bool:
-    try:
-        return f"{datetime.date.fromisoformat(text)}" == text
-    except ValueError:
-        return False

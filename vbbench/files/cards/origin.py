@@ -2,12 +2,12 @@
 
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import date
 from typing import TYPE_CHECKING, Any
 
 from vbbench.errors import VbbenchError, is_printable, quoted
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.paper import the_paper
+from vbbench.parsing.dates import is_day
 from vbbench.registry import load_registered, registered
 
 if TYPE_CHECKING:
@@ -52,14 +52,8 @@ class Publisher:
                 )
         if self.url is not None and not self.url.startswith(("https://", "http://")):
             raise VbbenchError(f"url must be a web address such as https://..., not {quoted(self.url)}")
-        if self.published is not None and not _is_day(self.published):
+        if self.published is not None and not is_day(self.published):
             raise VbbenchError(f"published must be a day such as 2026-11-30, not {quoted(self.published)}")
-
-
-def _is_day(text: str) -> bool:
-    with suppress(ValueError):
-        return date.fromisoformat(text).isoformat() == text
-    return False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,5 @@
 """The five-point study as a report: what the paper says beside what was found, tables, every number, and pictures."""
 
-import csv
-import io
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,7 +20,7 @@ from vbbench.reproduction.keypoints.study import (
 )
 from vbbench.reproduction.report import Report
 from vbbench.scoring.statistics import finite_or_none
-from vbbench.table import Table
+from vbbench.table import Table, csv_text
 
 NAME = "figure-keypoints"
 LOST = 1.0
@@ -277,11 +275,11 @@ def _finite(values: Any) -> dict[str, float | None]:
 
 def keypoints_csv(found: Keypoints) -> str:
     """Errors of every trial: a row for each distance (m), trial and estimator."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["distance", "trial", "estimator", "translation", "rotation"])
+    return csv_text(("distance", "trial", "estimator", "translation", "rotation"), _trials(found))
+
+
+def _trials(found: Keypoints) -> Iterator[list[object]]:
     for n, distance in enumerate(found.distances.tolist()):
         for name, errors in found.errors.items():
             for trial, pair in enumerate(zip(errors.translation[n].tolist(), errors.rotation[n].tolist(), strict=True)):
-                writer.writerow([distance, trial, name, *(f"{value:.6g}" for value in pair)])
-    return text.getvalue()
+                yield [distance, trial, name, *(f"{value:.6g}" for value in pair)]

@@ -1,7 +1,5 @@
 """The posteriors as a report: the paper's two claims in numbers, tables, every frame as CSV, and three pictures."""
 
-import csv
-import io
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
@@ -18,7 +16,7 @@ from vbbench.reproduction.posterior.measuring import PosteriorTable
 from vbbench.reproduction.posterior.study import REPORTED, Posteriors, measured_solvers
 from vbbench.reproduction.report import Report
 from vbbench.reproduction.transfer.agreement import Estimate
-from vbbench.table import Table
+from vbbench.table import Table, csv_text
 
 NAME = "figure-posterior"
 GAUSSIAN_BEYOND = float(np.exp(-4.5))
@@ -247,13 +245,13 @@ def _by_people(found: Posteriors, values: FloatArray, group: Any) -> list[dict[s
 
 def posterior_csv(found: Posteriors) -> str:
     """A row for each solver and frame."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     names = [field.name for field in fields(PosteriorTable)]
     # "people" of the walking is a number, of the table an entropy.
-    writer.writerow(["solver", *("entropy_of_people" if name == "people" else name for name in names), *_WALKING])
+    head = ("solver", *("entropy_of_people" if name == "people" else name for name in names), *_WALKING)
     walking = [found.walking[name].tolist() for name in _WALKING]
-    for solver, table in found.tables.items():
-        for row in zip(*(getattr(table, name).tolist() for name in names), *walking, strict=True):
-            writer.writerow([solver, *("" if np.isnan(value) else value for value in row)])
-    return text.getvalue()
+    rows = (
+        [solver, *row]
+        for solver, table in found.tables.items()
+        for row in zip(*(getattr(table, name).tolist() for name in names), *walking, strict=True)
+    )
+    return csv_text(head, rows)
