@@ -67,9 +67,9 @@ def colour_slots(positions: FloatArray, count: int = len(ON_LIGHT)) -> IntArray:
     for _ in range(_ROUNDS):
         before = slots.copy()
         for k in order:
-            others = np.arange(len(slots)) != k
-            cost = np.bincount(slots[others & (slots >= 0)], near[k, others & (slots >= 0)], count)
-            used = np.bincount(slots[others & (slots >= 0)], minlength=count)
+            others = (np.arange(len(slots)) != k) & (slots >= 0)
+            cost = np.bincount(slots[others], near[k, others], count)
+            used = np.bincount(slots[others], minlength=count)
             slots[k] = np.lexsort((np.arange(count), used, cost))[0]
         if np.array_equal(before, slots):
             break

@@ -63,10 +63,8 @@ def find_unboxed(dataset: Dataset, sequence: Sequence, truth: Truth) -> Unboxed 
     camera = dataset.camera(sequence)
     relative = world_to_relative(places, truth.poses)
     boxes = camera.project(relative, np.where(np.isfinite(heights), heights, dataset.info.height_mean))
-    persons, smallest = (
-        dataset.track_persons(sequence),
-        float(sequence.observations[sequence.observed, 2].min(initial=np.inf)),
-    )
+    persons = dataset.track_persons(sequence)
+    smallest = float(sequence.observations[sequence.observed, 2].min(initial=np.inf))
     without = np.isfinite(places[..., 0]) & ~_holds(persons, sequence.observed, people)
     found = any(name in dataset.info.definition for name in _FINDERS) or dataset.info.tier == FOOTAGE
     hides = found or bool(np.any(sequence.visible < 1.0))
