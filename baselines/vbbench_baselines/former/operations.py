@@ -1,0 +1,129 @@
+"""What the network computes with: the same few operations on NumPy arrays, and while it is trained on tensors.
+
+Points and directions on the ground are complex numbers: forward + i·left of a camera.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+
+Array = Any
+"""A NumPy array, or a tensor while the network is trained."""
+
+
+class Operations(Protocol):
+    """Operations on arrays [..., N]; those that join or reduce work along the last axis."""
+
+    def where(self, condition: Array, yes: Array, no: Array) -> Array:
+        """``yes`` where the condition holds, else ``no``."""
+
+    def exp(self, x: Array) -> Array:
+        """e to the x."""
+
+    def log(self, x: Array) -> Array:
+        """The natural logarithm."""
+
+    def sqrt(self, x: Array) -> Array:
+        """The square root."""
+
+    def asinh(self, x: Array) -> Array:
+        """As x near 0, as a logarithm far off: large errors do not drown small ones."""
+
+    def tanh(self, x: Array) -> Array:
+        """The hyperbolic tangent."""
+
+    def sigmoid(self, x: Array) -> Array:
+        """1/(1 + exp(−x))."""
+
+    def silu(self, x: Array) -> Array:
+        """x·sigmoid(x)."""
+
+    def clip(self, x: Array, low: float, high: float) -> Array:
+        """x within bounds."""
+
+    def direction(self, angle: Array) -> Array:
+        """exp(i·angle)."""
+
+    def point(self, forward: Array, left: Array) -> Array:
+        """forward + i·left."""
+
+    def stack(self, parts: list[Array]) -> Array:
+        """Arrays [...] side by side, [..., N]."""
+
+    def join(self, parts: list[Array]) -> Array:
+        """Arrays [..., n] one after the other."""
+
+    def append_row(self, rows: Array, row: Array) -> Array:
+        """Rows [..., K, N] and one more [..., N]."""
+
+    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
+        """x [..., n] times the weights [m, n] transposed, and the bias [m]."""
+
+    def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
+        """x less its mean, over its standard deviation, times gain plus bias (layer normalisation)."""
+
+    def softmax(self, x: Array) -> Array:
+        """Shares that sum to 1."""
+
+    def detach(self, x: Array) -> Array:
+        """x, through which nothing is learned."""
+
+
+class NumpyOperations:
+    """The operations on NumPy arrays of float32."""
+
+    where, exp, log, sqrt = staticmethod(np.where), staticmethod(np.exp), staticmethod(np.log), staticmethod(np.sqrt)
+    asinh, tanh, clip = staticmethod(np.arcsinh), staticmethod(np.tanh), staticmethod(np.clip)
+
+    def sigmoid(self, x: Array) -> Array:
+        """See `Operations`."""
+        return 1.0 / (1.0 + np.exp(-x))
+
+    def silu(self, x: Array) -> Array:
+        """See `Operations`."""
+        return x / (1.0 + np.exp(-x))
+
+    def direction(self, angle: Array) -> Array:
+        """See `Operations`."""
+        return np.exp(1j * angle)
+
+    def point(self, forward: Array, left: Array) -> Array:
+        """See `Operations`."""
+        return forward + 1j * left
+
+    def stack(self, parts: list[Array]) -> Array:
+        """See `Operations`."""
+        made = np.empty((*np.shape(parts[0]), len(parts)), np.result_type(parts[0]))
+        for number, part in enumerate(parts):
+            made[..., number] = part
+        return made
+
+    def join(self, parts: list[Array]) -> Array:
+        """See `Operations`."""
+        return np.concatenate(parts, axis=-1)
+
+    def append_row(self, rows: Array, row: Array) -> Array:
+        """See `Operations`."""
+        return np.concatenate([rows, row[..., None, :]], axis=-2)
+
+    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
+        """See `Operations`."""
+        made = x @ weights.T
+        made += bias
+        return made
+
+    def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
+        """See `Operations`."""
+        off = x - x.mean(axis=-1, keepdims=True)
+        off /= np.sqrt((off * off).mean(axis=-1, keepdims=True) + 1e-5)
+        return off * gain + bias
+
+    def softmax(self, x: Array) -> Array:
+        """See `Operations`."""
+        made = np.exp(x - x.max(axis=-1, keepdims=True))
+        made /= made.sum(axis=-1, keepdims=True)
+        return made
+
+    def detach(self, x: Array) -> Array:
+        """See `Operations`."""
+        return x

@@ -1,0 +1,76 @@
+"""What the boxes of a frame tell of where people are: rays, and two distances along each with their noise."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.geometry import FloatArray
+from vbbench.solver import Problem
+from vbbench_baselines.former.operations import Array
+from vbbench_baselines.joint_map.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, bearings_of
+
+LOWEST, HIGHEST = -1.6, 4.8
+"""ln of the nearest and farthest distance in m that is believed."""
+SMALLEST_SLOPE = 1e-3
+"""Feet nearer to the horizon than this, in m per m, tell nothing."""
+LEAST_STD, MOST_STD, UNKNOWN_STD = 1e-4, 3.0, 0.1
+"""Bounds of what is believed of noise, and what stands where there is no box."""
+
+
+class Sights(NamedTuple):
+    """People [..., K] as boxes show them; 0 where there is none.
+
+    Attributes
+    ----------
+    seen : 1 where there is a box.
+    ray : towards the person, forward + i·left of the camera; 1 where there is no box.
+    by_height, by_feet : ln of the distance in m, for a person of mean height, and for feet on level ground.
+    has_feet : 1 where the feet tell anything.
+    noise : [..., K, 3] standard deviations in rad of the ray, and of the two logarithms.
+    cut : [..., K, 3] 1 where the picture's border may cut off feet, head or a side.
+    """
+
+    seen: Array
+    ray: Array
+    by_height: Array
+    by_feet: Array
+    has_feet: Array
+    noise: Array
+    cut: Array
+
+
+def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
+    """What boxes [..., K, 3] in px tell; NaN = none."""
+    camera, found = problem.camera, bearings_of(problem.camera, boxes)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        edge = np.hypot(problem.pixel_std, problem.box_std * found.size)
+        foot = np.where(found.foot > SMALLEST_SLOPE, found.foot, np.nan)
+        slope_std = np.hypot(edge * found.length / found.size, problem.tilt_std)
+        noise = (
+            edge * found.width / found.size,
+            np.sqrt(2.0) * edge / found.size,
+            np.hypot(slope_std / foot, problem.mount_height_std / camera.mount_height),
+        )
+        by_height, by_feet = np.log(problem.height_mean / found.length), np.log(camera.mount_height / foot)
+    seen = ~np.isnan(by_height)
+    has_feet = seen & ~np.isnan(by_feet) & (found.cut & FEET_CUT == 0)
+    spread = np.clip(np.nan_to_num(np.stack(noise, axis=-1), nan=UNKNOWN_STD), LEAST_STD, MOST_STD)
+    cut = np.stack([(found.cut & part) > 0 for part in (FEET_CUT, HEAD_CUT, SIDE_CUT)], axis=-1)
+    return Sights(
+        seen=_single(seen),
+        ray=np.exp(-1j * np.where(seen, found.azimuth, 0.0)).astype(np.complex64),
+        by_height=_single(_bounded(by_height)),
+        by_feet=_single(_bounded(by_feet)),
+        has_feet=_single(has_feet),
+        noise=_single(np.where(seen[..., None], spread, UNKNOWN_STD)),
+        cut=_single(cut & seen[..., None]),
+    )
+
+
+def _bounded(values: FloatArray) -> FloatArray:
+    return np.clip(np.nan_to_num(values), LOWEST, HIGHEST)
+
+
+def _single(values: NDArray[Any]) -> NDArray[np.float32]:
+    return values.astype(np.float32)

@@ -1,0 +1,104 @@
+"""What is remembered from frame to frame. All of it is seen from the last pose: no frame knows where the world begins."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vbbench_baselines.former.operations import Array
+
+TRACES = 4
+"""Directions that each walk remembers: sums of what it did unexpectedly, each forgotten at a pace of its own."""
+MEMORY, DOUBT = 24, 12
+"""Numbers that are remembered of each person and of the observer, and of how unsure the pose is."""
+
+
+class Walkers(NamedTuple):
+    """What is remembered of people, [..., K]; points and velocities are complex, from the last pose.
+
+    Attributes
+    ----------
+    place, place_before : in m, in the last frame and the one before it.
+    velocity : over the ground, in m/s.
+    traces : [..., K, `TRACES`] in m/s.
+    memory : [..., K, `MEMORY`].
+    offsets : [..., K, 2] ln of how many times as far people are as boxes say by their height, and by their feet.
+    seen : in how many frames.
+    away : for how many s not.
+    shown, traceable : 1 if the last frame showed them, and if there was a place before that.
+    exact, exact_before : 1 if place and place before were given.
+    """
+
+    place: Array
+    place_before: Array
+    velocity: Array
+    traces: Array
+    memory: Array
+    offsets: Array
+    seen: Array
+    away: Array
+    shown: Array
+    traceable: Array
+    exact: Array
+    exact_before: Array
+
+
+class Observer(NamedTuple):
+    """What is remembered of the observer, [...].
+
+    Attributes
+    ----------
+    step, turn : the last frame's motion, in m/s (complex) and rad/s.
+    velocity, turn_rate : what is expected of the next.
+    traces, memory, doubt : [..., `TRACES`], [..., `MEMORY`], [..., `DOUBT`].
+    moved, told : 1 if there was a last motion, and if it was given.
+    frames : how many there were.
+    """
+
+    step: Array
+    turn: Array
+    velocity: Array
+    turn_rate: Array
+    traces: Array
+    memory: Array
+    doubt: Array
+    moved: Array
+    told: Array
+    frames: Array
+
+
+class State(NamedTuple):
+    """All that is remembered."""
+
+    people: Walkers
+    observer: Observer
+
+
+def nothing_seen(numbers: Callable[..., Array], points: Callable[..., Array], people: int) -> State:
+    """The state before frame 0; ``numbers`` and ``points`` make zeros of a shape, real and complex."""
+    k = people
+    walkers = Walkers(
+        place=points(k),
+        place_before=points(k),
+        velocity=points(k),
+        traces=points(k, TRACES),
+        memory=numbers(k, MEMORY),
+        offsets=numbers(k, 2),
+        seen=numbers(k),
+        away=numbers(k),
+        shown=numbers(k),
+        traceable=numbers(k),
+        exact=numbers(k),
+        exact_before=numbers(k),
+    )
+    observer = Observer(
+        step=points(),
+        turn=numbers(),
+        velocity=points(),
+        turn_rate=numbers(),
+        traces=points(TRACES),
+        memory=numbers(MEMORY),
+        doubt=numbers(DOUBT),
+        moved=numbers(),
+        told=numbers(),
+        frames=numbers(),
+    )
+    return State(walkers, observer)
