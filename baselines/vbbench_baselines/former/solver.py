@@ -1,0 +1,220 @@
+"""``vb-former`` and ``vb-former-pure``: a network that learned view birdification on simulated crowds, frame by frame.
+
+The network sees everything from the last pose. Poses in the world are composed here, in float64, and what is given
+there is turned into what it sees.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
+
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.sequence import Given, Odometry
+from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common.facts import SIMULATED
+from vbbench_baselines.common.sightings import usable
+from vbbench_baselines.former.composing import (
+    carried_covariance,
+    in_world,
+    measured_motion,
+    motion_between,
+    moved,
+    place_covariances,
+    pose_covariance,
+    seen_from,
+)
+from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.network import Answer, Birdifier, Told
+from vbbench_baselines.former.operations import NumpyOperations
+from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.sights import Sights, sights_of
+from vbbench_baselines.former.state import State, nothing_seen
+from vbbench_baselines.former.weights import Weights, bundled_weights
+
+FEWEST = 2
+"""With fewer people who are seen, and expected somewhere, what is expected of the observer decides."""
+
+DOUBTFUL = 1.0
+"""In m; with a greater standard deviation of its place the pose may be far off."""
+
+FASTEST = 60.0
+"""In m/s; no observer moves faster."""
+
+GIVEN = 1e-6
+"""In m²: the variance of places that are given."""
+
+_STANDING = Motion(np.complex64(0.0), np.float32(0.0))
+
+
+@dataclass(kw_only=True)
+class VbFormer:
+    """A learned solver: people and observer attend to one another, and the pose is fitted with the weights they choose.
+
+    Parameters
+    ----------
+    weights : of the network, see `layers.shapes`; ``None`` for those that come with the package.
+    feet : whether it may see where feet stand.
+    """
+
+    facts: ClassVar[Mapping[str, str]] = SIMULATED
+    pure: ClassVar[bool] = False
+    """Whether the network tells the pose, and does not fit it."""
+    bundled: ClassVar[str] = "vb-former"
+    """What the weights that come with the package are called."""
+
+    weights: Weights | None = None
+    feet: bool = True
+
+    def start(self, problem: Problem) -> None:
+        """See `vbbench.solver.FrameSolver.start`."""
+        weights = bundled_weights(self.bundled) if self.weights is None else self.weights
+        self._birdifier = Birdifier(Network(NumpyOperations(), weights), self.pure, self.feet)
+        self._problem, self._people = problem, len(problem.tracks)
+        self._dt = np.float32(problem.dt)
+        self._stature_spread = np.float32(problem.height_std / problem.height_mean)
+        self._state, self._begun = _nothing(self._people), False
+        self._pose, self._sigma = np.zeros(3), np.zeros((3, 3))
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        """See `vbbench.solver.FrameSolver.step`."""
+        given = frame.given
+        self._take_in_past(given)
+        sights = sights_of(self._problem, usable(frame.observations))
+        told = self._told(given, sights)
+        expected = ((self._state.people.seen > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
+        fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
+        with _blas().limit(limits=1):  # matrices this small are slower on several cores
+            answer = self._advance(sights, told)
+        before, self._begun = self._pose, True
+        self._pose = moved(before, answer.motion) if np.isnan(given.poses[2]).any() else np.array(given.poses[2])
+        self._sigma = self._pose_covariance(before, answer, told, given.odometry)
+        positions = in_world(self._pose, answer.places)
+        placed = ~np.isnan(given.positions[2])
+        positions = np.where(placed, given.positions[2], positions)
+        positions[np.isnan(frame.observations[:, 2]) & ~placed[:, 0]] = np.nan
+        return FrameEstimate(
+            pose=self._pose.copy(),
+            positions=positions,
+            fallback=fallback,
+            converged=bool(np.hypot(*np.sqrt(self._sigma.diagonal()[:2])) <= DOUBTFUL),
+            heights=self._heights(),
+            **(self._covariances(answer, sights, told) if self._problem.covariances else {}),
+        )
+
+    def forget(self, columns: IntArray) -> None:
+        """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
+        people = self._state.people
+        renewed = [rows.copy() for rows in people]
+        for rows in renewed:
+            rows[columns] = 0
+        self._state = self._state._replace(people=type(people)(*renewed))
+
+    def _take_in_past(self, given: Given) -> None:
+        """Put what is given of the two frames before in place of what was estimated."""
+        before, last = given.poses[0], given.poses[1]
+        if not self._begun or np.isnan(last).any():
+            return
+        self._pose, self._sigma = np.array(last), np.zeros((3, 3))
+        if np.isnan(before).any():
+            return
+        motion, back = motion_between(before, last), np.exp(np.complex64(-1j) * np.float32(last[2] - before[2]))
+        people, own = self._state
+        place, place_before = seen_from(last, given.positions[1]), seen_from(last, given.positions[0])
+        now, earlier = ~np.isnan(given.positions[1, :, 0]), ~np.isnan(given.positions[0, :, 0])
+        people = people._replace(
+            place=np.where(now, place, people.place),
+            place_before=np.where(earlier, place_before, people.place_before),
+            exact=np.where(now, np.float32(1.0), people.exact),
+            exact_before=np.where(earlier, np.float32(1.0), people.exact_before),
+        )
+        step = np.complex64(motion.step * back / self._dt)
+        own = own._replace(step=step, turn=motion.turn / self._dt, told=np.float32(1.0))
+        self._state = State(people, own)
+
+    def _told(self, given: Given, sights: Sights) -> Told:
+        """What is given of this frame, from the last pose; the first frame's pose is the origin of all others."""
+        pose = given.poses[2]
+        unknown = bool(np.isnan(pose).any())
+        if not self._begun:
+            self._pose = self._pose if unknown else np.array(pose)
+        there = ~np.isnan(given.positions[2, :, 0])
+        told = not (unknown and self._begun)
+        return Told(
+            places=seen_from(self._pose, given.positions[2]),
+            placed=there.astype(np.float32) * sights.seen,
+            motion=motion_between(self._pose, pose) if told and not unknown else _STANDING,
+            moved=np.float32(told),
+            measured=None if told else measured_motion(given.odometry),
+        )
+
+    def _advance(self, sights: Sights, told: Told) -> Answer:
+        """The network's answer; where it went out of its mind, that of one that has seen nothing before."""
+        with np.errstate(all="ignore"):
+            state, answer = self._birdifier.advance(self._state, sights, told, self._dt, self._stature_spread)
+            if not (told.moved or self._is_sane(answer)):
+                told = told._replace(motion=_STANDING, moved=np.float32(1.0))
+                nothing = _nothing(self._people)
+                state, answer = self._birdifier.advance(nothing, sights, told, self._dt, self._stature_spread)
+                lost = np.full_like(answer.pose_spread, np.inf)
+                answer = answer._replace(pose_spread=lost)
+        self._state = state
+        return answer
+
+    def _is_sane(self, answer: Answer) -> bool:
+        """Whether the answer can be."""
+        motion = answer.motion
+        sound = abs(motion.step) <= FASTEST * self._dt and np.isfinite(motion.turn)
+        return bool(sound and np.isfinite(answer.places).all() and np.isfinite(answer.place_spread).all())
+
+    def _pose_covariance(self, before: FloatArray, answer: Answer, told: Told, odometry: Odometry | None) -> FloatArray:
+        """[3, 3] of the pose: as the network tells, or by odometry since the frame before where that is surer."""
+        if told.moved:
+            return np.zeros((3, 3))
+        sigma = pose_covariance(self._pose, answer.pose_spread)
+        if told.measured is None or odometry is None:
+            return sigma
+        carried = carried_covariance(before, self._pose, self._sigma, odometry.covariances[-1])
+        return carried if np.trace(carried[:2, :2]) < np.trace(sigma[:2, :2]) else sigma
+
+    def _covariances(self, answer: Answer, sights: Sights, told: Told) -> dict[str, FloatArray]:
+        """Those of the pose and of people's places; NaN for whom no box shows."""
+        places = place_covariances(self._pose, sights.ray, answer.place_spread)
+        places[told.placed > 0.5] = GIVEN * np.eye(2)
+        places[sights.seen < 0.5] = np.nan
+        return {"pose_covariance": self._sigma.copy(), "position_covariances": places}
+
+    def _heights(self) -> FloatArray:
+        """[K] in m."""
+        heights: FloatArray = self._problem.height_mean * np.exp(self._state.people.offsets[:, 0].astype(np.float64))
+        return heights
+
+
+@dataclass(kw_only=True)
+class VbFormerPure(VbFormer):
+    """The same, but the network tells the pose itself: for comparison with what the fit gives."""
+
+    pure: ClassVar[bool] = True
+    bundled: ClassVar[str] = "vb-former-pure"
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    """The libraries that multiply matrices."""
+    return ThreadpoolController()
+
+
+def _nothing(people: int) -> State:
+    return nothing_seen(_numbers, _points, people)
+
+
+def _numbers(*shape: int) -> NDArray[np.float32]:
+    return np.zeros(shape, np.float32)
+
+
+def _points(*shape: int) -> NDArray[np.complex64]:
+    return np.zeros(shape, np.complex64)

@@ -1,0 +1,78 @@
+"""The weights that are learned, as they come with the package: ``weights/NAME.npz``, and ``NAME.toml`` of how.
+
+The file of weights must be the one that its recipe names, by its SHA-256.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from hashlib import sha256
+from importlib.resources import as_file, files
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError
+from vbbench.parsing.toml_text import read_toml
+from vbbench_baselines.former.layers import shapes
+
+Weights = Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """How weights were learned.
+
+    Parameters
+    ----------
+    sha256 : of the file of weights.
+    pure : whether the network tells the pose, and does not fit it.
+    training : what else is worth knowing: data, steps, seeds, seconds.
+    """
+
+    sha256: str
+    pure: bool = False
+    training: Mapping[str, Any] = field(default_factory=dict)
+
+
+@cache
+def bundled_weights(name: str) -> Weights:
+    """The weights called ``name`` that come with the package."""
+    with as_file(files(__package__).joinpath("weights")) as folder:
+        return read_weights(folder / f"{name}.npz")
+
+
+def read_weights(path: Path) -> Weights:
+    """The weights of a file, float32 and read-only, whose recipe is beside it.
+
+    Raises
+    ------
+    FileError
+        If there are none, they are not those of the recipe, or their shapes are not the network's.
+    """
+    recipe = read_toml(path.with_suffix(".toml"), Recipe, "recipe")
+    try:
+        packed = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, "the weights cannot be read; install vbbench again, or put them there") from error
+    found = sha256(packed).hexdigest()
+    if found != recipe.sha256:
+        raise FileError(path, f"its SHA-256 is {found}, and its recipe says {recipe.sha256}; install vbbench again")
+    return _checked(path, packed, recipe.pure)
+
+
+def _checked(path: Path, packed: bytes, pure: bool) -> Weights:
+    """The arrays of a file, which must be those of the network."""
+    with np.load(BytesIO(packed), allow_pickle=False) as arrays:
+        weights = {name: arrays[name].astype(np.float32) for name in arrays.files}
+    wanted = shapes(pure)
+    for name in sorted(wanted.keys() | weights.keys()):
+        shape = weights[name].shape if name in weights else None
+        if shape != wanted.get(name):
+            raise FileError(path, f"'{name}' has the shape {shape}, and the network needs {wanted.get(name)}")
+    for array in weights.values():
+        array.flags.writeable = False
+    return weights
