@@ -16,7 +16,7 @@ from typing import NamedTuple
 from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Views, Weighing, fit, view
-from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights
+from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights, without_feet
 from vbbench_baselines.former.state import TRACES, Observer, State, Walkers
 
 STRIDE, WALK, EXACT = 0.4, 0.15, 0.01
@@ -65,6 +65,7 @@ class _Walks(NamedTuple):
 
     velocity: Array
     traces: Array
+    offsets: Array
     own: Observer
     surprise: Array
     begins: Array
@@ -89,8 +90,9 @@ class Birdifier:
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
         """The state after a frame of ``dt`` [...] s, and the answer; ``spread`` [...] of heights as a share of the mean."""
         xp = self.network.operations
+        sights = sights if self.feet else without_feet(xp, sights)
         walks = self._walks(state, dt)
-        people, own = state.people, walks.own
+        people, own = state.people._replace(offsets=walks.offsets), walks.own
         given = told.placed > 0.5
         known = xp.where((people.seen > 0.5) | given, sights.seen, 0.0 * sights.seen)
         distance, distance_std = self._distance(people, sights, spread)
@@ -208,7 +210,7 @@ class Birdifier:
         motion = self._given(motion, told)
 
         places, off = view(xp, views, motion)
-        gains = xp.sigmoid(trust[..., 4:8])
+        gains = xp.sigmoid(trust[..., 4:6])
         left = off - offset
         moved = places + (offset + xp.point(gains[..., 0] * left.real, gains[..., 1] * left.imag)) * views.ray
         new = xp.where(given, places, moved)
@@ -256,8 +258,6 @@ class Birdifier:
             place_spread=self.network.perceptron("place_spread", spreads),
         )
         back = xp.direction(-motion.turn)
-        shares = gains[..., 2:4] * sights.seen[..., None]
-        found = xp.stack([xp.log(kept) - sights.by_height, (xp.log(kept) - sights.by_feet) * sights.has_feet])
         after = State(
             Walkers(
                 place=new,
@@ -265,13 +265,16 @@ class Birdifier:
                 velocity=walks.velocity * back[..., None],
                 traces=walks.traces * back[..., None, None],
                 memory=memory,
-                offsets=people.offsets + shares * (xp.clip(found, -0.5, 0.5) - people.offsets),
+                offsets=people.offsets,
                 seen=people.seen + sights.seen,
                 away=(people.away + dt[..., None]) * (1.0 - sights.seen),
                 shown=sights.seen,
                 traceable=xp.where(people.seen > 0.5, 1.0 + 0.0 * kept, 0.0 * kept),
                 exact=told.placed * sights.seen,
                 exact_before=people.exact,
+                by_height=sights.by_height,
+                by_feet=sights.by_feet,
+                has_feet=sights.has_feet,
             ),
             Observer(
                 step=pace * back,
@@ -297,10 +300,15 @@ class Birdifier:
         strange = (people.place - people.place_before) / dt[..., None] - people.velocity
         off, pace = strange * toward.conj(), people.velocity * toward.conj()
         begins = xp.where(people.seen < 2.5, fresh, 0.0 * fresh)
+        told = xp.stack([people.by_height, people.by_feet])
+        farther = xp.clip(xp.log(kept)[..., None] - told, -0.5, 0.5) - people.offsets
+        farther = farther * xp.stack([people.shown, people.shown * people.has_feet])
         facts = [
             *(xp.asinh(2.0 * part) for part in _parts(off)),
             *_parts(pace),
             *(0.3 * part for part in _parts(off)),
+            5.0 * farther[..., 0],
+            5.0 * farther[..., 1],
             begins,
             people.exact,
             people.exact_before,
@@ -311,9 +319,10 @@ class Birdifier:
         told = self.network.perceptron("walk", xp.join([xp.stack(facts), people.memory]))
         taken = fresh[..., None]
         gains = xp.sigmoid(told[..., :2] + (4.0 * begins)[..., None]) * taken
+        offsets = people.offsets + xp.sigmoid(told[..., 2:4]) * farther
         velocity = people.velocity + xp.point(gains[..., 0] * off.real, gains[..., 1] * off.imag) * toward
-        keep = 1.0 - taken * (1.0 - xp.sigmoid(told[..., 2 : 2 + TRACES]))
-        add = xp.tanh(told[..., 2 + TRACES :]) * taken * (1.0 - begins)[..., None]
+        keep = 1.0 - taken * (1.0 - xp.sigmoid(told[..., 4 : 4 + TRACES]))
+        add = xp.tanh(told[..., 4 + TRACES :]) * taken * (1.0 - begins)[..., None]
         traces = people.traces * keep + add * strange[..., None]
 
         own_strange, own_turned = own.step - own.velocity, own.turn - own.turn_rate
@@ -329,14 +338,14 @@ class Birdifier:
             turn_rate=own.turn_rate + gains[..., 2] * own_turned,
             traces=own.traces * keep + add * own_strange[..., None],
         )
-        return _Walks(velocity, traces, own, surprise, begins, own_begins)
+        return _Walks(velocity, traces, offsets, own, surprise, begins, own_begins)
 
     def _distance(self, people: Walkers, sights: Sights, spread: Array) -> tuple[Array, Array]:
         """ln of the distance [..., K] in m by height and feet together, and its standard deviation."""
         xp = self.network.operations
         stature = spread[..., None] * (1.0 + people.seen) ** -0.5
         by_height = 1.0 / (sights.noise[..., 1] ** 2 + stature**2 + 1e-5)
-        by_feet = (sights.has_feet if self.feet else 0.0 * by_height) / (sights.noise[..., 2] ** 2 + 1e-5)
+        by_feet = sights.has_feet / (sights.noise[..., 2] ** 2 + 1e-5)
         measured = by_height * (sights.by_height + people.offsets[..., 0])
         measured = measured + by_feet * (sights.by_feet + people.offsets[..., 1])
         total = by_height + by_feet
@@ -359,11 +368,11 @@ class Birdifier:
                 distance,
                 xp.log(sights.noise[..., 0] + 1e-4),
                 xp.log(sights.noise[..., 1] + 1e-4),
-                xp.log(sights.noise[..., 2] + 1e-4) if self.feet else none,
-                3.0 * std,
-                5.0 * apart if self.feet else none,
+                xp.log(sights.noise[..., 2] + 1e-4),
+                xp.log(std + 1e-3),
+                5.0 * apart,
                 5.0 * by_height,
-                5.0 * by_feet if self.feet else none,
+                5.0 * by_feet,
                 sights.has_feet,
                 xp.log(dt)[..., None] + none,
                 10.0 * spread[..., None] + none,

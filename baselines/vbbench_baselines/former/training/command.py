@@ -11,6 +11,7 @@ def train_vb_former(
     feet: bool = True,
     sequences: int | None = None,
     part: float = 1.0,
+    crowds: Path | None = None,
     jobs: int = 1,
 ) -> None:
     """Train the solver vb-former on simulated crowds, or go on where that was stopped.
@@ -23,6 +24,7 @@ def train_vb_former(
         feet: Whether it may see where feet stand.
         sequences: Learn from only about so many of the sequences.
         part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
+        crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
         jobs: Processes that make crowds; nothing depends on it.
     """
     import sys
@@ -35,7 +37,7 @@ def train_vb_former(
         from vbbench_baselines.former.training.recipe import read_recipe
         from vbbench_baselines.former.training.run_folder import train
     path = train(
-        out, read_recipe(recipe), seed=seed, pure=pure, feet=feet, sequences=sequences, part=part, jobs=jobs
+        out, read_recipe(recipe), seed=seed, pure=pure, feet=feet, sequences=sequences, part=part, crowds=crowds, jobs=jobs
     )
     print(path, file=sys.stderr)
 

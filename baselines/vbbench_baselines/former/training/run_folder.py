@@ -31,7 +31,16 @@ HELD_OUT_PART = 0.025
 
 
 def train(
-    out: Path, recipe: Recipe, *, seed: int, pure: bool, feet: bool, sequences: int | None, part: float, jobs: int
+    out: Path,
+    recipe: Recipe,
+    *,
+    seed: int = 0,
+    pure: bool = False,
+    feet: bool = True,
+    sequences: int | None = None,
+    part: float = 1.0,
+    crowds: Path | None = None,
+    jobs: int = 1,
 ) -> Path:
     """Train in the folder ``out``, or go on there; the path of the weights.
 
@@ -39,6 +48,7 @@ def train(
     ----------
     sequences : about how many of the sequences are learned from; ``None`` for all.
     part : how many sequences and windows there are, beside what the recipe says.
+    crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
 
     Raises
     ------
@@ -52,11 +62,12 @@ def train(
         known = _begin(out, facts)
         if (out / WEIGHTS).is_file() and "weights" in known:
             return out / WEIGHTS
-        crowds = make_crowds(recipe, out / CROWDS, recipe.seed, part=part, jobs=jobs)
+        folder = crowds or out / CROWDS
+        learned = make_crowds(recipe, folder, recipe.seed, part=part, jobs=jobs)
         kept = HELD_OUT_PART if part == 1.0 else max(part, HELD_OUT_PART)
-        held_out = make_crowds(recipe, out / CROWDS, recipe.held_out_seed, part=kept, jobs=jobs)
-        crowds = crowds if sequences is None else crowds.limited(sequences)
-        training = Training(recipe, crowds, held_out_batches(recipe, held_out), seed, pure, feet)
+        held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=kept, jobs=jobs)
+        learned = learned if sequences is None else learned.limited(sequences)
+        training = Training(recipe, learned, held_out_batches(recipe, held_out), seed, pure, feet)
         if (out / CHECKPOINT).is_file():
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
