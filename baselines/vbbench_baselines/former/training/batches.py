@@ -43,6 +43,11 @@ class Batch:
     dt: torch.Tensor
     spread: torch.Tensor
 
+    def to(self, device: str) -> "Batch":
+        """The same on another device."""
+        others = {name: values.to(device) for name, values in vars(self).items() if name != "sights"}
+        return Batch(sights=Sights(*(values.to(device) for values in self.sights)), **others)
+
 
 def draw_batch(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, frames: int) -> Batch:
     """A batch of windows, drawn anew for each step of the training."""

@@ -12,6 +12,7 @@ def train_vb_former(
     sequences: int | None = None,
     part: float = 1.0,
     crowds: Path | None = None,
+    device: str = "cpu",
     jobs: int = 1,
 ) -> None:
     """Train the solver vb-former on simulated crowds, or go on where that was stopped.
@@ -25,6 +26,7 @@ def train_vb_former(
         sequences: Learn from only about so many of the sequences.
         part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
         crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
+        device: Of PyTorch, such as cuda; only on cpu are the weights the same each time.
         jobs: Processes that make crowds; nothing depends on it.
     """
     import sys
@@ -37,9 +39,18 @@ def train_vb_former(
         from vbbench_baselines.former.training.recipe import read_recipe
         from vbbench_baselines.former.training.run_folder import train
     path = train(
-        out, read_recipe(recipe), seed=seed, pure=pure, feet=feet, sequences=sequences, part=part, crowds=crowds, jobs=jobs
+        out,
+        read_recipe(recipe),
+        seed=seed,
+        pure=pure,
+        feet=feet,
+        sequences=sequences,
+        part=part,
+        crowds=crowds,
+        device=device,
+        jobs=jobs,
     )
-    print(path, file=sys.stderr)
+    sys.stderr.write(f"{path}\n")
 
 
 COMMANDS = {"vb-former": train_vb_former}

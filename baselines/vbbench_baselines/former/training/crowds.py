@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vbbench.files.dataset import problem_of
 from vbbench.folders.replacing import replacing
+from vbbench.generation.generator import Plan
 from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
@@ -43,15 +44,21 @@ class Watched(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """Sequences ``first`` to ``last`` of a stream in one scenario; they are kept in the file ``name``."""
+    """Sequences ``first`` to ``last`` of a stream in one scenario."""
 
-    name: str
     stream: Stream
     scenario: str
     people: tuple[int, ...]
     seed: int
     first: int
     last: int
+
+    @property
+    def plan(self) -> Plan:
+        """What makes them."""
+        options = self.stream.options(self.scenario, self.people, self.seed)
+        plan: Plan = load("generator", self.stream.split).plan(options)
+        return plan
 
 
 @dataclass(frozen=True)
@@ -79,30 +86,37 @@ class Crowds:
 
 def chunks_of(recipe: Recipe, seed: int, part: float = 1.0) -> list[Chunk]:
     """What there is to make; ``part``: of as many sequences as the recipe says."""
-    found = []
-    for stream in recipe.stream:
-        count = max(1, round(part * stream.sequences))
-        for scenario in stream.scenarios:
-            people = tuple(recipe.people[scenario])
-            for first in range(0, count, AT_ONCE):
-                last = min(first + AT_ONCE, count)
-                name = f"{stream.name}-{scenario}-{seed}-{first}-{last}.npz"
-                found.append(Chunk(name, stream, scenario, people, seed, first, last))
-    return found
+    return [
+        Chunk(stream, scenario, tuple(recipe.people[scenario]), seed, first, min(first + AT_ONCE, count))
+        for stream in recipe.stream
+        for count in [max(1, round(part * stream.sequences))]
+        for scenario in stream.scenarios
+        for first in range(0, count, AT_ONCE)
+    ]
+
+
+def files_of(chunks: list[Chunk], folder: Path) -> list[Path]:
+    """The file of each chunk: its name says what it was made by, so that trainings can share a folder."""
+    ids = {(chunk.stream.name, chunk.scenario): chunk.plan.info.id for chunk in chunks if not chunk.first}
+    return [
+        folder / f"{name}-{scenario}-{ids[name, scenario]}-{chunk.first}-{chunk.last}.npz"
+        for chunk in chunks
+        for name, scenario in [(chunk.stream.name, chunk.scenario)]
+    ]
 
 
 def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, jobs: int = 1) -> Crowds:
     """The sequences of a recipe with a seed; those in the folder are not made again."""
     folder.mkdir(parents=True, exist_ok=True)
     chunks = chunks_of(recipe, seed, part)
-    missing = [(chunk, folder) for chunk in chunks if not (folder / chunk.name).exists()]
+    files = files_of(chunks, folder)
+    missing = [(chunk, file) for chunk, file in zip(chunks, files, strict=True) if not file.exists()]
     with progress_bar(len(chunks), f"crowds of seed {seed}", done=len(chunks) - len(missing), unit="part") as bar:
-        made = in_parallel(_write, missing, jobs) if jobs != 1 else (_write(*call) for call in missing)
-        for _ in made:
+        for _ in in_parallel(_write, missing, jobs):
             bar.update()
     kept: dict[tuple[str, str], list[Watched]] = {}
-    for chunk in chunks:
-        kept.setdefault((chunk.stream.name, chunk.scenario), []).extend(_read(folder / chunk.name))
+    for chunk, file in zip(chunks, files, strict=True):
+        kept.setdefault((chunk.stream.name, chunk.scenario), []).extend(_read(file))
     shares = {stream.name: stream.share / len(stream.scenarios) for stream in recipe.stream}
     filled = {key: tuple(watched) for key, watched in kept.items() if watched}
     weights = np.array([shares[name] for name, _ in filled])
@@ -111,9 +125,7 @@ def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, j
 
 def watch(chunk: Chunk) -> Iterator[Watched]:
     """Make the sequences of a chunk."""
-    plan = load("generator", chunk.stream.split).plan(
-        chunk.stream.options(chunk.scenario, chunk.people, chunk.seed)
-    )
+    plan = chunk.plan
     for index in range(chunk.first, chunk.last):
         data = build_sequence(plan, index)
         problem = problem_of(plan.info, data.sequence)
@@ -128,7 +140,7 @@ def watch(chunk: Chunk) -> Iterator[Watched]:
             )
 
 
-def _write(chunk: Chunk, folder: Path) -> None:
+def _write(chunk: Chunk, file: Path) -> None:
     """Make a chunk and write its file, whole or not at all."""
     watched = list(watch(chunk))
     arrays: dict[str, NDArray[Any]] = {
@@ -142,7 +154,7 @@ def _write(chunk: Chunk, folder: Path) -> None:
         for name in Sights._fields:
             parts = [getattr(one.sights, name) for one in watched]
             arrays[name] = np.concatenate([part.reshape(-1, *part.shape[2:]) for part in parts])
-    with replacing(folder / chunk.name, ".npz") as draft:
+    with replacing(file, ".npz") as draft:
         np.savez(draft, **arrays)  # type: ignore[arg-type]
 
 

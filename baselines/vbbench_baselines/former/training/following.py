@@ -1,7 +1,7 @@
 """The network follows a batch of windows on its own estimates, and is told how far off it is.
 
-The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): metres of a sequence that went astray do not drown the
-centimetres of the others.
+The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): metres of a sequence that went astray do not drown
+the centimetres of the others.
 """
 
 from typing import NamedTuple
@@ -58,8 +58,8 @@ def follow(birdifier: Birdifier, batch: Batch) -> Errors:
     """Run through a batch of windows."""
     size, frames, people = batch.true.shape
     state = nothing_seen(
-        lambda *shape: torch.zeros((size, *shape)),
-        lambda *shape: torch.zeros((size, *shape), dtype=torch.complex64),
+        lambda *shape: batch.yaw.new_zeros((size, *shape)),
+        lambda *shape: batch.place.new_zeros((size, *shape)),
         people,
     )
     place, yaw, found = batch.place[:, 0], batch.yaw[:, 0], []

@@ -48,6 +48,7 @@ class Training:
     recipe, crowds, held_out : what is learned, from what, and the batches by which one looks how far it is.
     seed : of the first weights and of the windows.
     pure, feet : see `vbbench_baselines.former.network.Birdifier`.
+    device : of PyTorch, such as ``cuda``. Only on ``cpu`` are weights the same each time.
     """
 
     recipe: Recipe
@@ -56,6 +57,7 @@ class Training:
     seed: int
     pure: bool = False
     feet: bool = True
+    device: str = "cpu"
     batches: int = 0
     windows: int = 0
     averaged: int = 0
@@ -66,7 +68,8 @@ class Training:
         torch.set_num_threads(1)
         first = first_weights(np.random.default_rng(self.seed), self.pure)
         self.weights = {
-            name: torch.nn.Parameter(torch.from_numpy(values.astype(np.float32))) for name, values in first.items()
+            name: torch.nn.Parameter(torch.from_numpy(values.astype(np.float32)).to(self.device))
+            for name, values in first.items()
         }
         self.mean = {name: torch.zeros_like(values) for name, values in self.weights.items()}
         self._spreads = [values for name, values in self.weights.items() if name.startswith(SPREAD_LAYERS)]
@@ -90,22 +93,23 @@ class Training:
                 self.log.append({**self._progress(errors), **self.look(self.weights)})
                 self.save(checkpoint)
                 tell(self.log[-1])
-        return {name: values.numpy().copy() for name, values in self.mean.items()}
+        return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
 
     def look(self, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
         """How these weights do on the held-out windows: capped means in m by protocol, and how sure they are."""
         with torch.no_grad():
-            return summary([(batch, follow(self._birdifier(weights), batch)) for batch in self.held_out])
+            batches = [batch.to(self.device) for batch in self.held_out]
+            return summary([(batch, follow(self._birdifier(weights), batch)) for batch in batches])
 
     def _learn(self) -> Errors:
         """One batch; its windows follow from seed and number alone."""
         rng = np.random.default_rng([self.recipe.seed, self.seed, self.batches])
-        batch = draw_batch(rng, self.crowds, self.recipe, self._frames())
+        batch = draw_batch(rng, self.crowds, self.recipe, self._frames()).to(self.device)
         for group in self._optimiser.param_groups:
             group["lr"] = self._rate()
         errors = follow(self._birdifier(self.weights), batch)
         self._optimiser.zero_grad()
-        (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()  # type: ignore[no-untyped-call]
+        (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()
         torch.nn.utils.clip_grad_norm_(self._spreads, LONGEST_GRADIENT)
         if torch.isfinite(torch.nn.utils.clip_grad_norm_(self._others, LONGEST_GRADIENT)):
             self._optimiser.step()
@@ -159,7 +163,7 @@ class Training:
 
     def resume(self, checkpoint: Path) -> None:
         """Go on from a checkpoint."""
-        state = torch.load(checkpoint, weights_only=True)
+        state = torch.load(checkpoint, weights_only=True, map_location=self.device)
         self.batches, self.windows, self.averaged, self.seconds, self.log = json.loads(state["facts"])
         with torch.no_grad():
             for name, values in self.weights.items():

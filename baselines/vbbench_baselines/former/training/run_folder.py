@@ -1,10 +1,10 @@
 """The folder of a training: it is made, goes on where it was stopped, and ends with the weights.
 
-    OUT/training.json   what is trained: recipe, seed, versions; the mark of the folder
-    OUT/crowds          the simulated sequences
-    OUT/checkpoint.pt   from which it goes on
-    OUT/log.csv         how it went
-    OUT/weights.npz     the result; training.json then has its SHA-256
+OUT/training.json   what is trained: recipe, seed, versions; the mark of the folder
+OUT/crowds          the simulated sequences
+OUT/checkpoint.pt   from which it goes on
+OUT/log.csv         how it went
+OUT/weights.npz     the result; training.json then has its SHA-256
 """
 
 import csv
@@ -40,6 +40,7 @@ def train(
     sequences: int | None = None,
     part: float = 1.0,
     crowds: Path | None = None,
+    device: str = "cpu",
     jobs: int = 1,
 ) -> Path:
     """Train in the folder ``out``, or go on there; the path of the weights.
@@ -49,6 +50,7 @@ def train(
     sequences : about how many of the sequences are learned from; ``None`` for all.
     part : how many sequences and windows there are, beside what the recipe says.
     crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
+    device : of PyTorch, see `vbbench_baselines.former.training.loop.Training`.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def train(
         kept = HELD_OUT_PART if part == 1.0 else max(part, HELD_OUT_PART)
         held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=kept, jobs=jobs)
         learned = learned if sequences is None else learned.limited(sequences)
-        training = Training(recipe, learned, held_out_batches(recipe, held_out), seed, pure, feet)
+        training = Training(recipe, learned, held_out_batches(recipe, held_out), seed, pure, feet, device)
         if (out / CHECKPOINT).is_file():
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
@@ -100,7 +102,9 @@ def _begin(out: Path, facts: dict[str, Any]) -> dict[str, Any]:
 
 
 def _write_facts(out: Path, facts: dict[str, Any]) -> None:
-    write_text_atomically(out / MARK, json.dumps({"vbbench": __version__, **facts}, indent=1, ensure_ascii=False) + "\n")
+    write_text_atomically(
+        out / MARK, json.dumps({"vbbench": __version__, **facts}, indent=1, ensure_ascii=False) + "\n"
+    )
 
 
 def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:

@@ -226,7 +226,7 @@ def _gaussian(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.co
 
 
 def _wander(rng: np.random.Generator, frames: int, count: int, dt: float, time: float) -> NDArray[np.complex128]:
-    """[L, N] complex numbers that wander about 0 (Ornstein–Uhlenbeck): unit variance each way, and what is correlated."""
+    """[L, N] complex numbers that wander about 0 (Ornstein–Uhlenbeck), each part with variance 1."""
     kept = np.exp(-dt / time)
     found = np.empty((frames, count), np.complex128)
     found[0] = _gaussian(rng, (count,))
