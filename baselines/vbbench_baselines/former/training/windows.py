@@ -14,7 +14,9 @@ from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights
 from vbbench_baselines.former.training.crowds import Watched
 
 LONGEST_STEP = 0.85
-"""In s: frames are left out of quick recordings as long as a frame then takes no longer."""
+"""In s: frames are left out as long as one then takes no longer; of n ways to do so the k-th is as likely as 1/k."""
+LONGEST_FRAME = 0.9
+"""In s: how long a frame is at most when all walk more slowly than they did."""
 NEAREST = 0.4
 """In m: whoever comes nearer is not seen."""
 STOP_TIME = 0.8
@@ -81,7 +83,8 @@ def cut(rng: np.random.Generator, watched: Watched, frames: int, least: int, mos
     if total < frames:
         return None
     widest = max(1, min(round(LONGEST_STEP / watched.dt), (total - 1) // (frames - 1)))
-    every = int(rng.integers(1, widest + 1))
+    likely = 1.0 / np.arange(1, widest + 1)
+    every = 1 + int(rng.choice(widest, p=likely / likely.sum()))
     first = int(rng.integers(total - (frames - 1) * every))
     part = slice(first, first + (frames - 1) * every + 1, every)
     boxes = watched.sights.seen[part].sum(axis=0)
@@ -124,7 +127,7 @@ def cut(rng: np.random.Generator, watched: Watched, frames: int, least: int, mos
 def alter(rng: np.random.Generator, window: Window) -> Window:
     """A window in which all walk otherwise, and none may be seen before or after."""
     if rng.random() < 0.5:
-        window = replace(window, dt=window.dt * _between(rng, 0.6, 1.6))
+        window = replace(window, dt=min(window.dt * _between(rng, 0.6, 1.6), max(window.dt, LONGEST_FRAME)))
     for change in (_stop_and_go, _stray, _look_about, _come_and_go, _mirror):
         window = change(rng, window)
     return replace(window, seen=window.seen & (np.abs(window.relative) > NEAREST))
