@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.extensions.fisheye import Fisheye
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench_baselines.joint_map.real_camera.bearings import (
+from vbbench_baselines.common.bearings import (
     BORDER,
     FEET_CUT,
     HALF_WIDTH,

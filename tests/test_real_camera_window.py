@@ -10,7 +10,7 @@ from tests.rough_crowd import DT, LEVEL, drive, made_drive, photograph, problem_
 from vbbench.geometry import FloatArray
 from vbbench.sequence import Given, Odometry
 from vbbench.solving.runner import given_at
-from vbbench_baselines.joint_map.real_camera.bearings import Bearings, bearings_of
+from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking, fill

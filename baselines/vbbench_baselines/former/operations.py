@@ -18,7 +18,7 @@ class Operations(Protocol):
         """``yes`` where the condition holds, else ``no``."""
 
     def exp(self, x: Array) -> Array:
-        """e to the x."""
+        """E to the x."""
 
     def log(self, x: Array) -> Array:
         """The natural logarithm."""
@@ -39,13 +39,19 @@ class Operations(Protocol):
         """x·sigmoid(x)."""
 
     def clip(self, x: Array, low: float, high: float) -> Array:
-        """x within bounds."""
+        """X within bounds."""
 
     def direction(self, angle: Array) -> Array:
         """exp(i·angle)."""
 
     def point(self, forward: Array, left: Array) -> Array:
-        """forward + i·left."""
+        """Forward + i·left."""
+
+    def pairs(self, points: Array) -> Array:
+        """Forward and left of points [...] side by side, [..., 2]."""
+
+    def totals(self, parts: list[Array]) -> list[Array]:
+        """The sum [...] of each of the arrays [..., K]."""
 
     def stack(self, parts: list[Array]) -> Array:
         """Arrays [...] side by side, [..., N]."""
@@ -57,10 +63,10 @@ class Operations(Protocol):
         """Rows [..., K, N] and one more [..., N]."""
 
     def linear(self, x: Array, weights: Array, bias: Array) -> Array:
-        """x [..., n] times the weights [m, n] transposed, and the bias [m]."""
+        """X [..., n] times the weights [m, n] transposed, and the bias [m]."""
 
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
-        """x less its mean, over its standard deviation, times gain plus bias (layer normalisation)."""
+        """X less its mean, over its standard deviation, times gain plus bias (layer normalisation)."""
 
     def softmax(self, x: Array) -> Array:
         """Shares that sum to 1."""
@@ -73,7 +79,11 @@ class NumpyOperations:
     """The operations on NumPy arrays of float32."""
 
     where, exp, log, sqrt = staticmethod(np.where), staticmethod(np.exp), staticmethod(np.log), staticmethod(np.sqrt)
-    asinh, tanh, clip = staticmethod(np.arcsinh), staticmethod(np.tanh), staticmethod(np.clip)
+    asinh, tanh = staticmethod(np.arcsinh), staticmethod(np.tanh)
+
+    def clip(self, x: Array, low: float, high: float) -> Array:
+        """See `Operations`."""
+        return np.minimum(np.maximum(x, low), high)  # in half the time of np.clip
 
     def sigmoid(self, x: Array) -> Array:
         """See `Operations`."""
@@ -90,6 +100,14 @@ class NumpyOperations:
     def point(self, forward: Array, left: Array) -> Array:
         """See `Operations`."""
         return forward + 1j * left
+
+    def pairs(self, points: Array) -> Array:
+        """See `Operations`."""
+        return np.ascontiguousarray(points).view(points.real.dtype).reshape((*points.shape, 2))
+
+    def totals(self, parts: list[Array]) -> list[Array]:
+        """See `Operations`."""
+        return list(np.add.reduce(np.array(parts), axis=-1))
 
     def stack(self, parts: list[Array]) -> Array:
         """See `Operations`."""
@@ -114,8 +132,9 @@ class NumpyOperations:
 
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
         """See `Operations`."""
-        off = x - x.mean(axis=-1, keepdims=True)
-        off /= np.sqrt((off * off).mean(axis=-1, keepdims=True) + 1e-5)
+        size = x.shape[-1]
+        off = x - np.add.reduce(x, axis=-1, keepdims=True) / size
+        off /= np.sqrt(np.add.reduce(off * off, axis=-1, keepdims=True) / size + 1e-5)
         return off * gain + bias
 
     def softmax(self, x: Array) -> Array:

@@ -28,12 +28,13 @@ class Views(NamedTuple):
     ----------
     expected : T from the last pose, in m.
     seen : z in m.
-    ray : ρ.
+    ray, upright : ρ, and ρ̄, which turns what is along and across the ray upright.
     """
 
     expected: Array
     seen: Array
     ray: Array
+    upright: Array
 
 
 class Weighing(NamedTuple):
@@ -54,11 +55,41 @@ class Weighing(NamedTuple):
     motion: Motion
 
 
+class Measured(NamedTuple):
+    """What odometry says.
+
+    Attributes
+    ----------
+    motion : in m and rad.
+    information : [..., 3] 1/variance of forward, left and turn.
+    sure : whether it stands in place of what else is expected, and not beside it.
+    """
+
+    motion: Motion
+    information: Array
+    sure: bool
+
+
+def with_measured(
+    operations: Operations, inertia: Array, motion: Motion, measured: Measured | None
+) -> tuple[Array, Motion]:
+    """λ and x⁰ with what odometry says."""
+    if measured is None:
+        return inertia, motion
+    if measured.sure:
+        return measured.information, measured.motion
+    total = inertia + measured.information
+    share = measured.information / total
+    off = Motion(measured.motion.step - motion.step, measured.motion.turn - motion.turn)
+    step = motion.step + operations.point(share[..., 0] * off.step.real, share[..., 1] * off.step.imag)
+    return total, Motion(step, motion.turn + share[..., 2] * off.turn)
+
+
 def view(operations: Operations, views: Views, motion: Motion) -> tuple[Array, Array]:
     """q, and r: where people are seen, and how far off along and across the ray; complex [..., K] in m."""
     turned = operations.direction(-motion.turn)[..., None]
     places = (views.expected - motion.step[..., None]) * turned
-    return places, (views.seen - places) * views.ray.conj()
+    return places, (views.seen - places) * views.upright
 
 
 def fit(
@@ -68,24 +99,11 @@ def fit(
     variances = motion.turn, motion.turn, motion.turn
     inertia = [weighing.inertia[..., number] for number in range(3)]
     for _ in range(times):
-        places, off = view(operations, views, motion)
-        off = off - weighing.offset
-        ahead = views.ray * operations.direction(motion.turn)[..., None]
-        swing = places * views.ray.conj()
-        ux, uy, along, across = ahead.real, ahead.imag, -swing.imag, swing.real
-        wa, wc = weighing.along, weighing.across
-        wax, way, wcx, wcy = wa * ux, wa * uy, wc * ux, wc * uy
-        a = (wax * ux + wcy * uy).sum(-1) + inertia[0]
-        b = (wax * uy - wcy * ux).sum(-1)
-        c = (wax * along - wcy * across).sum(-1)
-        d = (way * uy + wcx * ux).sum(-1) + inertia[1]
-        e = (way * along + wcx * across).sum(-1)
-        f = (wa * along * along + wc * across * across).sum(-1) + inertia[2]
+        a, b, c, d, e, f, gx, gy, gt = _normal_equations(operations, views, weighing, motion)
         drift = motion.step - weighing.motion.step
-        gx = (wax * off.real - wcy * off.imag).sum(-1) + inertia[0] * drift.real
-        gy = (way * off.real + wcx * off.imag).sum(-1) + inertia[1] * drift.imag
-        gt = (wa * along * off.real + wc * across * off.imag).sum(-1)
+        gx, gy = gx + inertia[0] * drift.real, gy + inertia[1] * drift.imag
         gt = gt + inertia[2] * (motion.turn - weighing.motion.turn)
+        a, d, f = a + inertia[0], d + inertia[1], f + inertia[2]
         xx, xy, xt, yy, yt, tt = (
             d * f - e * e,
             c * e - b * f,
@@ -99,3 +117,29 @@ def fit(
         motion = Motion(motion.step - step, motion.turn - (xt * gx + yt * gy + tt * gt) * scale)
         variances = xx * scale, yy * scale, tt * scale
     return motion, variances
+
+
+def _normal_equations(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
+    """The upper half of Σ JᵀwJ by rows, and Σ Jᵀwr, over people: nine sums [...]."""
+    turned = operations.direction(-motion.turn)[..., None]
+    places = (views.expected - motion.step[..., None]) * turned
+    off = (views.seen - places) * views.upright - weighing.offset
+    ahead = views.ray * turned.conj()
+    swing = places * views.upright
+    ux, uy, along, across = ahead.real, ahead.imag, -swing.imag, swing.real
+    wa, wc = weighing.along, weighing.across
+    wax, way, wcx, wcy = wa * ux, wa * uy, wc * ux, wc * uy
+    wal, wcr = wa * along, wc * across
+    return operations.totals(
+        [
+            wax * ux + wcy * uy,
+            wax * uy - wcy * ux,
+            wax * along - wcy * across,
+            way * uy + wcx * ux,
+            way * along + wcx * across,
+            wal * along + wcr * across,
+            wax * off.real - wcy * off.imag,
+            way * off.real + wcx * off.imag,
+            wal * off.real + wcr * off.imag,
+        ]
+    )

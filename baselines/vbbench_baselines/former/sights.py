@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from vbbench.geometry import FloatArray
 from vbbench.solver import Problem
+from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, bearings_of
 from vbbench_baselines.former.operations import Array, Operations
-from vbbench_baselines.joint_map.real_camera.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, bearings_of
 
 LOWEST, HIGHEST = -1.6, 4.8
 """ln of the nearest and farthest distance in m that is believed."""

@@ -20,6 +20,14 @@ class TensorOperations:
         """See `Operations`."""
         return torch.complex(torch.cos(angle), torch.sin(angle))
 
+    def pairs(self, points: Array) -> Array:
+        """See `Operations`."""
+        return torch.stack([points.real, points.imag], -1)
+
+    def totals(self, parts: list[Array]) -> list[Array]:
+        """See `Operations`."""
+        return [part.sum(-1) for part in parts]
+
     def stack(self, parts: list[Array]) -> Array:
         """See `Operations`."""
         return torch.stack(parts, -1)

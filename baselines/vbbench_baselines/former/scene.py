@@ -1,0 +1,135 @@
+"""A frame before its pose is fitted: where everybody is expected, where boxes show them, and how surely.
+
+A plain robust fit of it tells roughly how the observer moved, before the network looks.
+"""
+
+from typing import NamedTuple
+
+from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.operations import Array, Operations
+from vbbench_baselines.former.pose_fit import Measured, Motion, Views, Weighing, fit, view, with_measured
+from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights
+from vbbench_baselines.former.state import State, Walkers
+from vbbench_baselines.former.walking import Walks, taken_in
+
+STRIDE, WALK, EXACT = 0.4, 0.15, 0.01
+"""In m/s, what an error is measured by, and how far people stray from a straight walk; in m, how far those given do."""
+OWN_WALK, OWN_TURN = 0.3, 1.5
+"""In m/s and rad/s: how far the observer strays."""
+
+
+class Told(NamedTuple):
+    """What is given of a frame, from the last pose.
+
+    Attributes
+    ----------
+    places, placed : where people are, [..., K] in m (complex), and 1 where that is given.
+    motion, moved : the observer's, and 1 [...] where it is.
+    measured : what odometry says of the motion; ``None`` if nothing.
+    """
+
+    places: Array
+    placed: Array
+    motion: Motion
+    moved: Array
+    measured: Measured | None = None
+
+
+class Scene(NamedTuple):
+    """What is known of a frame.
+
+    Attributes
+    ----------
+    sights, told, dt, spread : as given to `foresee`.
+    walks : of people and observer, up to now.
+    given : [..., K] whose place is given.
+    known : [..., K] 1 for people who are seen where somebody is expected.
+    distance, distance_std : [..., K] ln of the distance in m by height and feet together, and its standard deviation.
+    views : what is expected, and what is seen.
+    box_along, box_across : [..., K] standard deviations in m of boxes along and across their rays.
+    along, across : [..., K] variances in m² of boxes and walks together.
+    expected, inertia : the observer's motion, and the information [..., 3] on it.
+    scale : [..., 1] in m, what an error is measured by.
+    """
+
+    sights: Sights
+    told: Told
+    dt: Array
+    spread: Array
+    walks: Walks
+    given: Array
+    known: Array
+    distance: Array
+    distance_std: Array
+    views: Views
+    box_along: Array
+    box_across: Array
+    along: Array
+    across: Array
+    expected: Motion
+    inertia: Array
+    scale: Array
+
+    def or_given(self, operations: Operations, motion: Motion) -> Motion:
+        """The motion, or the one that is given."""
+        where, told, given = operations.where, self.told.motion, self.told.moved > 0.5
+        return Motion(where(given, told.step, motion.step), where(given, told.turn, motion.turn))
+
+
+def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> Scene:
+    """What is known of a frame that comes ``dt`` [...] s after ``state``; see `network.Birdifier.advance`."""
+    xp, people, walks = network.operations, state.people, taken_in(network, state, dt)
+    own, given = walks.own, told.placed > 0.5
+    distance, std = _distance(xp, people._replace(offsets=walks.offsets), sights, spread)
+    reach = xp.exp(distance)
+    box_along, box_across = std * reach, sights.noise[..., 0] * reach
+    stray = xp.where(given, EXACT**2 + 0.0 * distance, (WALK * dt + EXACT)[..., None] ** 2 + 0.0 * distance)
+    walk, turn = (OWN_WALK * dt + 0.01) ** -2.0, (OWN_TURN * dt + 0.05) ** -2.0
+    return Scene(
+        sights=sights,
+        told=told,
+        dt=dt,
+        spread=spread,
+        walks=walks,
+        given=given,
+        known=xp.where((people.seen > 0.5) | given, sights.seen, 0.0 * sights.seen),
+        distance=distance,
+        distance_std=std,
+        views=Views(
+            expected=xp.where(given, told.places, people.place + walks.velocity * dt[..., None]),
+            seen=sights.ray * reach,
+            ray=sights.ray,
+            upright=sights.ray.conj(),
+        ),
+        box_along=box_along,
+        box_across=box_across,
+        along=box_along**2 + stray,
+        across=box_across**2 + stray,
+        expected=Motion(own.velocity * dt, own.turn_rate * dt),
+        inertia=xp.stack([walk, walk, turn]),
+        scale=(STRIDE * dt)[..., None],
+    )
+
+
+def rough_motion(operations: Operations, scene: Scene) -> Motion:
+    """How the observer moved by a plain fit, in which whoever is far off where they are expected counts less."""
+    views, known = scene.views, scene.known
+    inertia, expected = with_measured(operations, scene.inertia, scene.expected, scene.told.measured)
+    plain = Weighing(known / scene.along, known / scene.across, 0.0 * views.ray, inertia, expected)
+    rough, _ = fit(operations, views, plain, expected, 2)
+    _, off = view(operations, views, rough)
+    doubtful = 1.0 + 0.25 * (off.real**2 / scene.along + off.imag**2 / scene.across)
+    plain = plain._replace(along=plain.along / doubtful, across=plain.across / doubtful)
+    rough, _ = fit(operations, views, plain, rough, 1)
+    return scene.or_given(operations, rough)
+
+
+def _distance(xp: Operations, people: Walkers, sights: Sights, spread: Array) -> tuple[Array, Array]:
+    """Ln of the distance [..., K] in m by height and feet together, and its standard deviation."""
+    stature = spread[..., None] * (1.0 + people.seen) ** -0.5
+    by_height = 1.0 / (sights.noise[..., 1] ** 2 + stature**2 + 1e-5)
+    by_feet = sights.has_feet / (sights.noise[..., 2] ** 2 + 1e-5)
+    measured = by_height * (sights.by_height + people.offsets[..., 0])
+    measured = measured + by_feet * (sights.by_feet + people.offsets[..., 1])
+    total = by_height + by_feet
+    return xp.clip(measured / total, LOWEST, HIGHEST), total**-0.5
