@@ -25,7 +25,8 @@ from vbbench_baselines.former.training.crowds import make_crowds
 from vbbench_baselines.former.training.loop import Training, held_out_batches
 from vbbench_baselines.former.training.recipe import Recipe
 
-MARK, CHECKPOINT, LOG, WEIGHTS, CROWDS = "training.json", "checkpoint.pt", "log.csv", "weights.npz", "crowds"
+MARK, CHECKPOINT, LOG, CROWDS = "training.json", "checkpoint.pt", "log.csv", "crowds"
+WEIGHTS, ABOUT = "weights.npz", "weights.toml"
 HELD_OUT_PART = 0.025
 """As many sequences as the recipe says, times this, are held out."""
 
@@ -61,13 +62,12 @@ def train(
     facts = {"recipe": asdict(recipe), "seed": seed, "pure": pure, "feet": feet, "sequences": sequences, "part": part}
     out.mkdir(parents=True, exist_ok=True)
     with locked(out):
-        known = _begin(out, facts)
-        if (out / WEIGHTS).is_file() and "weights" in known:
+        _begin(out, facts)
+        if (out / ABOUT).is_file():
             return out / WEIGHTS
         folder = crowds or out / CROWDS
         learned = make_crowds(recipe, folder, recipe.seed, part=part, jobs=jobs)
-        kept = HELD_OUT_PART if part == 1.0 else max(part, HELD_OUT_PART)
-        held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=kept, jobs=jobs)
+        held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=HELD_OUT_PART, jobs=jobs)
         learned = learned if sequences is None else learned.limited(sequences)
         training = Training(recipe, learned, held_out_batches(recipe, held_out), seed, pure, feet, device)
         if (out / CHECKPOINT).is_file():
@@ -81,30 +81,32 @@ def train(
             weights = training.run(out / CHECKPOINT, tell)
         with replacing(out / WEIGHTS, ".npz") as draft:
             np.savez(draft, **weights)  # type: ignore[arg-type]
-        digest = sha256((out / WEIGHTS).read_bytes()).hexdigest()
-        result = {"weights": digest, "seconds": training.seconds, "held_out": training.look(training.mean)}
-        _write_facts(out, {**facts, **result})
+        learned_from = {"windows": training.windows, "sequences": len(learned), "seconds": round(training.seconds)}
+        results = {**learned_from, **training.look(training.mean)}
+        write_text_atomically(out / ABOUT, _about(out / WEIGHTS, facts, results))
         return out / WEIGHTS
 
 
-def _begin(out: Path, facts: dict[str, Any]) -> dict[str, Any]:
-    """What the folder says of itself; a new one gets its mark."""
+def _begin(out: Path, facts: dict[str, Any]) -> None:
+    """Mark a new folder; raise VbbenchError if it is of something else."""
     if not (out / MARK).is_file():
         if any(entry.name != ".vbbench-lock" for entry in out.iterdir()):
             raise VbbenchError(f"{out} exists and is not the folder of a training; choose another folder")
-        _write_facts(out, facts)
+        text = json.dumps({"vbbench": __version__, **facts}, indent=1, ensure_ascii=False)
+        write_text_atomically(out / MARK, text + "\n")
     known: dict[str, Any] = json.loads((out / MARK).read_text("utf-8"))
     asked = json.loads(json.dumps(facts))
     other = [name for name in asked if known.get(name) != asked[name]]
     if other:
         raise VbbenchError(f"{out} is of a training with another {', '.join(other)}; choose another folder")
-    return known
 
 
-def _write_facts(out: Path, facts: dict[str, Any]) -> None:
-    write_text_atomically(
-        out / MARK, json.dumps({"vbbench": __version__, **facts}, indent=1, ensure_ascii=False) + "\n"
-    )
+def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str:
+    """What `vbbench_baselines.former.weights` reads of weights: their SHA-256, and how they were learned."""
+    told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "feet", "part")}, **results}
+    lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}", f"pure = {json.dumps(facts['pure'])}"]
+    lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in told.items())]
+    return "\n".join(lines) + "\n"
 
 
 def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:
