@@ -6,7 +6,7 @@ from vbbench_baselines.former.scene import Scene
 from vbbench_baselines.former.state import Walkers
 
 
-def person_facts(xp: Operations, feet: bool, people: Walkers, scene: Scene, rough: Motion) -> Array:
+def person_facts(xp: Operations, people: Walkers, scene: Scene, rough: Motion) -> Array:
     """Of people: [..., K, `layers.PERSON_FACTS`] and the memory; ``rough`` is how the observer seems to have moved."""
     walks, views, sights = scene.walks, scene.views, scene.sights
     stds = xp.stack([xp.sqrt(scene.along), xp.sqrt(scene.across)])
@@ -22,7 +22,7 @@ def person_facts(xp: Operations, feet: bool, people: Walkers, scene: Scene, roug
             known * xp.join([*misses, xp.clip(off, -3.0, 3.0)]),
             ways.reshape((*ways.shape[:-2], 2 * ways.shape[-2])),
             xp.pairs(views.ray),
-            xp.stack([scene.known, scene.told.placed, *_looks(xp, feet, people, scene)]),
+            xp.stack([scene.known, scene.told.placed, *_looks(xp, people, scene)]),
             sights.cut,
             xp.log(stds + 1e-3),
             people.memory,
@@ -30,10 +30,10 @@ def person_facts(xp: Operations, feet: bool, people: Walkers, scene: Scene, roug
     )
 
 
-def _looks(xp: Operations, feet: bool, people: Walkers, scene: Scene) -> list[Array]:
+def _looks(xp: Operations, people: Walkers, scene: Scene) -> list[Array]:
     """16 facts [..., K]: of how long people are known, and of how far away boxes say they are."""
     sights, walks, none = scene.sights, scene.walks, 0.0 * scene.distance
-    by_height, by_feet = people.offsets[..., 0], people.offsets[..., 1]
+    by_height, by_feet = walks.offsets[..., 0], walks.offsets[..., 1]
     apart = xp.clip(sights.by_feet + by_feet - sights.by_height - by_height, -1.0, 1.0) * sights.has_feet
     noise = xp.log(sights.noise + 1e-4)
     return [
@@ -45,11 +45,11 @@ def _looks(xp: Operations, feet: bool, people: Walkers, scene: Scene) -> list[Ar
         scene.distance,
         noise[..., 0],
         noise[..., 1],
-        noise[..., 2] if feet else none,
-        3.0 * scene.distance_std,
-        5.0 * apart if feet else none,
+        noise[..., 2],
+        xp.log(scene.distance_std + 1e-3),
+        5.0 * apart,
         5.0 * by_height,
-        5.0 * by_feet if feet else none,
+        5.0 * by_feet,
         sights.has_feet,
         xp.log(scene.dt)[..., None] + none,
         10.0 * scene.spread[..., None] + none,

@@ -11,7 +11,7 @@ from vbbench_baselines.former.state import DOUBT, MEMORY, TRACES
 Weights = Mapping[str, Array]
 WIDTH, HEADS, HIDDEN, BLOCKS = 48, 3, 96, 2
 """Numbers of each person in attention, its heads, numbers between, and how often people attend to one another."""
-WALK_FACTS, EGO_FACTS, PERSON_FACTS, OBSERVER_FACTS = 12, 9, 45, 29
+WALK_FACTS, EGO_FACTS, PERSON_FACTS, OBSERVER_FACTS = 14, 9, 45, 29
 """Numbers that the network is told of a walk, of the observer's, of a person seen, and of the observer."""
 
 
@@ -87,7 +87,7 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
     def normalisation(name: str) -> None:
         found.update({f"{name}.gain": (WIDTH,), f"{name}.bias": (WIDTH,)})
 
-    perceptron("walk", WALK_FACTS + MEMORY, WIDTH, 2 + 2 * TRACES)
+    perceptron("walk", WALK_FACTS + MEMORY, WIDTH, 4 + 2 * TRACES)
     perceptron("own_walk", EGO_FACTS + MEMORY, 32, 3 + 2 * TRACES)
     perceptron("person", PERSON_FACTS + MEMORY, WIDTH, WIDTH)
     perceptron("observer", OBSERVER_FACTS + MEMORY, WIDTH, WIDTH)
@@ -103,7 +103,7 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
     linear("own_trust", WIDTH, 9 if pure else 6)
     linear("look_again", WIDTH + 8, WIDTH)
     linear("together", 2 * WIDTH, WIDTH)
-    linear("trust_again", WIDTH, 8)
+    linear("trust_again", WIDTH, 6)
     memory("memory", WIDTH + 4, MEMORY)
     memory("own_memory", WIDTH + 6, MEMORY)
     linear("doubt", WIDTH + MEMORY, 32)
@@ -123,9 +123,9 @@ def first_weights(rng: np.random.Generator, pure: bool) -> dict[str, FloatArray]
             made[name] = np.ones(shape) if name.endswith(".gain") else np.zeros(shape)
     for name in ("trust", "own_trust", "trust_again", "walk.out", "own_walk.out", "pose_spread", "place_spread.out"):
         made[f"{name}.weights"] *= 0.2
-    for name, gains in (("walk", 2), ("own_walk", 3)):
+    for name, gains in (("walk", 4), ("own_walk", 3)):
         made[f"{name}.out.bias"][:gains] = -0.5
         made[f"{name}.out.bias"][gains : gains + TRACES] = np.linspace(1.0, 3.0, TRACES)
-    made["trust_again.bias"][4:6], made["trust_again.bias"][6:8] = 1.0, -1.5
+    made["trust_again.bias"][4:6] = 1.0
     made["pose_spread.bias"][:] = made["place_spread.out.bias"][:] = -1.0
     return made

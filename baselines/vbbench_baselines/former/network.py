@@ -20,7 +20,7 @@ from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
 from vbbench_baselines.former.remembering import Found, memories, spreads, state_after
 from vbbench_baselines.former.scene import Scene, Told, foresee, rough_motion
-from vbbench_baselines.former.sights import Sights
+from vbbench_baselines.former.sights import Sights, without_feet
 from vbbench_baselines.former.state import State
 
 __all__ = ["Answer", "Birdifier", "Told"]
@@ -65,7 +65,8 @@ class Birdifier:
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
         """The state after a frame of ``dt`` [...] s, and the answer; ``spread`` [...] of heights as a share of the mean."""
         network = self.network
-        scene = foresee(network, self.feet, state, sights, told, dt, spread)
+        sights = sights if self.feet else without_feet(network.operations, sights)
+        scene = foresee(network, state, sights, told, dt, spread)
         rough = rough_motion(network.operations, scene)
         rows, own_row = self._attend(state, scene, rough)
         weighing, motion = self._first_pose(scene, rough, self.network.linear("trust", rows), own_row)
@@ -77,7 +78,7 @@ class Birdifier:
     def _attend(self, state: State, scene: Scene, rough: Motion) -> tuple[Array, Array]:
         """Step 3: what the network thinks of people [..., K, `WIDTH`] and of the observer [..., `WIDTH`]."""
         xp, network, seen = self.network.operations, self.network, scene.sights.seen
-        rows = network.perceptron("person", person_facts(xp, self.feet, state.people, scene, rough))
+        rows = network.perceptron("person", person_facts(xp, state.people, scene, rough))
         own_row = network.perceptron("observer", observer_facts(xp, scene, rough, scene.known.sum(-1)))
         hidden = xp.join([(seen - 1.0) * FAR, 0.0 * scene.dt[..., None]])
         rows = network.attend(xp.append_row(rows, own_row), hidden)
@@ -126,10 +127,9 @@ class Birdifier:
             motion, variances = fit(xp, scene.views, weighing, motion, 2)
             uncertain = xp.log(xp.stack(list(variances)) + 1e-9)
         motion = scene.or_given(xp, motion)
-        gains = xp.sigmoid(trust[..., 4:8])
-        places, off = self._places(scene, motion, offset, gains)
+        places, off = self._places(scene, motion, offset, xp.sigmoid(trust[..., 4:6]))
         kept = xp.sqrt(places.real**2 + places.imag**2 + 1e-4)
-        return Found(motion, places, kept, off, offset, gains[..., 2:4], again, own_row, uncertain)
+        return Found(motion, places, kept, off, offset, again, own_row, uncertain)
 
     def _look_again(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array) -> Array:
         """What the network thinks of people [..., K, `WIDTH`] now that there is a pose, and of all of them together."""

@@ -18,7 +18,7 @@ class Operations(Protocol):
         """``yes`` where the condition holds, else ``no``."""
 
     def exp(self, x: Array) -> Array:
-        """e to the x."""
+        """E to the x."""
 
     def log(self, x: Array) -> Array:
         """The natural logarithm."""
@@ -39,13 +39,13 @@ class Operations(Protocol):
         """x·sigmoid(x)."""
 
     def clip(self, x: Array, low: float, high: float) -> Array:
-        """x within bounds."""
+        """X within bounds."""
 
     def direction(self, angle: Array) -> Array:
         """exp(i·angle)."""
 
     def point(self, forward: Array, left: Array) -> Array:
-        """forward + i·left."""
+        """Forward + i·left."""
 
     def pairs(self, points: Array) -> Array:
         """Forward and left of points [...] side by side, [..., 2]."""
@@ -63,10 +63,10 @@ class Operations(Protocol):
         """Rows [..., K, N] and one more [..., N]."""
 
     def linear(self, x: Array, weights: Array, bias: Array) -> Array:
-        """x [..., n] times the weights [m, n] transposed, and the bias [m]."""
+        """X [..., n] times the weights [m, n] transposed, and the bias [m]."""
 
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
-        """x less its mean, over its standard deviation, times gain plus bias (layer normalisation)."""
+        """X less its mean, over its standard deviation, times gain plus bias (layer normalisation)."""
 
     def softmax(self, x: Array) -> Array:
         """Shares that sum to 1."""

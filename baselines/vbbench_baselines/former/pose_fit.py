@@ -104,7 +104,14 @@ def fit(
         gx, gy = gx + inertia[0] * drift.real, gy + inertia[1] * drift.imag
         gt = gt + inertia[2] * (motion.turn - weighing.motion.turn)
         a, d, f = a + inertia[0], d + inertia[1], f + inertia[2]
-        xx, xy, xt, yy, yt, tt = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
+        xx, xy, xt, yy, yt, tt = (
+            d * f - e * e,
+            c * e - b * f,
+            b * e - c * d,
+            a * f - c * c,
+            b * c - a * e,
+            a * d - b * b,
+        )
         scale = 1.0 / (a * xx + b * xy + c * xt)
         step = operations.point((xx * gx + xy * gy + xt * gt) * scale, (xy * gx + yy * gy + yt * gt) * scale)
         motion = Motion(motion.step - step, motion.turn - (xt * gx + yt * gy + tt * gt) * scale)

@@ -19,7 +19,6 @@ class Found(NamedTuple):
     kept : [..., K] their distances in m.
     off, offset : [..., K] in m, along and across rays: where boxes show people, and where the network expects them,
         beside where their walks lead.
-    gains : [..., K, 2] shares of what box distances were wrong by that are believed to be people's heights and feet.
     thoughts, own_thought : [..., K, N] and [..., N] what the network made of people and observer.
     uncertain : [..., 3] ln of the fit's variances.
     """
@@ -29,7 +28,6 @@ class Found(NamedTuple):
     kept: Array
     off: Array
     offset: Array
-    gains: Array
     thoughts: Array
     own_thought: Array
     uncertain: Array
@@ -58,7 +56,7 @@ def memories(network: Network, state: State, scene: Scene, found: Found) -> Memo
 
 
 def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple[Array, Array]:
-    """ln of the standard deviations of the pose [..., 3] and of places [..., K, 2]; teaches nothing but itself."""
+    """Ln of the standard deviations of the pose [..., 3] and of places [..., K, 2]; teaches nothing but itself."""
     xp, thoughts = network.operations, found.thoughts
     facts = [
         xp.detach(thoughts),
@@ -77,22 +75,22 @@ def state_after(network: Network, state: State, scene: Scene, found: Found, memo
 
 def _people(network: Network, state: State, scene: Scene, found: Found, memory: Memories, back: Array) -> Walkers:
     xp, people, walks, sights = network.operations, state.people, scene.walks, scene.sights
-    far = xp.log(found.kept)
-    wrong = xp.stack([far - sights.by_height, (far - sights.by_feet) * sights.has_feet])
-    shares = found.gains * sights.seen[..., None]
     return Walkers(
         place=found.places,
         place_before=(people.place - found.motion.step[..., None]) * back[..., None],
         velocity=walks.velocity * back[..., None],
         traces=walks.traces * back[..., None, None],
         memory=memory.people,
-        offsets=people.offsets + shares * (xp.clip(wrong, -0.5, 0.5) - people.offsets),
+        offsets=walks.offsets,
         seen=people.seen + sights.seen,
         away=(people.away + scene.dt[..., None]) * (1.0 - sights.seen),
         shown=sights.seen,
         traceable=xp.where(people.seen > 0.5, 1.0 + 0.0 * found.kept, 0.0 * found.kept),
         exact=scene.told.placed * sights.seen,
         exact_before=people.exact,
+        by_height=sights.by_height,
+        by_feet=sights.by_feet,
+        has_feet=sights.has_feet,
     )
 
 

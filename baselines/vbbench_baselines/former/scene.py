@@ -76,13 +76,11 @@ class Scene(NamedTuple):
         return Motion(where(given, told.step, motion.step), where(given, told.turn, motion.turn))
 
 
-def foresee(
-    network: Network, feet: bool, state: State, sights: Sights, told: Told, dt: Array, spread: Array
-) -> Scene:
+def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> Scene:
     """What is known of a frame that comes ``dt`` [...] s after ``state``; see `network.Birdifier.advance`."""
     xp, people, walks = network.operations, state.people, taken_in(network, state, dt)
     own, given = walks.own, told.placed > 0.5
-    distance, std = _distance(xp, feet, people, sights, spread)
+    distance, std = _distance(xp, people._replace(offsets=walks.offsets), sights, spread)
     reach = xp.exp(distance)
     box_along, box_across = std * reach, sights.noise[..., 0] * reach
     stray = xp.where(given, EXACT**2 + 0.0 * distance, (WALK * dt + EXACT)[..., None] ** 2 + 0.0 * distance)
@@ -126,13 +124,11 @@ def rough_motion(operations: Operations, scene: Scene) -> Motion:
     return scene.or_given(operations, rough)
 
 
-def _distance(
-    xp: Operations, feet: bool, people: Walkers, sights: Sights, spread: Array
-) -> tuple[Array, Array]:
-    """ln of the distance [..., K] in m by height and feet together, and its standard deviation."""
+def _distance(xp: Operations, people: Walkers, sights: Sights, spread: Array) -> tuple[Array, Array]:
+    """Ln of the distance [..., K] in m by height and feet together, and its standard deviation."""
     stature = spread[..., None] * (1.0 + people.seen) ** -0.5
     by_height = 1.0 / (sights.noise[..., 1] ** 2 + stature**2 + 1e-5)
-    by_feet = (sights.has_feet if feet else 0.0 * by_height) / (sights.noise[..., 2] ** 2 + 1e-5)
+    by_feet = sights.has_feet / (sights.noise[..., 2] ** 2 + 1e-5)
     measured = by_height * (sights.by_height + people.offsets[..., 0])
     measured = measured + by_feet * (sights.by_feet + people.offsets[..., 1])
     total = by_height + by_feet

@@ -25,6 +25,7 @@ class Walkers(NamedTuple):
     away : for how many s not.
     shown, traceable : 1 if the last frame showed them, and if there was a place before that.
     exact, exact_before : 1 if place and place before were given.
+    by_height, by_feet, has_feet : what the last frame's boxes told, see `vbbench_baselines.former.sights.Sights`.
     """
 
     place: Array
@@ -39,6 +40,9 @@ class Walkers(NamedTuple):
     traceable: Array
     exact: Array
     exact_before: Array
+    by_height: Array
+    by_feet: Array
+    has_feet: Array
 
 
 class Observer(NamedTuple):
@@ -88,6 +92,9 @@ def nothing_seen(numbers: Callable[..., Array], points: Callable[..., Array], pe
         traceable=numbers(k),
         exact=numbers(k),
         exact_before=numbers(k),
+        by_height=numbers(k),
+        by_feet=numbers(k),
+        has_feet=numbers(k),
     )
     observer = Observer(
         step=points(),

@@ -17,6 +17,7 @@ class Walks(NamedTuple):
     Attributes
     ----------
     velocity, traces : of people, [..., K] and [..., K, `TRACES`] in m/s, complex.
+    offsets : of people, [..., K, 2], see `vbbench_baselines.former.state.Walkers`.
     begins : [..., K] 1 where a walk has just begun.
     own : the observer, with velocity, turn rate and traces renewed.
     surprise : [..., 3] what was not expected of the observer.
@@ -25,6 +26,7 @@ class Walks(NamedTuple):
 
     velocity: Array
     traces: Array
+    offsets: Array
     begins: Array
     own: Observer
     surprise: Array
@@ -36,8 +38,8 @@ def taken_in(network: Network, state: State, dt: Array) -> Walks:
     return Walks(*_people(network, state.people, dt), *_observer(network, state.observer, dt))
 
 
-def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array, Array]:
-    """Velocities, traces, and who begins."""
+def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array, Array, Array]:
+    """Velocities, traces, offsets, and who begins."""
     xp = network.operations
     kept = xp.sqrt(people.place.real**2 + people.place.imag**2 + 1e-4)
     toward = people.place / kept
@@ -47,16 +49,20 @@ def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array,
     off, pace = strange * back, people.velocity * back
     begins = xp.where(people.seen < 2.5, fresh, 0.0 * fresh)
     offs = xp.pairs(off)
+    told = xp.stack([people.by_height, people.by_feet])
+    farther = xp.clip(xp.log(kept)[..., None] - told, -0.5, 0.5) - people.offsets
+    farther = farther * xp.stack([people.shown, people.shown * people.has_feet])
     past = [begins, people.exact, people.exact_before, xp.log(1.0 + people.seen), xp.log(kept)]
     past.append(xp.log(dt)[..., None] + 0.0 * kept)
-    facts = [xp.asinh(2.0 * offs), xp.pairs(pace), 0.3 * offs, xp.stack(past), people.memory]
+    facts = [xp.asinh(2.0 * offs), xp.pairs(pace), 0.3 * offs, 5.0 * farther, xp.stack(past), people.memory]
     told = network.perceptron("walk", xp.join(facts))
     taken = fresh[..., None]
     gains = xp.sigmoid(told[..., :2] + (4.0 * begins)[..., None]) * taken
     velocity = people.velocity + xp.point(gains[..., 0] * off.real, gains[..., 1] * off.imag) * toward
-    keep = 1.0 - taken * (1.0 - xp.sigmoid(told[..., 2 : 2 + TRACES]))
-    add = xp.tanh(told[..., 2 + TRACES :]) * taken * (1.0 - begins)[..., None]
-    return velocity, people.traces * keep + add * strange[..., None], begins
+    offsets = people.offsets + xp.sigmoid(told[..., 2:4]) * farther
+    keep = 1.0 - taken * (1.0 - xp.sigmoid(told[..., 4 : 4 + TRACES]))
+    add = xp.tanh(told[..., 4 + TRACES :]) * taken * (1.0 - begins)[..., None]
+    return velocity, people.traces * keep + add * strange[..., None], offsets, begins
 
 
 def _observer(network: Network, own: Observer, dt: Array) -> tuple[Observer, Array, Array]:

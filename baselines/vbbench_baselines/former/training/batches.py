@@ -1,0 +1,125 @@
+"""Batches of windows as tensors: what is seen, what is given under which protocol, and the truth."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from vbbench.protocol import PROTOCOLS, START_FRAMES
+from vbbench_baselines.former.sights import UNKNOWN_STD, Sights
+from vbbench_baselines.former.training.crowds import Crowds
+from vbbench_baselines.former.training.recipe import Recipe, Size
+from vbbench_baselines.former.training.windows import Window, alter, cut
+
+TRIES = 10_000
+"""Windows that are tried for a batch before giving up: some sequences are too short."""
+ONE_STEP, ROLLOUT, COLD_START = (PROTOCOLS.index(name) for name in ("one-step", "rollout", "cold-start"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """B windows of L frames and K people. The world begins at the first pose.
+
+    Parameters
+    ----------
+    sights : what boxes tell, tensors [B, L, K].
+    positions : [B, L, K] x + i·y in m.
+    place, yaw : [B, L] of the camera.
+    true, given, scored : [B, L, K] 1 where truth is known, where it is given in that frame, where it counts.
+    protocol : [B] number of the protocol in `vbbench.protocol.PROTOCOLS`.
+    dt, spread : [B], see `vbbench_baselines.former.training.crowds.Watched`.
+    """
+
+    sights: Sights
+    positions: torch.Tensor
+    place: torch.Tensor
+    yaw: torch.Tensor
+    true: torch.Tensor
+    given: torch.Tensor
+    scored: torch.Tensor
+    protocol: torch.Tensor
+    dt: torch.Tensor
+    spread: torch.Tensor
+
+    def to(self, device: str) -> "Batch":
+        """The same on another device."""
+        others = {name: values.to(device) for name, values in vars(self).items() if name != "sights"}
+        return Batch(sights=Sights(*(values.to(device) for values in self.sights)), **others)
+
+
+def draw_batch(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, frames: int) -> Batch:
+    """A batch of windows, drawn anew for each step of the training."""
+    size = recipe.size[rng.choice(len(recipe.size), p=[size.share for size in recipe.size])]
+    return batch_of(rng, crowds, recipe, frames, size)
+
+
+def batch_of(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, frames: int, size: Size) -> Batch:
+    """A batch of windows of one size.
+
+    Raises
+    ------
+    ValueError
+        If no stream has sequences that long.
+    """
+    windows: list[Window] = []
+    for _ in range(TRIES):
+        stream = crowds.streams[rng.choice(len(crowds.streams), p=crowds.shares)]
+        window = cut(rng, stream[rng.integers(len(stream))], frames, size.least, size.most)
+        if window is not None:
+            window = alter(rng, window)
+            if window.seen.any():
+                windows.append(window)
+        if len(windows) == size.windows:
+            return _stacked(rng, windows, recipe)
+    raise ValueError(f"hardly any sequence of the recipe has {frames} frames; ask for shorter ones in [[phase]]")
+
+
+def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe) -> Batch:
+    shares = np.array([recipe.protocols[name] for name in PROTOCOLS])
+    protocol = rng.choice(len(PROTOCOLS), len(windows), p=shares / shares.sum())
+    people = max(window.seen.shape[1] for window in windows)
+    shown = [window.shown() for window in windows]
+    empty = {"ray": 1.0, "noise": UNKNOWN_STD}
+    sights = Sights(
+        *(
+            torch.from_numpy(_filled([getattr(one, name) for one in shown], people, empty.get(name, 0.0)))
+            for name in Sights._fields
+        )
+    )
+    place = np.stack([window.place for window in windows])
+    yaw = np.stack([window.yaw for window in windows])
+    origin, turned = place[:, :1], np.exp(-1j * yaw[:, :1])
+    positions = _filled([window.positions for window in windows], people, 0.0)
+    seen = _filled([window.seen for window in windows], people, False)
+    true = _filled([window.true for window in windows], people, False) & seen
+    early = np.cumsum(seen, axis=1) <= START_FRAMES
+    kind, late = protocol[:, None, None], np.arange(seen.shape[1])[:, None] >= START_FRAMES
+    given = early & true & (kind != COLD_START) & ~(late & ((kind == ROLLOUT) | (kind == ONE_STEP)))
+    never = early & (kind != ROLLOUT) & (kind != COLD_START)
+    return Batch(
+        sights=sights,
+        positions=_tensor((positions - origin[..., None]) * turned[..., None]),
+        place=_tensor((place - origin) * turned),
+        yaw=_tensor(yaw - yaw[:, :1]),
+        true=_tensor(true),
+        given=_tensor(given),
+        scored=_tensor(true & late & ~never),
+        protocol=torch.from_numpy(protocol),
+        dt=_tensor(np.array([window.dt for window in windows])),
+        spread=_tensor(np.array([window.spread for window in windows])),
+    )
+
+
+def _filled(values: list[NDArray[Any]], people: int, empty: float | bool) -> NDArray[Any]:
+    """Values [L, k, ...] of each window in one array [B, L, K, ...]."""
+    first = values[0]
+    made = np.full((len(values), len(first), people, *first.shape[2:]), empty, first.dtype)
+    for row, one in zip(made, values, strict=True):
+        row[:, : one.shape[1]] = one
+    return made
+
+
+def _tensor(values: NDArray[Any]) -> torch.Tensor:
+    return torch.from_numpy(values.astype(np.complex64 if np.iscomplexobj(values) else np.float32))

@@ -1,0 +1,57 @@
+"""``vbbench train vb-former``: the weights of the learned solver, or of your own, from simulated crowds."""
+
+from pathlib import Path
+
+
+def train_vb_former(
+    out: Path,
+    seed: int = 0,
+    recipe: Path | None = None,
+    pure: bool = False,
+    feet: bool = True,
+    sequences: int | None = None,
+    part: float = 1.0,
+    crowds: Path | None = None,
+    device: str = "cpu",
+    jobs: int = 1,
+) -> None:
+    """Train the solver vb-former on simulated crowds, or go on where that was stopped.
+
+    Args:
+        out: Folder of the training; ends with weights.npz.
+        seed: Of the first weights and of what is drawn from the crowds.
+        recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
+        pure: Train vb-former-pure, which tells the pose by itself and fits nothing.
+        feet: Whether it may see where feet stand.
+        sequences: Learn from only about so many of the sequences.
+        part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
+        crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
+        device: Of PyTorch, such as cuda; only on cpu are the weights the same each time.
+        jobs: Processes that make crowds; nothing depends on it.
+    """
+    import sys
+
+    from vbbench.errors import VbbenchError, needs_extra
+
+    if not 0.0 < part <= 100.0:
+        raise VbbenchError(f"--part is above 0 and at most 100, not {part:g}")
+    with needs_extra("torch", "training"):
+        from vbbench_baselines.former.training.recipe import read_recipe
+        from vbbench_baselines.former.training.run_folder import train
+    path = train(
+        out,
+        read_recipe(recipe),
+        seed=seed,
+        pure=pure,
+        feet=feet,
+        sequences=sequences,
+        part=part,
+        crowds=crowds,
+        device=device,
+        jobs=jobs,
+    )
+    sys.stderr.write(f"{path}\n")
+
+
+COMMANDS = {"vb-former": train_vb_former}
+"""What ``vbbench train`` can train."""

@@ -1,0 +1,181 @@
+"""Simulated sequences as the network sees them: made once, in parallel, and kept in files of arrays."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import accumulate
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.files.dataset import problem_of
+from vbbench.folders.replacing import replacing
+from vbbench.generation.generator import Plan
+from vbbench.generation.worlds import build_sequence
+from vbbench.parallel.parts import in_parallel, progress_bar
+from vbbench.registry import load
+from vbbench_baselines.former.sights import Sights, sights_of
+from vbbench_baselines.former.training.recipe import Recipe, Stream
+
+SHORTEST = 8
+"""Frames of the shortest sequence that is kept."""
+AT_ONCE = 100
+"""Sequences of a file at most."""
+
+
+class Watched(NamedTuple):
+    """One sequence: what the network sees, and the truth.
+
+    Attributes
+    ----------
+    positions : [T, K] true places in m, x + i·y; NaN where nobody is.
+    poses : [T, 3] true poses of the camera.
+    sights : what boxes tell, arrays [T, K].
+    dt : s per frame.
+    spread : of heights, as a share of their mean.
+    """
+
+    positions: NDArray[np.complex64]
+    poses: NDArray[np.float32]
+    sights: Sights
+    dt: float
+    spread: float
+
+
+class Chunk(NamedTuple):
+    """Sequences ``first`` to ``last`` of a stream in one scenario."""
+
+    stream: Stream
+    scenario: str
+    people: tuple[int, ...]
+    seed: int
+    first: int
+    last: int
+
+    @property
+    def plan(self) -> Plan:
+        """What makes them."""
+        options = self.stream.options(self.scenario, self.people, self.seed)
+        plan: Plan = load("generator", self.stream.split).plan(options)
+        return plan
+
+
+@dataclass(frozen=True)
+class Crowds:
+    """All sequences of a recipe.
+
+    Parameters
+    ----------
+    streams : by stream and scenario, its sequences.
+    shares : of each, how much of the training is cut out of it.
+    """
+
+    streams: tuple[tuple[Watched, ...], ...]
+    shares: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return sum(map(len, self.streams))
+
+    def limited(self, sequences: int) -> "Crowds":
+        """The first sequences of each stream, about so many in all."""
+        part = sequences / len(self)
+        kept = tuple(stream[: max(1, round(part * len(stream)))] for stream in self.streams)
+        return Crowds(kept, self.shares)
+
+
+def chunks_of(recipe: Recipe, seed: int, part: float = 1.0) -> list[Chunk]:
+    """What there is to make; ``part``: of as many sequences as the recipe says."""
+    return [
+        Chunk(stream, scenario, tuple(recipe.people[scenario]), seed, first, min(first + AT_ONCE, count))
+        for stream in recipe.stream
+        for count in [max(1, round(part * stream.sequences))]
+        for scenario in stream.scenarios
+        for first in range(0, count, AT_ONCE)
+    ]
+
+
+def files_of(chunks: list[Chunk], folder: Path) -> list[Path]:
+    """The file of each chunk: its name says what it was made by, so that trainings can share a folder."""
+    ids = {(chunk.stream.name, chunk.scenario): chunk.plan.info.id for chunk in chunks if not chunk.first}
+    return [
+        folder / f"{name}-{scenario}-{ids[name, scenario]}-{chunk.first}-{chunk.last}.npz"
+        for chunk in chunks
+        for name, scenario in [(chunk.stream.name, chunk.scenario)]
+    ]
+
+
+def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, jobs: int = 1) -> Crowds:
+    """The sequences of a recipe with a seed; those in the folder are not made again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    chunks = chunks_of(recipe, seed, part)
+    files = files_of(chunks, folder)
+    missing = [(chunk, file) for chunk, file in zip(chunks, files, strict=True) if not file.exists()]
+    with progress_bar(len(chunks), f"crowds of seed {seed}", done=len(chunks) - len(missing), unit="part") as bar:
+        for _ in in_parallel(_write, missing, jobs):
+            bar.update()
+    kept: dict[tuple[str, str], list[Watched]] = {}
+    for chunk, file in zip(chunks, files, strict=True):
+        kept.setdefault((chunk.stream.name, chunk.scenario), []).extend(_read(file))
+    shares = {stream.name: stream.share / len(stream.scenarios) for stream in recipe.stream}
+    filled = {key: tuple(watched) for key, watched in kept.items() if watched}
+    weights = np.array([shares[name] for name, _ in filled])
+    return Crowds(tuple(filled.values()), weights / weights.sum())
+
+
+def watch(chunk: Chunk) -> Iterator[Watched]:
+    """Make the sequences of a chunk."""
+    plan = chunk.plan
+    for index in range(chunk.first, chunk.last):
+        data = build_sequence(plan, index)
+        problem = problem_of(plan.info, data.sequence)
+        truth, boxes = data.truth, data.sequence.observations
+        if len(truth.poses) >= SHORTEST and boxes.shape[1]:
+            yield Watched(
+                positions=(truth.positions[..., 0] + 1j * truth.positions[..., 1]).astype(np.complex64),
+                poses=truth.poses.astype(np.float32),
+                sights=sights_of(problem, boxes),
+                dt=problem.dt,
+                spread=problem.height_std / problem.height_mean,
+            )
+
+
+def _write(chunk: Chunk, file: Path) -> None:
+    """Make a chunk and write its file, whole or not at all."""
+    watched = list(watch(chunk))
+    arrays: dict[str, NDArray[Any]] = {
+        "shapes": np.array([one.positions.shape for one in watched], np.int64).reshape(-1, 2),
+        "dt": np.array([one.dt for one in watched]),
+        "spread": np.array([one.spread for one in watched]),
+    }
+    if watched:
+        arrays["positions"] = np.concatenate([one.positions.ravel() for one in watched])
+        arrays["poses"] = np.concatenate([one.poses for one in watched])
+        for name in Sights._fields:
+            parts = [getattr(one.sights, name) for one in watched]
+            arrays[name] = np.concatenate([part.reshape(-1, *part.shape[2:]) for part in parts])
+    with replacing(file, ".npz") as draft:
+        np.savez(draft, **arrays)  # type: ignore[arg-type]
+
+
+def _read(path: Path) -> list[Watched]:
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files}
+    shapes = [tuple(shape) for shape in arrays["shapes"].tolist()]
+    cells = [0, *accumulate(frames * people for frames, people in shapes)]
+    frames = [0, *accumulate(count for count, _ in shapes)]
+    return [
+        Watched(
+            positions=arrays["positions"][cells[i] : cells[i + 1]].reshape(shape),
+            poses=arrays["poses"][frames[i] : frames[i + 1]],
+            sights=Sights(
+                *(
+                    arrays[name][cells[i] : cells[i + 1]].reshape(*shape, *arrays[name].shape[1:])
+                    for name in Sights._fields
+                )
+            ),
+            dt=float(arrays["dt"][i]),
+            spread=float(arrays["spread"][i]),
+        )
+        for i, shape in enumerate(shapes)
+    ]

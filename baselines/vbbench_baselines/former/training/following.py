@@ -1,0 +1,164 @@
+"""The network follows a batch of windows on its own estimates, and is told how far off it is.
+
+The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): metres of a sequence that went astray do not drown
+the centimetres of the others.
+"""
+
+from typing import NamedTuple
+
+import torch
+
+from vbbench.protocol import START_FRAMES
+from vbbench_baselines.former.network import Answer, Birdifier, Told
+from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.sights import Sights
+from vbbench_baselines.former.state import State, nothing_seen
+from vbbench_baselines.former.training.batches import COLD_START, ONE_STEP, Batch
+
+SHARPNESS = 4.0
+"""In 1/m: errors below 1/4 m count in full, larger ones as their logarithm."""
+RELATIVE, TURN = 0.4, 2.0
+"""What errors of people from the camera count, and a rad, beside errors of places in m."""
+MOST_WRONG = 4.0
+"""In m and rad: how far off an answer is at most, for what it says of its own spread."""
+NARROWEST, WIDEST = -7.0, 3.0
+"""Bounds of the logarithm of a spread."""
+
+
+class Errors(NamedTuple):
+    """Of the frames from the third on, tensors [B, L − 2, ...].
+
+    Attributes
+    ----------
+    people, relative : [K] in m, in the world and from the camera; ``counted`` 1 where they count.
+    place, yaw : of the camera, in m and rad; ``shown`` 1 where anybody is seen.
+    pose_surprise, place_surprise : [3] and [K, 2] squared errors over what was said of them.
+    """
+
+    people: torch.Tensor
+    relative: torch.Tensor
+    counted: torch.Tensor
+    place: torch.Tensor
+    yaw: torch.Tensor
+    shown: torch.Tensor
+    pose_surprise: torch.Tensor
+    place_surprise: torch.Tensor
+    spread_loss: torch.Tensor
+
+    @property
+    def loss(self) -> torch.Tensor:
+        """What training makes small."""
+        count = self.counted.sum(-1)
+        people = ((_compressed(self.people) + RELATIVE * _compressed(self.relative)) * self.counted).sum(-1)
+        camera = (_compressed(self.place) + TURN * _compressed(self.yaw)) * self.shown
+        return (people / (count + 1e-3) + camera).mean()
+
+
+def follow(birdifier: Birdifier, batch: Batch) -> Errors:
+    """Run through a batch of windows."""
+    size, frames, people = batch.true.shape
+    state = nothing_seen(
+        lambda *shape: batch.yaw.new_zeros((size, *shape)),
+        lambda *shape: batch.place.new_zeros((size, *shape)),
+        people,
+    )
+    place, yaw, found = batch.place[:, 0], batch.yaw[:, 0], []
+    for t in range(frames):
+        if t >= START_FRAMES:
+            state, place, yaw = _reveal(state, batch, t, place, yaw)
+        sights = Sights(*(values[:, t] for values in batch.sights))
+        state, answer = birdifier.advance(state, sights, _told(batch, t, place, yaw), batch.dt, batch.spread)
+        place, yaw = _after(place, yaw, answer.motion)
+        if t >= START_FRAMES:
+            found.append(_errors(batch, t, place, yaw, answer))
+    return Errors(*(torch.stack(values, 1) for values in zip(*found, strict=True)))
+
+
+def _told(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> Told:
+    """What is given of frame ``t``: the pose of frames 0 and 1, and people as the protocol has it."""
+    moved = torch.zeros_like(yaw) if t >= START_FRAMES else torch.ones_like(yaw)
+    if t == 1:
+        moved = (batch.protocol != COLD_START).float()
+    motion = Motion((batch.place[:, t] - place) * _turned(-yaw), _wrapped(batch.yaw[:, t] - yaw))
+    places = (batch.positions[:, t] - place[:, None]) * _turned(-yaw)[:, None]
+    return Told(places, batch.given[:, t], motion, moved)
+
+
+def _reveal(
+    state: State, batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor
+) -> tuple[State, torch.Tensor, torch.Tensor]:
+    """State and pose of frame t − 1 as they are in truth, and those of t − 2, where the protocol is one-step."""
+    one = batch.protocol == ONE_STEP
+    place, yaw = torch.where(one, batch.place[:, t - 1], place), torch.where(one, batch.yaw[:, t - 1], yaw)
+    local = _turned(-yaw)[:, None]
+    people, own, exact = state.people, state.observer, torch.ones(())
+    last, before = (one[:, None] & (batch.true[:, t - back] > 0.5) for back in (1, 2))
+    people = people._replace(
+        place=torch.where(last, (batch.positions[:, t - 1] - place[:, None]) * local, people.place),
+        place_before=torch.where(before, (batch.positions[:, t - 2] - place[:, None]) * local, people.place_before),
+        exact=torch.where(last, exact, people.exact),
+        exact_before=torch.where(before, exact, people.exact_before),
+    )
+    step = (batch.place[:, t - 1] - batch.place[:, t - 2]) * local[:, 0] / batch.dt
+    turn = _wrapped(batch.yaw[:, t - 1] - batch.yaw[:, t - 2]) / batch.dt
+    own = own._replace(
+        step=torch.where(one, step, own.step),
+        turn=torch.where(one, turn, own.turn),
+        told=torch.where(one, exact, own.told),
+    )
+    return State(people, own), place, yaw
+
+
+def _errors(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor, answer: Answer) -> tuple[torch.Tensor, ...]:
+    """What `Errors` has of one frame, in its order."""
+    true_place, true_yaw, true = batch.place[:, t], batch.yaw[:, t], batch.positions[:, t]
+    facing = _turned(yaw)
+    wrong = place[:, None] + answer.places * facing[:, None] - true
+    relative = answer.places - (true - true_place[:, None]) * _turned(-true_yaw)[:, None]
+    counted, shown = batch.scored[:, t], (batch.sights.seen[:, t].sum(-1) > 0).float()
+    with torch.no_grad():
+        ahead = (true_place - place) * facing.conj()
+        off = torch.stack([ahead.real, ahead.imag, _wrapped(true_yaw - yaw)], -1).clip(-MOST_WRONG, MOST_WRONG)
+        aside = -wrong * (facing[:, None] * batch.sights.ray[:, t]).conj()
+        astray = torch.stack([aside.real, aside.imag], -1).clip(-MOST_WRONG, MOST_WRONG)
+    pose_loss, pose_surprise = _likelihood(answer.pose_spread, off)
+    place_loss, place_surprise = _likelihood(answer.place_spread, astray)
+    spread_loss = pose_loss * shown + (place_loss * counted).sum(-1) / (counted.sum(-1) + 1e-3)
+    return (
+        _length(wrong),
+        _length(relative),
+        counted,
+        _length(place - true_place),
+        _wrapped(yaw - true_yaw).abs(),
+        shown,
+        pose_surprise,
+        place_surprise,
+        spread_loss,
+    )
+
+
+def _likelihood(spread: torch.Tensor, off: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """−ln of the normal density of errors, up to a constant, and their squares over the variances."""
+    spread = spread.clip(NARROWEST, WIDEST)
+    surprise = off**2 * torch.exp(-2.0 * spread)
+    return (spread + 0.5 * surprise).sum(-1), surprise.detach()
+
+
+def _after(place: torch.Tensor, yaw: torch.Tensor, motion: Motion) -> tuple[torch.Tensor, torch.Tensor]:
+    return place + motion.step * _turned(yaw), yaw + motion.turn
+
+
+def _turned(angle: torch.Tensor) -> torch.Tensor:
+    return torch.complex(torch.cos(angle), torch.sin(angle))
+
+
+def _length(vector: torch.Tensor) -> torch.Tensor:
+    return torch.sqrt(vector.real**2 + vector.imag**2 + 1e-6)
+
+
+def _wrapped(angle: torch.Tensor) -> torch.Tensor:
+    return torch.remainder(angle + torch.pi, 2.0 * torch.pi) - torch.pi
+
+
+def _compressed(error: torch.Tensor) -> torch.Tensor:
+    return torch.log1p(SHARPNESS * error) / SHARPNESS

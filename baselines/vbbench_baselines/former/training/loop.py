@@ -1,0 +1,208 @@
+"""The training: batch after batch, with checkpoints from which it goes on, and weights averaged over its last part."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from vbbench.folders.replacing import replacing
+from vbbench.protocol import PROTOCOLS
+from vbbench_baselines.former.layers import Network, first_weights
+from vbbench_baselines.former.network import Birdifier
+from vbbench_baselines.former.training.batches import Batch, batch_of, draw_batch
+from vbbench_baselines.former.training.crowds import Crowds
+from vbbench_baselines.former.training.following import Errors, follow
+from vbbench_baselines.former.training.recipe import Recipe
+from vbbench_baselines.former.training.tensors import TensorOperations
+
+SPREAD_WEIGHT = 0.03
+"""What the likelihood of the spreads counts beside the errors."""
+LONGEST_GRADIENT = 1.0
+"""Longer gradients are cut to this length."""
+LEAST_RATE, WARM_UP = 0.03, 50
+"""Of the learning rate, what is left at the end, and over how many batches it rises."""
+DECAY = 1e-4
+"""By how much weights shrink (AdamW)."""
+CHECK_EVERY = 100
+"""Batches from one look at the held-out windows, and one checkpoint, to the next."""
+SPREAD_LAYERS = ("doubt", "pose_spread", "place_spread")
+"""The layers that say how sure an answer is: errors teach them nothing, and they do not change answers."""
+CAPPED, ASTRAY = 2.0, 1.0
+"""In m: what a window counts at most, and from where on it has failed."""
+
+Arrays = dict[str, NDArray[np.float32]]
+
+
+@dataclass
+class Training:
+    """A training and how far it is.
+
+    Parameters
+    ----------
+    recipe, crowds, held_out : what is learned, from what, and the batches by which one looks how far it is.
+    seed : of the first weights and of the windows.
+    pure, feet : see `vbbench_baselines.former.network.Birdifier`.
+    device : of PyTorch, such as ``cuda``. Only on ``cpu`` are weights the same each time.
+    """
+
+    recipe: Recipe
+    crowds: Crowds
+    held_out: tuple[Batch, ...]
+    seed: int
+    pure: bool = False
+    feet: bool = True
+    device: str = "cpu"
+    batches: int = 0
+    windows: int = 0
+    averaged: int = 0
+    seconds: float = 0.0
+    log: list[dict[str, Any]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        torch.set_num_threads(1)
+        first = first_weights(np.random.default_rng(self.seed), self.pure)
+        self.weights = {
+            name: torch.nn.Parameter(torch.from_numpy(values.astype(np.float32)).to(self.device))
+            for name, values in first.items()
+        }
+        self.mean = {name: torch.zeros_like(values) for name, values in self.weights.items()}
+        self._spreads = [values for name, values in self.weights.items() if name.startswith(SPREAD_LAYERS)]
+        self._others = [values for name, values in self.weights.items() if not name.startswith(SPREAD_LAYERS)]
+        self._optimiser = torch.optim.AdamW(
+            [
+                {"params": [values for values in self.weights.values() if values.ndim > 1], "weight_decay": DECAY},
+                {"params": [values for values in self.weights.values() if values.ndim == 1], "weight_decay": 0.0},
+            ],
+            lr=self.recipe.rate,
+            betas=(0.9, 0.98),
+        )
+
+    def run(self, checkpoint: Path, tell: Callable[[dict[str, Any]], None]) -> Arrays:
+        """Train to the end, with a checkpoint now and then; the weights, averaged over the last part."""
+        while self.windows < self.recipe.windows:
+            started = process_time()
+            errors = self._learn()
+            self.seconds += process_time() - started
+            if self.batches % CHECK_EVERY == 0 or self.windows >= self.recipe.windows:
+                self.log.append({**self._progress(errors), **self.look(self.weights)})
+                self.save(checkpoint)
+                tell(self.log[-1])
+        return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
+
+    def look(self, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
+        """How these weights do on the held-out windows: capped means in m by protocol, and how sure they are."""
+        with torch.no_grad():
+            batches = [batch.to(self.device) for batch in self.held_out]
+            return summary([(batch, follow(self._birdifier(weights), batch)) for batch in batches])
+
+    def _learn(self) -> Errors:
+        """One batch; its windows follow from seed and number alone."""
+        rng = np.random.default_rng([self.recipe.seed, self.seed, self.batches])
+        batch = draw_batch(rng, self.crowds, self.recipe, self._frames()).to(self.device)
+        for group in self._optimiser.param_groups:
+            group["lr"] = self._rate()
+        errors = follow(self._birdifier(self.weights), batch)
+        self._optimiser.zero_grad()
+        (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()
+        torch.nn.utils.clip_grad_norm_(self._spreads, LONGEST_GRADIENT)
+        if torch.isfinite(torch.nn.utils.clip_grad_norm_(self._others, LONGEST_GRADIENT)):
+            self._optimiser.step()
+        self.batches += 1
+        self.windows += len(batch.dt)
+        if self.windows > (1.0 - self.recipe.averaged) * self.recipe.windows:
+            self.averaged += 1
+            with torch.no_grad():
+                for name, values in self.weights.items():
+                    self.mean[name] += (values - self.mean[name]) / self.averaged
+        return errors
+
+    def _birdifier(self, weights: Mapping[str, torch.Tensor]) -> Birdifier:
+        return Birdifier(Network(TensorOperations(), weights), pure=self.pure, feet=self.feet)
+
+    @property
+    def _part(self) -> float:
+        return self.windows / self.recipe.windows
+
+    def _rate(self) -> float:
+        """The learning rate: it rises quickly, stays, and falls as a cosine."""
+        begun = max(0.0, self._part - self.recipe.decay) / (1.0 - self.recipe.decay)
+        falling = LEAST_RATE + (1.0 - LEAST_RATE) * 0.5 * (1.0 + np.cos(np.pi * begun))
+        return float(self.recipe.rate * min(1.0, (1 + self.batches) / WARM_UP) * falling)
+
+    def _frames(self) -> int:
+        ends = np.cumsum([phase.share for phase in self.recipe.phase])
+        phase = min(int(np.searchsorted(ends / ends[-1], self._part, side="right")), len(ends) - 1)
+        return self.recipe.phase[phase].frames
+
+    def _progress(self, errors: Errors) -> dict[str, Any]:
+        return {
+            "batches": self.batches,
+            "windows": self.windows,
+            "seconds": round(self.seconds, 1),
+            "frames": self._frames(),
+            "rate": self._rate(),
+            "loss": float(errors.loss.detach()),
+        }
+
+    def save(self, checkpoint: Path) -> None:
+        """Write all that is needed to go on, whole or not at all."""
+        state = {
+            "facts": json.dumps([self.batches, self.windows, self.averaged, self.seconds, self.log]),
+            "weights": dict(self.weights),
+            "mean": self.mean,
+            "optimiser": self._optimiser.state_dict(),
+        }
+        with replacing(checkpoint) as draft:
+            torch.save(state, draft)
+
+    def resume(self, checkpoint: Path) -> None:
+        """Go on from a checkpoint."""
+        state = torch.load(checkpoint, weights_only=True, map_location=self.device)
+        self.batches, self.windows, self.averaged, self.seconds, self.log = json.loads(state["facts"])
+        with torch.no_grad():
+            for name, values in self.weights.items():
+                values.copy_(state["weights"][name])
+        self.mean = state["mean"]
+        self._optimiser.load_state_dict(state["optimiser"])
+
+
+def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
+    """Windows of crowds that are not trained on, of each size, as long as the last ones of the training."""
+    rng = np.random.default_rng([recipe.held_out_seed, 0])
+    frames = recipe.phase[-1].frames
+    return tuple(
+        batch_of(rng, crowds, recipe, frames, type(size)(**{**vars(size), "windows": recipe.held_out}))
+        for size in recipe.size
+    )
+
+
+def summary(followed: list[tuple[Batch, Errors]]) -> dict[str, Any]:
+    """Capped means in m by protocol of people and camera, what share fails, and squared errors over their variances."""
+    protocol = torch.cat([batch.protocol for batch, _ in followed])
+    people = torch.cat([_means(errors.people, errors.counted) for _, errors in followed])
+    camera = torch.cat([_means(errors.place, errors.shown) for _, errors in followed])
+    found: dict[str, Any] = {}
+    for number, name in enumerate(PROTOCOLS):
+        chosen = protocol == number
+        if chosen.any():
+            counted = people[chosen & ~people.isnan()]
+            found[f"{name} people"] = round(float(counted.clip(max=CAPPED).mean()), 4)
+            found[f"{name} camera"] = round(float(camera[chosen].nan_to_num().clip(max=CAPPED).mean()), 4)
+            found[f"{name} failed"] = round(float((camera[chosen] > ASTRAY).float().mean()), 4)
+    surprise = [errors.pose_surprise[errors.shown > 0.5].mean() for _, errors in followed]
+    found["pose surprise"] = round(float(torch.stack(surprise).mean()), 3)
+    surprise = [errors.place_surprise[errors.counted > 0.5].mean() for _, errors in followed]
+    found["place surprise"] = round(float(torch.stack(surprise).mean()), 3)
+    return found
+
+
+def _means(values: torch.Tensor, counted: torch.Tensor) -> torch.Tensor:
+    """[B] means over frames and people that count; NaN where none does."""
+    axes = tuple(range(1, values.ndim))
+    return (values * counted).sum(axes) / counted.sum(axes)

@@ -1,0 +1,135 @@
+"""What the network is trained on, and how: a file that anybody can change."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from vbbench.camera import make_camera
+from vbbench.generation.generator import Look, Observer, Options, Simulation
+from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.toml_text import read_bundled, read_toml
+from vbbench.protocol import PROTOCOLS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stream:
+    """Sequences of one kind; see `vbbench.generation.generator.Options`.
+
+    Parameters
+    ----------
+    name : what the stream is called.
+    split, tier, camera, look, observer, detector : what ``vbbench generate`` is asked for.
+    scenarios : where crowds walk; the stream has ``sequences`` of each.
+    fewest : crowds of fewer people are left out.
+    share : how much of the training is cut out of this stream, beside the shares of the others.
+    """
+
+    name: str
+    split: str
+    scenarios: tuple[str, ...]
+    sequences: Annotated[int, Within(1, 10**7)]
+    share: Annotated[float, Within(0.0, 1e6)]
+    tier: str = "noisy"
+    camera: str | None = None
+    look: Look | None = None
+    observer: Observer = "walker"
+    detector: bool = True
+    fewest: Annotated[int, Within(0, 10**4)] = 0
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+    def options(self, scenario: str, people: tuple[int, ...], seed: int) -> Options:
+        """What is asked of the generator."""
+        crowd = Simulation(
+            scenario=scenario if self.split == "sim" else None,
+            people=tuple(number for number in people if number >= self.fewest),
+        )
+        return Options(
+            seed=seed,
+            tier=self.tier,
+            camera=None if self.camera is None else make_camera(self.camera),
+            look=self.look,
+            observer=self.observer,
+            detector=self.detector,
+            simulation=crowd,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Size:
+    """Windows of about as many people, which are trained on together.
+
+    Parameters
+    ----------
+    least, most : people of a window.
+    windows : in a batch.
+    share : of all batches.
+    """
+
+    least: Annotated[int, Within(1, 1000)]
+    most: Annotated[int, Within(1, 1000)]
+    windows: Annotated[int, Within(1, 10**5)]
+    share: Annotated[float, Within(0.0, 1.0)]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Phase:
+    """A part of the training: windows of ``frames`` frames, for a ``share`` of it."""
+
+    frames: Annotated[int, Within(4, 1000)]
+    share: Annotated[float, Within(0.0, 1.0)]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """All of it.
+
+    Parameters
+    ----------
+    windows : windows of frames that are learned from.
+    rate, decay : the learning rate, and from which part of the training on it falls, as a cosine.
+    averaged : the last part, whose weights are averaged.
+    seed, held_out_seed : of the crowds, and of those by which one looks how far the training is; seed 0 is the boards'.
+    held_out : windows of each size by which one looks.
+    pool : how many times as many sequences as the streams say.
+    people : numbers of people in each scenario.
+    protocols : shares of what is given.
+    stream, size, phase : see there.
+    """
+
+    windows: Annotated[int, Within(1, 10**9)]
+    rate: Annotated[float, Within(0.0, 1.0)]
+    decay: Annotated[float, Within(0.0, 1.0)]
+    averaged: Annotated[float, Within(0.0, 1.0)]
+    seed: Annotated[int, Within(2, 2**31)]
+    held_out_seed: Annotated[int, Within(1, 2**31)]
+    held_out: Annotated[int, Within(1, 10**5)]
+    people: Mapping[str, Any]
+    protocols: Mapping[str, Any]
+    stream: tuple[Stream, ...]
+    size: tuple[Size, ...]
+    phase: tuple[Phase, ...]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        for stream in self.stream:
+            for scenario in stream.scenarios:
+                if scenario not in self.people:
+                    raise ValueError(f"[people] has no '{scenario}', which the stream '{stream.name}' needs")
+        if set(self.protocols) != set(PROTOCOLS):
+            raise ValueError(f"[protocols] names the shares of {', '.join(PROTOCOLS)}, and nothing else")
+
+
+def read_recipe(path: Path | None) -> Recipe:
+    """The recipe in a file; ``None`` for the one that `vb-former` was trained by."""
+    if path is None:
+        return read_bundled("vbbench_baselines", "former/training/recipe.toml", Recipe, "recipe")
+    return read_toml(path, Recipe, "recipe")

@@ -1,0 +1,116 @@
+"""The folder of a training: it is made, goes on where it was stopped, and ends with the weights.
+
+OUT/training.json   what is trained: recipe, seed, versions; the mark of the folder
+OUT/crowds          the simulated sequences
+OUT/checkpoint.pt   from which it goes on
+OUT/log.csv         how it went
+OUT/weights.npz     the result; training.json then has its SHA-256
+"""
+
+import csv
+import json
+from dataclasses import asdict, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vbbench import __version__
+from vbbench.errors import VbbenchError
+from vbbench.folders.locks import locked
+from vbbench.folders.replacing import replacing, write_text_atomically
+from vbbench.parallel.parts import progress_bar
+from vbbench_baselines.former.training.crowds import make_crowds
+from vbbench_baselines.former.training.loop import Training, held_out_batches
+from vbbench_baselines.former.training.recipe import Recipe
+
+MARK, CHECKPOINT, LOG, CROWDS = "training.json", "checkpoint.pt", "log.csv", "crowds"
+WEIGHTS, ABOUT = "weights.npz", "weights.toml"
+HELD_OUT_PART = 0.025
+"""As many sequences as the recipe says, times this, are held out."""
+
+
+def train(
+    out: Path,
+    recipe: Recipe,
+    *,
+    seed: int = 0,
+    pure: bool = False,
+    feet: bool = True,
+    sequences: int | None = None,
+    part: float = 1.0,
+    crowds: Path | None = None,
+    device: str = "cpu",
+    jobs: int = 1,
+) -> Path:
+    """Train in the folder ``out``, or go on there; the path of the weights.
+
+    Parameters
+    ----------
+    sequences : about how many of the sequences are learned from; ``None`` for all.
+    part : how many sequences and windows there are, beside what the recipe says.
+    crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
+    device : of PyTorch, see `vbbench_baselines.former.training.loop.Training`.
+
+    Raises
+    ------
+    VbbenchError
+        If the folder is not of this training.
+    """
+    recipe = replace(recipe, windows=max(1, round(part * recipe.windows)))
+    facts = {"recipe": asdict(recipe), "seed": seed, "pure": pure, "feet": feet, "sequences": sequences, "part": part}
+    out.mkdir(parents=True, exist_ok=True)
+    with locked(out):
+        _begin(out, facts)
+        if (out / ABOUT).is_file():
+            return out / WEIGHTS
+        folder = crowds or out / CROWDS
+        learned = make_crowds(recipe, folder, recipe.seed, part=part, jobs=jobs)
+        held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=HELD_OUT_PART, jobs=jobs)
+        learned = learned if sequences is None else learned.limited(sequences)
+        training = Training(recipe, learned, held_out_batches(recipe, held_out), seed, pure, feet, device)
+        if (out / CHECKPOINT).is_file():
+            training.resume(out / CHECKPOINT)
+        with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
+
+            def tell(row: dict[str, Any]) -> None:
+                bar.update(row["windows"] - bar.n)
+                _write_log(out / LOG, training.log)
+
+            weights = training.run(out / CHECKPOINT, tell)
+        with replacing(out / WEIGHTS, ".npz") as draft:
+            np.savez(draft, **weights)  # type: ignore[arg-type]
+        learned_from = {"windows": training.windows, "sequences": len(learned), "seconds": round(training.seconds)}
+        results = {**learned_from, **training.look(training.mean)}
+        write_text_atomically(out / ABOUT, _about(out / WEIGHTS, facts, results))
+        return out / WEIGHTS
+
+
+def _begin(out: Path, facts: dict[str, Any]) -> None:
+    """Mark a new folder; raise VbbenchError if it is of something else."""
+    if not (out / MARK).is_file():
+        if any(entry.name != ".vbbench-lock" for entry in out.iterdir()):
+            raise VbbenchError(f"{out} exists and is not the folder of a training; choose another folder")
+        text = json.dumps({"vbbench": __version__, **facts}, indent=1, ensure_ascii=False)
+        write_text_atomically(out / MARK, text + "\n")
+    known: dict[str, Any] = json.loads((out / MARK).read_text("utf-8"))
+    asked = json.loads(json.dumps(facts))
+    other = [name for name in asked if known.get(name) != asked[name]]
+    if other:
+        raise VbbenchError(f"{out} is of a training with another {', '.join(other)}; choose another folder")
+
+
+def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str:
+    """What `vbbench_baselines.former.weights` reads of weights: their SHA-256, and how they were learned."""
+    told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "feet", "part")}, **results}
+    lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}", f"pure = {json.dumps(facts['pure'])}"]
+    lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in told.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:
+    with replacing(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(dict.fromkeys(name for row in rows for name in row)))
+        writer.writeheader()
+        writer.writerows(rows)

@@ -1,0 +1,88 @@
+"""Training vb-former with PyTorch: what is given, that it learns, and that it can be stopped."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.test_former_training import TINY
+from vbbench.errors import VbbenchError
+from vbbench.protocol import PROTOCOLS
+from vbbench_baselines.former.training.crowds import Crowds, make_crowds
+
+torch = pytest.importorskip("torch", reason="needs the extra torch")
+pytestmark = pytest.mark.extra
+
+from vbbench_baselines.former.training.batches import batch_of  # noqa: E402
+from vbbench_baselines.former.training.loop import Arrays, Training, held_out_batches  # noqa: E402
+from vbbench_baselines.former.training.run_folder import train  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("former") / "crowds"
+
+
+@pytest.fixture(scope="module")
+def crowds(folder: Path) -> Crowds:
+    return make_crowds(TINY, folder, TINY.seed)
+
+
+def test_what_is_given_and_counted_is_what_protocols_say(crowds: Crowds) -> None:
+    rng = np.random.default_rng(5)
+    for number, name in enumerate(PROTOCOLS):
+        recipe = replace(TINY, protocols=dict.fromkeys(PROTOCOLS, 0.0) | {name: 1.0})
+        batch = batch_of(rng, crowds, recipe, 8, TINY.size[1])
+        seen, given, scored = (values.numpy() > 0.5 for values in (batch.sights.seen, batch.given, batch.scored))
+        assert (batch.protocol.numpy() == number).all()
+        assert not (given & ~seen).any()
+        assert not (scored & given).any()
+        assert not scored[:, :2].any()
+        assert given[:, 2:].any() == (name == "sequential")
+        assert given[:, :2].any() == (name != "cold-start")
+        assert abs(batch.place.numpy()[:, 0]).max() < 1e-6
+        assert abs(batch.yaw.numpy()[:, 0]).max() < 1e-6
+
+
+def test_a_training_that_was_stopped_ends_with_the_same_weights(folder: Path, tmp_path: Path) -> None:
+    whole = train(tmp_path / "whole", TINY, crowds=folder)
+
+    def stopped(self: Training, checkpoint: Path, tell: object) -> Arrays:
+        while self.batches < 4:
+            self._learn()
+        self.save(checkpoint)
+        raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Training, "run", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            train(tmp_path / "stopped", TINY, crowds=folder)
+    again = train(tmp_path / "stopped", TINY, crowds=folder)
+    with np.load(whole) as a, np.load(again) as b:
+        assert all(np.array_equal(a[name], b[name]) for name in a.files)
+    other = train(tmp_path / "other", TINY, crowds=folder, seed=1)
+    with np.load(whole) as a, np.load(other) as b:
+        assert not np.array_equal(a["trust.weights"], b["trust.weights"])
+    log = (tmp_path / "whole" / "log.csv").read_text().splitlines()
+    assert log[0].startswith("batches,windows,")
+    assert len(log) == 2
+
+
+def test_training_learns(folder: Path, tmp_path: Path) -> None:
+    crowds = make_crowds(TINY, folder, TINY.seed)
+    recipe = replace(TINY, windows=400, protocols=dict.fromkeys(PROTOCOLS, 0.0) | {"one-step": 1.0})
+    training = Training(recipe, crowds, held_out_batches(recipe, crowds), seed=0)
+    before = training.look(training.weights)
+    training.run(tmp_path / "checkpoint.pt", lambda row: None)
+    assert training.look(training.mean)["one-step camera"] < before["one-step camera"]
+
+
+def test_a_folder_of_something_else_is_left_alone(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    with pytest.raises(VbbenchError, match="not the folder of a training"):
+        train(tmp_path / "mine", TINY, crowds=folder)
+    train(tmp_path / "run", TINY, crowds=folder)
+    with pytest.raises(VbbenchError, match="another seed"):
+        train(tmp_path / "run", TINY, crowds=folder, seed=3)
