@@ -7,7 +7,7 @@ there is turned into what it sees.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,29 +147,28 @@ class VbFormer:
         return Told(
             places=seen_from(self._pose, given.positions[2]),
             placed=there.astype(np.float32) * sights.seen,
-            motion=motion_between(self._pose, pose) if told and not unknown else _STANDING,
+            motion=_STANDING if unknown else motion_between(self._pose, pose),
             moved=np.float32(told),
             measured=None if told else measured_motion(given.odometry),
         )
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
-        """The network's answer; where it went out of its mind, that of one that has seen nothing before."""
+        """The network's answer; where that cannot be, the pose stays, boxes alone tell places, and nothing is kept."""
         with np.errstate(all="ignore"):
             state, answer = self._birdifier.advance(self._state, sights, told, self._dt, self._stature_spread)
-            if not (told.moved or self._is_sane(answer)):
-                told = told._replace(motion=_STANDING, moved=np.float32(1.0))
-                nothing = _nothing(self._people)
-                state, answer = self._birdifier.advance(nothing, sights, told, self._dt, self._stature_spread)
-                lost = np.full_like(answer.pose_spread, np.inf)
-                answer = answer._replace(pose_spread=lost)
         self._state = state
-        return answer
+        if self._is_sane(answer):
+            return answer
+        self._state = _nothing(self._people)
+        places, unsure = sights.ray * np.exp(sights.by_height), np.full((self._people + 2, 2), np.inf)
+        return Answer(told.motion, told.motion, places, unsure.ravel()[:3], unsure[2:])
 
     def _is_sane(self, answer: Answer) -> bool:
         """Whether the answer can be."""
         motion = answer.motion
-        sound = abs(motion.step) <= FASTEST * self._dt and np.isfinite(motion.turn)
-        return bool(sound and np.isfinite(answer.places).all() and np.isfinite(answer.place_spread).all())
+        sound = abs(motion.step) <= FASTEST * self._dt and abs(motion.turn) <= np.pi
+        spreads = np.isfinite(answer.pose_spread).all() and np.isfinite(answer.place_spread).all()
+        return bool(sound and spreads and np.isfinite(answer.places).all())
 
     def _pose_covariance(self, before: FloatArray, answer: Answer, told: Told, odometry: Odometry | None) -> FloatArray:
         """[3, 3] of the pose: as the network tells, or by odometry since the frame before where that is surer."""
