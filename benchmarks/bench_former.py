@@ -18,7 +18,7 @@ from vbbench.solving.runner import given_at
 
 
 def seconds_per_frame(solver: FrameSolver, people: int, runs: int) -> float:
-    """The least of ``runs`` runs, after one in which what has to be compiled is compiled; the first two frames apart."""
+    """The least of ``runs`` runs, after one that compiles; the two frames that are given are not counted."""
     problem, boxes, given = crowd(people)
     frames = [Frame(index=t, observations=seen, given=given_at(given, t)) for t, seen in enumerate(boxes)]
     best = np.inf

@@ -1,4 +1,4 @@
-"""vb-former and vb-former-pure: what does not matter to them, what is given, gaps, absurd boxes, and how sure they are."""
+"""vb-former and vb-former-pure: what does not matter to them, gaps, absurd boxes, odometry, and how sure they are."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -277,7 +277,7 @@ def test_protocols_on_a_dataset(tmp_path: Path) -> None:
     write_dataset(tmp_path / "data", Crowd(scenes=1, sequences=3, seed=3))
     dataset, found = Dataset(tmp_path / "data"), {}
     for protocol in PROTOCOLS:
-        submission = solve(dataset, "vb-former", protocol, tmp_path / protocol, covariances=True)
+        submission = solve(dataset, "vb-former", protocol, tmp_path / protocol, covariance=True)
         result = score(submission, dataset.folder)
         found[protocol] = tuple(round(float(result.summaries[name].mean), 4) for name in ("dx", "dt"))
     for protocol, golden in GOLDEN.items():
