@@ -27,10 +27,10 @@ from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.solver import VbFormer, VbFormerPure
 
 GOLDEN = {
-    "one-step": (0.0, 0.0),
-    "sequential": (0.0, 0.0),
-    "rollout": (0.0, 0.0),
-    "cold-start": (0.0, 0.0),
+    "one-step": (0.0457, 0.0433),
+    "sequential": (0.0526, 0.0440),
+    "rollout": (0.0526, 0.0440),
+    "cold-start": (0.6046, 0.2580),
 }
 """Δx and Δt in m of vb-former on three made sequences; with new weights they are made anew."""
 

@@ -116,7 +116,7 @@ class VbFormer:
         for rows in renewed:
             rows[columns] = 0
         renewed.away[columns] = observer.frames * self._dt
-        self._state = State(_not_longer_away(renewed), observer)
+        self._state = State(_as_trained(renewed), observer)
 
     def _take_in_past(self, given: Given) -> None:
         """Put what is given of the two frames before in place of what was estimated."""
@@ -160,7 +160,7 @@ class VbFormer:
         """The network's answer; where that cannot be, the pose stays, boxes alone tell places, and nothing is kept."""
         with np.errstate(all="ignore"):
             state, answer = self._birdifier.advance(self._state, sights, told, self._dt, self._stature_spread)
-        self._state = state._replace(people=_not_longer_away(state.people))
+        self._state = state._replace(people=_as_trained(state.people))
         if self._is_sane(answer):
             return answer
         self._state = _nothing(self._people)
@@ -211,8 +211,12 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _not_longer_away(people: Walkers) -> Walkers:
-    return people._replace(away=np.minimum(people.away, np.float32(LONGEST_AWAY)))
+def _as_trained(people: Walkers) -> Walkers:
+    """People within what windows of the training have: whoever was never seen is where the observer is."""
+    return people._replace(
+        place=np.where(people.seen > 0.5, people.place, 0.0),
+        away=np.minimum(people.away, np.float32(LONGEST_AWAY)),
+    )
 
 
 def _nothing(people: int) -> State:
