@@ -37,7 +37,7 @@ def seconds_per_frame(solver: FrameSolver, people: int, runs: int) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Frames a second of vb-former beside others.")
     parser.add_argument("--people", type=int, nargs="+", default=[5, 20, 60])
-    parser.add_argument("--solvers", nargs="+", default=["vb-sf", "map-causal"])
+    parser.add_argument("--solvers", nargs="*", default=["vb-sf", "map-causal"])
     parser.add_argument("--runs", type=int, default=5)
     chosen = parser.parse_args()
     print("people  " + "  ".join(f"{name:>12s} f/s" for name in ("vb-former", *chosen.solvers)))

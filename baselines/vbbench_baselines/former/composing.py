@@ -27,7 +27,8 @@ def in_world(pose: FloatArray, places: Array) -> FloatArray:
     """The inverse of `seen_from`: [..., 2], within what can be an answer."""
     turned = np.asarray(places, np.complex128) * np.exp(1j * pose[2])
     positions = np.stack([pose[0] + turned.real, pose[1] + turned.imag], axis=-1)
-    return np.minimum(np.maximum(positions, -LARGEST), LARGEST)
+    made: FloatArray = np.minimum(np.maximum(positions, -LARGEST), LARGEST)
+    return made
 
 
 def motion_between(before: FloatArray, pose: FloatArray) -> Motion:
