@@ -23,9 +23,9 @@ from benchmarks.real_camera.targets import joined
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera import tracking
-from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking

@@ -79,7 +79,7 @@ def test_tensors_and_arrays_give_the_same_answers(pure: bool) -> None:
     arrays = Birdifier(Network(NumpyOperations(), weights), pure)
     tensors = Birdifier(Network(TensorOperations(), {name: tensor(values) for name, values in weights.items()}), pure)
     one = nothing_seen(lambda *n: np.zeros(n, np.float32), lambda *n: np.zeros(n, np.complex64), 5)
-    other = nothing_seen(torch.zeros, lambda *n: torch.zeros(n, dtype=torch.complex64), 5)
+    other = nothing_seen(lambda *n: torch.zeros(n), lambda *n: torch.zeros(n, dtype=torch.complex64), 5)
     problem, still = problem_of(sequence, CAMERAS[0], 1.0), Motion(np.complex64(0.0), np.float32(0.0))
     for t, boxes in enumerate(sequence.observations):
         sights = sights_of(problem, boxes)

@@ -7,10 +7,10 @@ import pytest
 
 from tests.rough_crowd import Window, made_window
 from vbbench.geometry import FloatArray
+from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import add_walk, reweigh
-from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance

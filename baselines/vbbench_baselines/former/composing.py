@@ -27,7 +27,8 @@ def in_world(pose: FloatArray, places: Array) -> FloatArray:
     """The inverse of `seen_from`: [..., 2], within what can be an answer."""
     turned = np.asarray(places, np.complex128) * np.exp(1j * pose[2])
     positions = np.stack([pose[0] + turned.real, pose[1] + turned.imag], axis=-1)
-    return np.minimum(np.maximum(positions, -LARGEST), LARGEST)
+    made: FloatArray = np.minimum(np.maximum(positions, -LARGEST), LARGEST)
+    return made
 
 
 def motion_between(before: FloatArray, pose: FloatArray) -> Motion:
@@ -55,7 +56,7 @@ def measured_motion(odometry: Odometry | None) -> Measured | None:
 
 
 def pose_covariance(pose: FloatArray, spread: Array) -> FloatArray:
-    """[3, 3] of a pose [3] whose standard deviations ahead, to the left and in yaw have the logarithms ``spread`` [3]."""
+    """[3, 3] of a pose [3] whose standard deviations ahead, to the left and in yaw are exp of ``spread`` [3]."""
     ahead, left, yaw = np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)).tolist()
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     across = (ahead - left) * cos * sin
@@ -69,7 +70,7 @@ def pose_covariance(pose: FloatArray, spread: Array) -> FloatArray:
 
 
 def place_covariances(pose: FloatArray, rays: Array, spread: Array) -> FloatArray:
-    """[K, 2, 2] of places whose standard deviations along and across rays [K] have the logarithms ``spread`` [K, 2]."""
+    """[K, 2, 2] of places whose standard deviations along and across rays [K] are exp of ``spread`` [K, 2]."""
     variances = np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST))
     along = rays * np.exp(1j * pose[2])
     axes = np.stack([along.real, along.imag], axis=-1)
@@ -80,7 +81,7 @@ def place_covariances(pose: FloatArray, rays: Array, spread: Array) -> FloatArra
 
 
 def carried_covariance(pose: FloatArray, now: FloatArray, sigma: FloatArray, odometry: FloatArray) -> FloatArray:
-    """That [3, 3] of the pose ``now`` after ``pose`` with ``sigma``, by an odometry motion with its covariance [3, 3]."""
+    """Of the pose ``now`` after ``pose`` with ``sigma`` [3, 3], by odometry with a covariance [3, 3] of its motion."""
     levers = np.eye(3)
     levers[0, 2], levers[1, 2] = pose[1] - now[1], now[0] - pose[0]
     cos, sin = math.cos(pose[2]), math.sin(pose[2])

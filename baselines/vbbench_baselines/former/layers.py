@@ -53,7 +53,7 @@ class Network:
         return memory + change * (made - memory)
 
     def attend(self, rows: Array, hidden: Array) -> Array:
-        """Rows [..., K + 1, `WIDTH`] after they looked at one another; ``hidden`` [..., K + 1] is −∞ for who is not there.
+        """Rows [..., K + 1, `WIDTH`] after they looked at one another; ``hidden`` [..., K + 1]: −∞ for whoever is away.
 
         A block of a transformer (Vaswani et al. 2017) with normalisation before each part (Xiong et al. 2020).
         """

@@ -1,7 +1,7 @@
 """One frame through the network: what walks did, what is expected, who is believed, the pose, and what is remembered.
 
-People are seen from the last pose and told apart by nothing but what they do: the answer does not depend on their order,
-or on where the world begins. In turn,
+People are seen from the last pose and told apart by nothing but what they do: the answer does not depend on their
+order, or on where the world begins. In turn,
 
 1. each walk's velocity takes in a share of what the last frame showed that was not expected (`walking`),
 2. everybody is expected to walk on, and a plain robust fit of the pose tells roughly how the camera moved (`scene`),
@@ -63,7 +63,10 @@ class Birdifier:
     feet: bool = True
 
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
-        """The state after a frame of ``dt`` [...] s, and the answer; ``spread`` [...] of heights as a share of the mean."""
+        """The state after a frame of ``dt`` [...] s, and the answer.
+
+        ``spread`` [...] is the standard deviation of heights, as a share of their mean.
+        """
         network = self.network
         sights = sights if self.feet else without_feet(network.operations, sights)
         scene = foresee(network, state, sights, told, dt, spread)

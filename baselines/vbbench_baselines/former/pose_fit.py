@@ -5,8 +5,8 @@ along the ray ρ, |ρ| = 1. The residuals along and across it are the parts of r
 
     ∂r/∂d = ū, i·ū  (ahead, to the left),  u = ρ·exp(iψ),    ∂r/∂ψ = i·q·ρ̄.
 
-What is minimised is Σ w_a (Re r − o_a)² + w_c (Im r − o_c)² + Σ λ_j (x_j − x⁰_j)², x = (Re d, Im d, ψ), about an offset o
-and an expected motion x⁰.
+What is minimised is Σ w_a (Re r − o_a)² + w_c (Im r − o_c)² + Σ λ_j (x_j − x⁰_j)², x = (Re d, Im d, ψ), about an
+offset o and an expected motion x⁰.
 """
 
 from typing import NamedTuple

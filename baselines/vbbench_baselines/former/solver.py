@@ -33,7 +33,7 @@ from vbbench_baselines.former.network import Answer, Birdifier, Told
 from vbbench_baselines.former.operations import NumpyOperations
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.sights import Sights, sights_of
-from vbbench_baselines.former.state import State, nothing_seen
+from vbbench_baselines.former.state import State, Walkers, nothing_seen
 from vbbench_baselines.former.weights import Weights, bundled_weights
 
 FEWEST = 2
@@ -44,6 +44,9 @@ DOUBTFUL = 1.0
 
 FASTEST = 60.0
 """In m/s; no observer moves faster."""
+
+LONGEST_AWAY = 16.0
+"""In s: as long as windows that were trained on; whoever is away for longer counts as away for so long."""
 
 GIVEN = 1e-6
 """In m²: the variance of places that are given."""
@@ -108,11 +111,12 @@ class VbFormer:
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
-        people = self._state.people
-        renewed = [rows.copy() for rows in people]
+        people, observer = self._state
+        renewed = Walkers(*(rows.copy() for rows in people))
         for rows in renewed:
             rows[columns] = 0
-        self._state = self._state._replace(people=type(people)(*renewed))
+        renewed.away[columns] = observer.frames * self._dt
+        self._state = State(_as_trained(renewed), observer)
 
     def _take_in_past(self, given: Given) -> None:
         """Put what is given of the two frames before in place of what was estimated."""
@@ -156,7 +160,7 @@ class VbFormer:
         """The network's answer; where that cannot be, the pose stays, boxes alone tell places, and nothing is kept."""
         with np.errstate(all="ignore"):
             state, answer = self._birdifier.advance(self._state, sights, told, self._dt, self._stature_spread)
-        self._state = state
+        self._state = state._replace(people=_as_trained(state.people))
         if self._is_sane(answer):
             return answer
         self._state = _nothing(self._people)
@@ -205,6 +209,14 @@ class VbFormerPure(VbFormer):
 def _blas() -> ThreadpoolController:
     """The libraries that multiply matrices."""
     return ThreadpoolController()
+
+
+def _as_trained(people: Walkers) -> Walkers:
+    """People within what windows of the training have: whoever was never seen is where the observer is."""
+    return people._replace(
+        place=np.where(people.seen > 0.5, people.place, 0.0),
+        away=np.minimum(people.away, np.float32(LONGEST_AWAY)),
+    )
 
 
 def _nothing(people: int) -> State:

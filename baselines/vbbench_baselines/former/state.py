@@ -1,4 +1,4 @@
-"""What is remembered from frame to frame. All of it is seen from the last pose: no frame knows where the world begins."""
+"""What is remembered from frame to frame, all of it seen from the last pose: no frame knows where the world begins."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -7,9 +7,9 @@ import numpy as np
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
+from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.measurement.boxes import GroundCheck
-from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 

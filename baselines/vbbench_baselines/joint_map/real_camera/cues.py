@@ -22,9 +22,9 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, Bearings
 from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.motion.walks import REACH
-from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, Bearings
 
 CUES = 3
 """Column, length, foot."""

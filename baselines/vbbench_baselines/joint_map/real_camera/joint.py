@@ -6,10 +6,10 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
+from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions, measured, stray
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
-from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, solve
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance

@@ -9,10 +9,10 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
+from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.motion.walks import innovation
-from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
 from vbbench_baselines.joint_map.real_camera.cues import CUES
 from vbbench_baselines.joint_map.real_camera.joint import (

@@ -11,8 +11,8 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given
-from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.common.bearings import Bearings, each
+from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
 
