@@ -14,4 +14,8 @@ TUNED: Mapping[str, str] = {**UNTUNED, "tuned_on": "Hotel, ETH, Students"}
 
 FITTED: Mapping[str, str] = {**TUNED, "trained_on": "Hotel and ETH; on their own boards a variant that never saw them"}
 
-SIMULATED: Mapping[str, str] = {**UNTUNED, "trained_on": "simulated crowds of vbbench alone; no recording of a board"}
+SIMULATED: Mapping[str, str] = {
+    "authors": _AUTHORS,
+    "trained_on": "simulated crowds of vbbench alone; no recording",
+    "tuned_on": "Hotel, ETH, KITTI",
+}

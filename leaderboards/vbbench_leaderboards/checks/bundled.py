@@ -8,6 +8,7 @@ REFERENCES = {
     "vb-sf": "View birdification with the social force, bundled with vbbench (VB-SF of arXiv 2111.05060, with changes)",
     "map-causal": "Joint maximum a posteriori over a sliding window, causal, bundled with vbbench",
     "map-batch": "Joint maximum a posteriori over whole sequences, bundled with vbbench",
+    "vb-former": "Recurrent attention about a pose fit, learned from simulated crowds, bundled with vbbench",
 }
 
 
