@@ -44,6 +44,9 @@ class Operations(Protocol):
     def direction(self, angle: Array) -> Array:
         """exp(i·angle)."""
 
+    def angle(self, x: Array) -> Array:
+        """The angle of complex x, within ±π."""
+
     def point(self, forward: Array, left: Array) -> Array:
         """Forward + i·left."""
 
@@ -96,6 +99,10 @@ class NumpyOperations:
     def direction(self, angle: Array) -> Array:
         """See `Operations`."""
         return np.exp(1j * angle)
+
+    def angle(self, x: Array) -> Array:
+        """See `Operations`."""
+        return np.arctan2(x.imag, x.real)
 
     def point(self, forward: Array, left: Array) -> Array:
         """See `Operations`."""

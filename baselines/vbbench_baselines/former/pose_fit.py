@@ -92,6 +92,24 @@ def view(operations: Operations, views: Views, motion: Motion) -> tuple[Array, A
     return places, (views.seen - places) * views.upright
 
 
+def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
+    """The motion that is best if people count alike along and across their rays: closed form, whatever the turn.
+
+    The observer is one more point, seen at 0, and the expected turn counts as cos(ψ − ψ⁰) (Umeyama 1991, in the plane).
+    """
+    along, across, expected = weighing.along, weighing.across, weighing.motion
+    weights, own = 2.0 * along * across / (along + across + 1e-9), weighing.inertia[..., 0]
+    total = weights.sum(-1) + own
+    middle = ((weights * views.expected).sum(-1) + own * expected.step) / total
+    centre = (weights * views.seen).sum(-1) / total
+    apart = views.expected - middle[..., None]
+    turned = (weights * apart * (views.seen - centre[..., None]).conj()).sum(-1)
+    turned = turned - own * (expected.step - middle) * centre.conj()
+    ahead = operations.direction(expected.turn)
+    turn = expected.turn + operations.angle(turned * ahead.conj() + weighing.inertia[..., 2])
+    return Motion(middle - centre * operations.direction(turn), turn)
+
+
 def fit(
     operations: Operations, views: Views, weighing: Weighing, motion: Motion, times: int
 ) -> tuple[Motion, tuple[Array, Array, Array]]:

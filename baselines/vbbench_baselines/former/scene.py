@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.operations import Array, Operations
-from vbbench_baselines.former.pose_fit import Measured, Motion, Views, Weighing, fit, view, with_measured
+from vbbench_baselines.former.pose_fit import Measured, Motion, Views, Weighing, align, fit, view, with_measured
 from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights
 from vbbench_baselines.former.state import State, Walkers
 from vbbench_baselines.former.walking import Walks, taken_in
@@ -116,7 +116,7 @@ def rough_motion(operations: Operations, scene: Scene) -> Motion:
     views, known = scene.views, scene.known
     inertia, expected = with_measured(operations, scene.inertia, scene.expected, scene.told.measured)
     plain = Weighing(known / scene.along, known / scene.across, 0.0 * views.ray, inertia, expected)
-    rough, _ = fit(operations, views, plain, expected, 2)
+    rough, _ = fit(operations, views, plain, align(operations, views, plain), 1)
     _, off = view(operations, views, rough)
     doubtful = 1.0 + 0.25 * (off.real**2 / scene.along + off.imag**2 / scene.across)
     plain = plain._replace(along=plain.along / doubtful, across=plain.across / doubtful)

@@ -19,6 +19,8 @@ SHARPNESS = 4.0
 """In 1/m: errors below 1/4 m count in full, larger ones as their logarithm."""
 RELATIVE, TURN = 0.4, 2.0
 """What errors of people from the camera count, and a rad, beside errors of places in m."""
+BLIND = 0.3
+"""What the camera's errors count while nobody is seen, when no score counts them."""
 MOST_WRONG = 4.0
 """In m and rad: how far off an answer is at most, for what it says of its own spread."""
 NARROWEST, WIDEST = -7.0, 3.0
@@ -50,7 +52,7 @@ class Errors(NamedTuple):
         """What training makes small."""
         count = self.counted.sum(-1)
         people = ((_compressed(self.people) + RELATIVE * _compressed(self.relative)) * self.counted).sum(-1)
-        camera = (_compressed(self.place) + TURN * _compressed(self.yaw)) * self.shown
+        camera = (_compressed(self.place) + TURN * _compressed(self.yaw)) * (BLIND + (1.0 - BLIND) * self.shown)
         return (people / (count + 1e-3) + camera).mean()
 
 

@@ -20,6 +20,10 @@ class TensorOperations:
         """See `Operations`."""
         return torch.complex(torch.cos(angle), torch.sin(angle))
 
+    def angle(self, x: Array) -> Array:
+        """See `Operations`."""
+        return torch.atan2(x.imag, x.real)
+
     def pairs(self, points: Array) -> Array:
         """See `Operations`."""
         return torch.stack([points.real, points.imag], -1)

@@ -192,7 +192,7 @@ def _look_about(rng: np.random.Generator, window: Window) -> Window:
 
 
 def _come_and_go(rng: np.random.Generator, window: Window) -> Window:
-    """Some are seen later, some no longer, and boxes are missed."""
+    """Some are seen later, some no longer, boxes are missed, and for a while nobody is seen at all."""
     seen = window.seen.copy()
     frames, people = seen.shape
     if rng.random() < 0.5:
@@ -203,6 +203,9 @@ def _come_and_go(rng: np.random.Generator, window: Window) -> Window:
                 seen[rng.integers(1, frames) :, person] = False
     if rng.random() < 0.3:
         seen &= rng.random(seen.shape) > rng.uniform(0.0, 0.15)
+    if rng.random() < 0.15:
+        blind = rng.integers(1, frames)
+        seen[blind : blind + rng.integers(1, frames)] = False
     return replace(window, seen=seen)
 
 
