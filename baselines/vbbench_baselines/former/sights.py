@@ -16,6 +16,7 @@ SMALLEST_SLOPE = 1e-3
 """Feet nearer to the horizon than this, in m per m, tell nothing."""
 LEAST_STD, MOST_STD, UNKNOWN_STD = 1e-4, 3.0, 0.1
 """Bounds of what is believed of noise, and what stands where there is no box."""
+_CUTS = np.array((FEET_CUT, HEAD_CUT, SIDE_CUT))
 
 
 class Sights(NamedTuple):
@@ -55,16 +56,19 @@ def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
         by_height, by_feet = np.log(problem.height_mean / found.length), np.log(camera.mount_height / foot)
     seen = ~np.isnan(by_height)
     has_feet = seen & ~np.isnan(by_feet) & (found.cut & FEET_CUT == 0)
-    spread = np.clip(np.nan_to_num(np.stack(noise, axis=-1), nan=UNKNOWN_STD), LEAST_STD, MOST_STD)
-    cut = np.stack([(found.cut & part) > 0 for part in (FEET_CUT, HEAD_CUT, SIDE_CUT)], axis=-1)
+    spread = np.empty((*seen.shape, 3))
+    for number, std in enumerate(noise):
+        spread[..., number] = std
+    there = seen[..., None]
+    believed = np.minimum(np.maximum(spread, LEAST_STD), MOST_STD)
     return Sights(
         seen=_single(seen),
         ray=np.exp(-1j * np.where(seen, found.azimuth, 0.0)).astype(np.complex64),
         by_height=_single(_bounded(by_height)),
         by_feet=_single(_bounded(by_feet)),
         has_feet=_single(has_feet),
-        noise=_single(np.where(seen[..., None], spread, UNKNOWN_STD)),
-        cut=_single(cut & seen[..., None]),
+        noise=_single(np.where(there & ~np.isnan(spread), believed, UNKNOWN_STD)),
+        cut=_single(there & (found.cut[..., None] & _CUTS > 0)),
     )
 
 
@@ -76,7 +80,7 @@ def without_feet(operations: Operations, sights: Sights) -> Sights:
 
 
 def _bounded(values: FloatArray) -> FloatArray:
-    return np.clip(np.nan_to_num(values), LOWEST, HIGHEST)
+    return np.where(np.isnan(values), 0.0, np.minimum(np.maximum(values, LOWEST), HIGHEST))
 
 
 def _single(values: NDArray[Any]) -> NDArray[np.float32]:

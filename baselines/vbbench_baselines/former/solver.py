@@ -81,7 +81,7 @@ class VbFormer:
         self._dt = np.float32(problem.dt)
         self._stature_spread = np.float32(problem.height_std / problem.height_mean)
         self._state, self._begun = _nothing(self._people), False
-        self._pose, self._sigma = np.zeros(3), np.zeros((3, 3))
+        self._pose, self._sigma, self._nowhere = np.zeros(3), np.zeros((3, 3)), _points(self._people)
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -146,10 +146,12 @@ class VbFormer:
         unknown = bool(np.isnan(pose).any())
         if not self._begun:
             self._pose = self._pose if unknown else np.array(pose)
-        there = ~np.isnan(given.positions[2, :, 0])
+        there, places = ~np.isnan(given.positions[2, :, 0]), self._nowhere
+        if there.any():
+            places = seen_from(self._pose, given.positions[2])
         told = not (unknown and self._begun)
         return Told(
-            places=seen_from(self._pose, given.positions[2]),
+            places=places,
             placed=there.astype(np.float32) * sights.seen,
             motion=_STANDING if unknown else motion_between(self._pose, pose),
             moved=np.float32(told),
