@@ -10,8 +10,6 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from vbbench.solving import provenance, submissions
-
 Report = pytest.CollectReport | pytest.TestReport
 pytest_plugins = ["pytester"]
 settings.load_profile("ci")  # the same examples in every run, however long one takes
@@ -64,6 +62,8 @@ def without_skips(config: pytest.Config, report: Report) -> Report:
 @pytest.fixture(scope="session", autouse=True)
 def sources_read_once() -> Generator[None]:
     """Solvers of the repository are read and hashed once: no test changes them. Those that a test writes always are."""
+    from vbbench.solving import provenance, submissions
+
     known: dict[str, str] = {}
 
     def digest(solver: str) -> str:
