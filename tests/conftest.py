@@ -1,6 +1,8 @@
 """Fixtures that every test module may use, and how all of them are run."""
 
+import gc
 import os
+import signal
 from collections.abc import Callable, Generator
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,6 +29,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 item.add_marker(pytest.mark.skip(reason=f"{package} is not installed: make test-extras"))
 
 
+def pytest_collection_finish() -> None:
+    """Thousands of tests stay in memory to the end: no search for garbage goes through them."""
+    gc.collect()
+    gc.freeze()
+
+
+def pytest_sessionstart() -> None:
+    """Started in the background of a shell, this process ignores SIGINT, and so would the commands that tests stop."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, pytest.CollectReport, Report]:
     return without_skips(collector.config, (yield))
@@ -43,6 +57,26 @@ def without_skips(config: pytest.Config, report: Report) -> Report:
         report.outcome = "failed"
         report.longrepr = f"skipped, where --no-skips wants every test to run: {report.longrepr}"
     return report
+
+
+@pytest.fixture(scope="session", autouse=True)
+def sources_read_once() -> Generator[None]:
+    """Solvers of the repository are read and hashed once: no test changes them. Those that a test writes always are."""
+    from vbbench.solving import provenance, submissions
+
+    known: dict[str, str] = {}
+
+    def digest(solver: str) -> str:
+        package = provenance._package(solver)
+        if package not in ("tests", "vbbench_baselines"):
+            return provenance.source_digest(solver)
+        if package not in known:
+            known[package] = provenance.source_digest(solver)
+        return known[package]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(submissions, "source_digest", digest)
+        yield
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """The committed results: sound, complete, and a part of them recomputed exactly."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,8 +52,14 @@ def test_hotel_scores_as_committed(
         np.testing.assert_allclose(kept.figures[name][rows], values, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_committed_results_are_sound(committed: Path) -> None:
     assert "no faults" in check(committed)
+
+
+def test_committed_results_of_hotel_are_sound(committed: Path, tmp_path: Path) -> None:
+    shutil.copytree(committed / "hotel", tmp_path / "hotel")
+    assert "no faults" in check(tmp_path)
 
 
 def test_every_bundled_solver_stands_on_every_board(committed: Path) -> None:

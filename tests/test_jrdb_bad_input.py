@@ -224,9 +224,9 @@ def test_bags_of_other_times_and_broken_ones(
 
 def test_without_rosbags_the_extra_is_named(files: Files, root: Path, tmp_path: Path) -> None:
     (tmp_path / f"{files.name}.bag").write_bytes(b"")
-    command = ["generate", "jrdb", "--source", root, "--bags", tmp_path, "--out", tmp_path / "out"]
-    done: subprocess.CompletedProcess[str] = run_without(("rosbags",), *command)
+    command: list[object] = ["generate", "jrdb", "--source", root, "--bags", tmp_path, "--out", tmp_path / "out"]
+    done: subprocess.CompletedProcess[str] = run_without(("rosbags",), command)
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()
     assert line.endswith("needs rosbags: python -m pip install 'vbbench[robot]'")
-    assert run_without(("rosbags",), *command[:4], *command[6:]).returncode == 0, sys.executable
+    assert run_without(("rosbags",), command[:4] + command[6:]).returncode == 0, sys.executable

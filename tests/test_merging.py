@@ -43,10 +43,17 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return generate("demo", tmp_path_factory.mktemp("whole") / "demo", Options(limit=LIMIT))
 
 
+@pytest.fixture(scope="module")
+def partitions(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("partitions") / "spread"
+    generate_partitioned("demo", folder, Options(limit=LIMIT), scheduler="tcp://nowhere")
+    return folder
+
+
 @pytest.fixture
-def spread(tmp_path: Path) -> Path:
-    generate_partitioned("demo", tmp_path / "spread", Options(limit=LIMIT), scheduler="tcp://nowhere")
-    return tmp_path / "spread"
+def spread(partitions: Path, tmp_path: Path) -> Path:
+    """Partitions that a test may merge or spoil."""
+    return Path(shutil.copytree(partitions, tmp_path / "spread"))
 
 
 def test_merged_in_place_or_elsewhere(whole: Dataset, spread: Path, tmp_path: Path) -> None:

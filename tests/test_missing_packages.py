@@ -1,5 +1,6 @@
 """A default install: what it lacks is asked for in one line that names the extra, and nothing else needs it."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -20,20 +21,25 @@ OPTIONAL = (
     "rerun",
     "rosbags",
 )
-WITHOUT = """import sys
+WITHOUT = """import json, sys
 class Missing:
     def find_spec(self, name, *_):
         if name in MISSING:
             raise ModuleNotFoundError("as if it were not installed", name=name)
 sys.meta_path.insert(0, Missing())
 from vbbench.__main__ import main
-sys.exit(main())"""
+for words in json.loads(sys.argv[1]):
+    sys.argv[1:] = words
+    status = main()
+    if status:
+        sys.exit(status)"""
 
 
-def run_without(missing: tuple[str, ...], *arguments: object) -> "subprocess.CompletedProcess[str]":
-    """Run a command as if packages were not installed."""
-    command = [sys.executable, "-c", WITHOUT.replace("MISSING", str(missing)), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+def run_without(missing: tuple[str, ...], *commands: list[object]) -> "subprocess.CompletedProcess[str]":
+    """Run commands one after the other, until one fails, as if packages were not installed."""
+    words = json.dumps([[str(word) for word in command] for command in commands])
+    process = [sys.executable, "-c", WITHOUT.replace("MISSING", str(missing)), words]
+    return subprocess.run(process, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +66,7 @@ def test_what_is_missing_is_one_line_that_names_the_extra(
     dataset: Path, tmp_path: Path, missing: str, extra: str, command: list[str]
 ) -> None:
     places = {"DATA": str(dataset), "OUT": str(tmp_path / "out")}
-    done = run_without((missing,), *(places.get(word, word.replace("OUT", places["OUT"])) for word in command))
+    done = run_without((missing,), [places.get(word, word.replace("OUT", places["OUT"])) for word in command])
     assert done.returncode == 2, done.stderr
     assert "Traceback" not in done.stderr
     line = done.stderr.splitlines()[-1]
@@ -71,12 +77,12 @@ def test_what_is_missing_is_one_line_that_names_the_extra(
 
 def test_the_rest_works_without_any_of_them(dataset: Path, tmp_path: Path) -> None:
     answer = tmp_path / "answer"
-    for command in (
+    commands: list[list[object]] = [
         ["solve", dataset, "--solver", "cv", "--protocol", "sequential", "--out", answer],
         ["score", answer, "--dataset", dataset, "--per-sequence", tmp_path / "rows.csv"],
         ["plot", dataset, "--sequence", "0", "--estimate", answer, "--out", tmp_path / "picture.png"],
         ["export", "mot", dataset, "--out", tmp_path / "mot"],
         ["solvers"],
-    ):
-        done = run_without(OPTIONAL, *command)
-        assert done.returncode == 0, done.stderr
+    ]
+    done = run_without(OPTIONAL, *commands)
+    assert done.returncode == 0, done.stderr

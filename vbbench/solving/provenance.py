@@ -11,7 +11,8 @@ import platform
 import re
 import sys
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from importlib.util import find_spec
@@ -108,11 +109,17 @@ def _spec(name: str) -> ModuleSpec | None:
 def solver_version(solver: str) -> str:
     """Version of the distribution that a solver comes from, or ``unknown``."""
     point = registered("solver").get(solver)
-    names = [point.dist.name] if point and point.dist else packages_distributions().get(_package(solver), [])
+    names = [point.dist.name] if point and point.dist else _distributions().get(_package(solver), [])
     try:
         return version(names[0]) if names else "unknown"
     except PackageNotFoundError:
         return "unknown"
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    """The distributions that each top-level module is from, which takes reading the records of all of them."""
+    return packages_distributions()
 
 
 def hardware() -> str:

@@ -37,7 +37,7 @@ def refine(
     depth = np.empty(_STACK, np.int64)
     azimuth, right, forward = np.empty(3), np.empty(3), np.empty(3)
     cos, sin, steepest = np.cos(yaw), np.sin(yaw), np.tan(WIDEST)
-    filled = 0
+    filled = int(np.int64(0))  # here and below, a constant would compile a kernel twice
     for f in range(len(triangles)):
         for c in range(3):
             stack[0, c] = vertices[triangles[f, c]]
@@ -50,7 +50,7 @@ def refine(
             for c in range(3):
                 dx, dy = stack[top, c, 0] - eye[0], stack[top, c, 1] - eye[1]
                 right[c], forward[c] = dx * sin - dy * cos, dx * cos + dy * sin
-            wide = 0
+            wide = int(np.int64(0))
             for c in range(3):
                 d = (c + 1) % 3
                 across = abs(right[c] * forward[d] - right[d] * forward[c])

@@ -66,7 +66,8 @@ def place(parts: Parts, mesh: Int32, transform: Float32, both: BoolArray, eye: F
 @parallel_kernel
 def _place(parts: Parts, mesh: Int32, joined: FloatArray, rays: Rays, placed: Placed) -> None:
     for limb in prange(len(mesh)):
-        _place_limb(parts, mesh[limb], joined[limb], rays, placed, limb)
+        number = int(np.int64(limb))  # numba counts in uint64 here
+        _place_limb(parts, mesh[limb], joined[limb], rays, placed, number)
 
 
 @kernel

@@ -108,7 +108,8 @@ def _cast(
     heights: Float32,
 ) -> None:
     for limb in prange(len(mesh)):
-        _cast_points(parts, mesh[limb], joined, first, points, bounds, limb)
+        number = int(np.int64(limb))  # numba counts in uint64 here
+        _cast_points(parts, mesh[limb], joined, first, points, bounds, number)
     size = len(heights)
     for band in prange((size + BAND - 1) // BAND):
         begin, end = band * BAND, min(size, (band + 1) * BAND)

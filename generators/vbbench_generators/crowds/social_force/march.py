@@ -192,7 +192,7 @@ def march_large(crowds: Crowds, paths: FloatArray) -> None:
     """`march` for a large crowd: blocks of people are spread over threads and summed in the order of blocks."""
     scene, walls, numbers = crowds.scenes[0], crowds.walls, crowds.numbers
     people, own_goals, current = _start(scene, crowds)
-    count = people.shape[1]
+    count, stride = people.shape[1], int(np.int64(BLOCKS))  # a constant would compile all forces again
     pairs = np.empty((BLOCKS, 4, max(PAIRS, count)))
     partners = np.empty((BLOCKS, 2, max(PAIRS, count)), np.int64)
     forces = np.empty((BLOCKS, 2, count))
@@ -204,7 +204,7 @@ def march_large(crowds: Crowds, paths: FloatArray) -> None:
             for block in prange(BLOCKS):
                 first = int(np.int64(block))  # numba counts in uint64 here
                 forces[block] = 0.0
-                add_row_forces(people, first, BLOCKS, walls, numbers, pairs[block], partners[block], forces[block])
+                add_row_forces(people, first, stride, walls, numbers, pairs[block], partners[block], forces[block])
             _gather_blocks(forces)
             add_group_forces(people, crowds.members, groups, numbers, forces[0])
             move(people, speeds, numbers, forces[0], crowds.dt / crowds.substeps)
