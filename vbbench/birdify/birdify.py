@@ -160,9 +160,9 @@ def _dataset(recording: OwnRecording, folder: Path) -> Dataset:
 def _solve(dataset: Dataset, sequence: Sequence, solver: str, folder: Path) -> Estimate:
     """The answer of every frame, and the part of it that is scored as a submission."""
     protocol = get_protocol(PROTOCOL)
-    with threadpool_limits(1):
-        problem = dataset.problem(sequence, covariances=True)
-        answer, seconds = run_sequence(make_solver(solver), problem, sequence, protocol, None)
+    problem, solving = dataset.problem(sequence, covariances=True), make_solver(solver)
+    with threadpool_limits(1):  # of the libraries that the solver has loaded
+        answer, seconds = run_sequence(solving, problem, sequence, protocol, None)
     info = SubmissionInfo(
         solver=solver,
         version=solver_version(solver),

@@ -5,6 +5,7 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.optimiser.banded import BAND, forward
+from vbbench_baselines.joint_map.real_camera.cholesky import factor, gram, padded
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON
 from vbbench_baselines.joint_map.real_camera.elimination import Person
 from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, linearise
@@ -12,58 +13,86 @@ from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point,
 LEAST = 1e-12
 """In m² and rad²; no variance is told to be less."""
 
+POSE = 3
+"""Numbers of a pose."""
+
 
 @kernel
 def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[FloatArray, FloatArray]:
     """[n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on, NaN where no box is."""
-    system = linearise(point, seen, model, 0.0)
-    frames = len(point.frames)
-    matrix = system.hessian
-    for p in range(len(matrix)):
-        matrix[p, p] += SOFTEST
-        matrix[p, p + 1 :] = matrix[p + 1 :, p]
-    covariance = np.ascontiguousarray(np.linalg.inv(matrix))
-    for t in range(frames):
-        if seen.fixed[t]:
-            covariance[FRAME * t : FRAME * t + 3] = 0.0
-            covariance[:, FRAME * t : FRAME * t + 3] = 0.0
-    poses, places = np.empty((frames - since, 3, 3)), np.full((frames - since, len(seen.first), 2, 2), np.nan)
+    system, frames, people = linearise(point, seen, model, 0.0), len(point.frames), len(seen.first)
+    lower = factor_softly(system.hessian)
+    poses, places = np.zeros((frames - since, POSE, POSE)), np.empty((frames - since, people, 2, 2))
     for t in range(since, frames):
-        poses[t - since] = covariance[FRAME * t : FRAME * t + 3, FRAME * t : FRAME * t + 3] + LEAST * np.eye(3)
+        for k in range(people):
+            for a in range(4):
+                places[t - since, k, a // 2, a % 2] = np.nan
+        if not seen.fixed[t]:
+            sides = np.zeros((POSE, padded(len(lower))))
+            for a in range(POSE):
+                sides[a, FRAME * t + a] = 1.0
+            gram(lower, sides, poses[t - since])
+        for a in range(POSE):
+            poses[t - since, a, a] += LEAST
         for person in system.people:
             k = person.number
             if person.first <= t <= int(seen.last[k]) and not np.isnan(seen.boxes.azimuth[t, k]):
-                places[t - since, k] = place_covariance(person, t - person.first, covariance)
+                alone, sides = place_by_frames(person, t - person.first, padded(len(lower)))
+                for p in range(FRAME * frames):
+                    if seen.fixed[p // FRAME] and p % FRAME < POSE:
+                        sides[0, p] = sides[1, p] = 0.0
+                gram(lower, sides, alone)
+                for a in range(4):
+                    places[t - since, k, a // 2, a % 2] = alone[a // 2, a % 2]
     return poses, places
 
 
 @kernel
-def place_covariance(person: Person, frame: int, covariance: FloatArray) -> FloatArray:
-    """[2, 2] of the person's place in a frame of its track; ``covariance`` [7T, 7T] of the frames."""
-    found, n = person.found, len(person.pull) // 2
-    m = len(found.frame)
-    across = np.ascontiguousarray(person.across[:, : CUES * m])
-    spread = np.ascontiguousarray(person.spread[BAND : BAND + 2 * n, : CUES * m])
-    back = np.zeros((2, 2 * n))  # L⁻¹ of the place's unit vectors
+def factor_softly(hessian: FloatArray) -> FloatArray:
+    """The factor of a matrix that is positive definite but for rounding, with as little added as makes it so."""
+    softness, lower = SOFTEST, hessian.copy()
+    for p in range(len(lower)):
+        lower[p, p] += softness
+    while not factor(lower) and softness < 1.0:
+        softness *= 100.0
+        for p in range(len(lower)):
+            for q in range(p):
+                lower[p, q] = hessian[p, q]
+            lower[p, p] = hessian[p, p] + softness
+    return lower
+
+
+@kernel
+def place_by_frames(person: Person, frame: int, columns: int) -> tuple[FloatArray, FloatArray]:
+    """The covariance [2, 2] of a person's place in a frame of its track if all frames [T, 7] were known, and how the
+    place moves with them [2, columns]."""
+    found, inner, n, m = person.found, person.inner, len(person.pull), len(person.found.frame)
+    alone, by_numbers = np.zeros((2, 2)), np.zeros((2, PERSON))
+    by_residual, by_frames = np.zeros((2, CUES * m)), np.zeros((2, columns))
+    back = np.zeros((2, n))  # L⁻¹ of the place's unit vectors
     for a in range(2):
         back[a, 2 * frame + a] = 1.0
         forward(person.lower, back[a], BAND)
-    by_residual = -(back @ spread)  # [2, 3m]: of the place by the residuals
-    by_numbers = by_residual @ found.by_person.copy().reshape((CUES * m, PERSON))
-    by_residual = by_residual - (by_numbers @ person.inner) @ across
-    by_frames = np.zeros((2, FRAME * m))
-    columns = np.empty(FRAME * m, np.int64)
-    for i in range(m):
-        for a in range(FRAME):
-            columns[FRAME * i + a] = FRAME * (person.first + found.frame[i]) + a
+        for row in range(2 * frame, n):
+            share, spread = back[a, row], person.spread[BAND + row]
+            for c in range(CUES * m):
+                by_residual[a, c] -= share * spread[c]
+        for i in range(m):
             for j in range(CUES):
-                for b in range(2):
-                    by_frames[b, FRAME * i + a] += by_residual[b, CUES * i + j] * found.by_frame[i, j, a]
-    own = np.empty((FRAME * m, FRAME * m))
-    for i in range(FRAME * m):
-        for j in range(FRAME * m):
-            own[i, j] = covariance[columns[i], columns[j]]
-    alone = back @ np.ascontiguousarray(back.T)
-    of_numbers = by_numbers @ person.inner @ np.ascontiguousarray(by_numbers.T)
-    total: FloatArray = alone + of_numbers + by_frames @ own @ np.ascontiguousarray(by_frames.T)
-    return total
+                for q in range(PERSON):
+                    by_numbers[a, q] += by_residual[a, CUES * i + j] * found.by_person[i, j, q]
+    for a in range(2):
+        u = by_numbers[a, 0] * inner[0, 0] + by_numbers[a, 1] * inner[1, 0]
+        v = by_numbers[a, 0] * inner[0, 1] + by_numbers[a, 1] * inner[1, 1]
+        for b in range(2):
+            for row in range(2 * frame, n):
+                alone[a, b] += back[a, row] * back[b, row]
+            alone[a, b] += u * by_numbers[b, 0] + v * by_numbers[b, 1]
+        for i in range(m):
+            start = FRAME * (person.first + found.frame[i])
+            for j in range(CUES):
+                c = CUES * i + j
+                share = by_residual[a, c] - (u * person.across[0, c] + v * person.across[1, c])
+                for q in range(FRAME):
+                    by_frames[a, start + q] += share * found.by_frame[i, j, q]
+    return alone, by_frames

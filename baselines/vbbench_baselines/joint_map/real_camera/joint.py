@@ -84,7 +84,8 @@ class Point(NamedTuple):
 
 
 class System(NamedTuple):
-    """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half), and shares of laws.
+    """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half, with `padded`
+    columns), and shares of laws.
 
     ``moving`` are the frames' numbers that are not given.
     """
@@ -139,7 +140,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     """The energy about a point; given poses do not move."""
     frames = point.frames
     size = frames.size
-    gradient, hessian = np.zeros(size), np.zeros((size, size))
+    gradient, hessian = np.zeros(size), np.zeros((size, padded(size)))
     shares, _ = shares_of(frames, seen.free, model.observer, model.odds)
     add_observer(frames, seen.free, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
