@@ -79,7 +79,8 @@ def write_recording(folder: Path, frames: int, people: int) -> None:
     """``boxes.csv`` and ``camera.toml``."""
     keys, boxes = crowd(frames, people)
     good = np.isfinite(boxes).all(axis=1)
-    rows = [",".join((*map(str, key), *(f"{value:.2f}" for value in box))) for key, box in zip(keys[good], boxes[good])]
+    keys, boxes = keys[good], boxes[good]
+    rows = [",".join((*map(str, key), *(f"{value:.2f}" for value in box))) for key, box in zip(keys, boxes, strict=True)]
     (folder / "boxes.csv").write_text("frame,id,left,top,width,height\n" + "\n".join(rows) + "\n")
     (folder / "camera.toml").write_text(CAMERA_FILE)
 

@@ -48,6 +48,8 @@ from vbbench.solving.runner import run_sequence
 
 PROTOCOL = "cold-start"
 DATASET, SUBMISSION, RECORDING = "dataset", "submission", "recording"
+VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mjpeg", ".ts", ".ogv", ".wmv")
+"""Endings of the names of videos."""
 FILMED = 300
 """Most frames of which a film is made without being asked for: more take longer than all the rest."""
 
@@ -64,6 +66,11 @@ class Birdified:
 
     folder: Path
     report: Report
+
+
+def is_film(path: Path) -> bool:
+    """Whether a path is a video by its name, or a folder, which is one of pictures; else it is a file of boxes."""
+    return path.is_dir() or path.suffix.lower() in VIDEOS
 
 
 def birdify(

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.optimiser.banded import BAND, forward
+from vbbench_baselines.joint_map.optimiser.banded import solve
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, gram, padded
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON
 from vbbench_baselines.joint_map.real_camera.elimination import Person
 from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, linearise
+from vbbench_baselines.joint_map.real_camera.spreading import weigh
 
 LEAST = 1e-12
 """In m² and rad²; no variance is told to be less."""
@@ -22,28 +23,17 @@ def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[
     """[n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on, NaN where no box is."""
     system, frames, people = linearise(point, seen, model, 0.0), len(point.frames), len(seen.first)
     lower = factor_softly(system.hessian)
-    poses, places = np.zeros((frames - since, POSE, POSE)), np.empty((frames - since, people, 2, 2))
+    poses, places = np.zeros((frames - since, POSE, POSE)), np.full((frames - since, people, 2, 2), np.nan)
     for t in range(since, frames):
-        for k in range(people):
-            for a in range(4):
-                places[t - since, k, a // 2, a % 2] = np.nan
-        if not seen.fixed[t]:
-            sides = np.zeros((POSE, padded(len(lower))))
-            for a in range(POSE):
-                sides[a, FRAME * t + a] = 1.0
-            gram(lower, sides, poses[t - since])
+        sides = np.zeros((POSE, padded(len(lower))))
         for a in range(POSE):
-            poses[t - since, a, a] += LEAST
+            sides[a, FRAME * t + a] = 1.0
+            poses[t - since, a, a] = LEAST
+        if not seen.fixed[t]:
+            gram(lower, sides, poses[t - since])
         for person in system.people:
-            k = person.number
-            if person.first <= t <= int(seen.last[k]) and not np.isnan(seen.boxes.azimuth[t, k]):
-                alone, sides = place_by_frames(person, t - person.first, padded(len(lower)))
-                for p in range(FRAME * frames):
-                    if seen.fixed[p // FRAME] and p % FRAME < POSE:
-                        sides[0, p] = sides[1, p] = 0.0
-                gram(lower, sides, alone)
-                for a in range(4):
-                    places[t - since, k, a // 2, a % 2] = alone[a // 2, a % 2]
+            if not np.isnan(seen.boxes.azimuth[t, person.number]):
+                put_place(person, t - person.first, seen.fixed, lower, places[t - since, person.number])
     return poses, places
 
 
@@ -63,36 +53,48 @@ def factor_softly(hessian: FloatArray) -> FloatArray:
 
 
 @kernel
-def place_by_frames(person: Person, frame: int, columns: int) -> tuple[FloatArray, FloatArray]:
-    """The covariance [2, 2] of a person's place in a frame of its track if all frames [T, 7] were known, and how the
-    place moves with them [2, columns]."""
-    found, inner, n, m = person.found, person.inner, len(person.pull), len(person.found.frame)
-    alone, by_numbers = np.zeros((2, 2)), np.zeros((2, PERSON))
-    by_residual, by_frames = np.zeros((2, CUES * m)), np.zeros((2, columns))
-    back = np.zeros((2, n))  # L⁻¹ of the place's unit vectors
+def put_place(person: Person, frame: int, fixed: BoolArray, lower: FloatArray, covariance: FloatArray) -> None:
+    """Write the ``covariance`` [2, 2] of a person's place in a frame of its track.
+
+    It is that if all frames were known, and what these add, whose information has the factor ``lower``.
+    """
+    inner, sides, by_numbers = person.inner, np.zeros((2, padded(len(lower)))), np.zeros((2, PERSON))
     for a in range(2):
-        back[a, 2 * frame + a] = 1.0
-        forward(person.lower, back[a], BAND)
-        for row in range(2 * frame, n):
-            share, spread = back[a, row], person.spread[BAND + row]
-            for c in range(CUES * m):
-                by_residual[a, c] -= share * spread[c]
-        for i in range(m):
-            for j in range(CUES):
-                for q in range(PERSON):
-                    by_numbers[a, q] += by_residual[a, CUES * i + j] * found.by_person[i, j, q]
+        back = np.zeros(len(person.pull))
+        back[2 * frame + a] = 1.0
+        solve(person.lower, back)
+        _by_frames(person, back, fixed, sides[a], by_numbers[a])
+        covariance[a, 0], covariance[a, 1] = back[2 * frame], back[2 * frame + 1]
     for a in range(2):
-        u = by_numbers[a, 0] * inner[0, 0] + by_numbers[a, 1] * inner[1, 0]
-        v = by_numbers[a, 0] * inner[0, 1] + by_numbers[a, 1] * inner[1, 1]
         for b in range(2):
-            for row in range(2 * frame, n):
-                alone[a, b] += back[a, row] * back[b, row]
-            alone[a, b] += u * by_numbers[b, 0] + v * by_numbers[b, 1]
-        for i in range(m):
-            start = FRAME * (person.first + found.frame[i])
-            for j in range(CUES):
-                c = CUES * i + j
-                share = by_residual[a, c] - (u * person.across[0, c] + v * person.across[1, c])
-                for q in range(FRAME):
-                    by_frames[a, start + q] += share * found.by_frame[i, j, q]
-    return alone, by_frames
+            for q in range(PERSON):
+                share = inner[q, 0] * by_numbers[b, 0] + inner[q, 1] * by_numbers[b, 1]
+                covariance[a, b] += by_numbers[a, q] * share
+    gram(lower, sides, covariance)
+
+
+@kernel
+def _by_frames(person: Person, back: FloatArray, fixed: BoolArray, side: FloatArray, numbers: FloatArray) -> None:
+    """Add how a place moves with all frames [7T] that are not ``fixed``, and, if these stay, with the ``numbers`` [2].
+
+    ``back`` [2n] is the row of A⁻¹ of the place.
+    """
+    found, inner, m = person.found, person.inner, len(person.found.frame)
+    values, unused = np.empty((m, CUES)), np.zeros(len(back))
+    for i in range(m):
+        r = 2 * found.frame[i]
+        for j in range(CUES):
+            values[i, j] = -(found.by_place[i, j, 0] * back[r] + found.by_place[i, j, 1] * back[r + 1])
+    weighed = weigh(found, person.white, values, unused)
+    for i in range(m):
+        for j in range(CUES):
+            for q in range(PERSON):
+                numbers[q] += weighed[i, j] * found.by_person[i, j, q]
+    u = numbers[0] * inner[0, 0] + numbers[1] * inner[1, 0]
+    v = numbers[0] * inner[0, 1] + numbers[1] * inner[1, 1]
+    for i in range(m):
+        t = person.first + found.frame[i]
+        for j in range(CUES):
+            share = weighed[i, j] - (u * person.across[0, CUES * i + j] + v * person.across[1, CUES * i + j])
+            for q in range(POSE if fixed[t] else 0, FRAME):
+                side[FRAME * t + q] += share * found.by_frame[i, j, q]

@@ -13,7 +13,7 @@ from vbbench_baselines.joint_map.real_camera.bearings import Bearings
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, solve
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
+from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, paper_for
 from vbbench_baselines.joint_map.real_camera.observer import (
     LAWS,
     VEHICLE,
@@ -145,7 +145,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     add_observer(frames, seen.free, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)
-    people = []
+    people, paper = [], paper_for(len(frames))
     for k in range(len(seen.first)):
         first, last = int(seen.first[k]), int(seen.last[k])
         if last < first:
@@ -155,14 +155,19 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         white = whiten(found, model.noise, model.dt)
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()
-        person = eliminate(k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping)
-        add_person(person, gradient, hessian)
+        person, filled = eliminate(
+            k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping, paper
+        )
+        add_person(person, filled, paper, gradient, hessian)
         people.append(person)
-    moving = np.ones(size, np.bool_)
+    moving, count = np.empty(size, np.int64), 0
+    for p in range(size):
+        if p % FRAME >= 3 or not seen.fixed[p // FRAME]:
+            moving[count] = p
+            count += 1
     for t in range(len(frames)):
         if seen.fixed[t]:
             for a in range(3):
-                moving[FRAME * t + a] = False
                 p = FRAME * t + a
                 gradient[p] = 0.0
                 for q in range(size):
@@ -172,7 +177,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         for a in range(FRAME):
             for b in range(a):
                 hessian[p + b, p + a] = hessian[p + a, p + b]
-    return System(people, gradient, hessian, np.flatnonzero(moving), shares)
+    return System(people, gradient, hessian, moving[:count], shares)
 
 
 @kernel
