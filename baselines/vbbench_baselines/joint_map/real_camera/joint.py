@@ -160,24 +160,28 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         )
         add_person(person, filled, paper, gradient, hessian)
         people.append(person)
-    moving, count = np.empty(size, np.int64), 0
-    for p in range(size):
-        if p % FRAME >= 3 or not seen.fixed[p // FRAME]:
-            moving[count] = p
-            count += 1
-    for t in range(len(frames)):
-        if seen.fixed[t]:
-            for a in range(3):
-                p = FRAME * t + a
-                gradient[p] = 0.0
-                for q in range(size):
-                    hessian[max(p, q), min(p, q)] = 1.0 if p == q else 0.0
+    moving = _hold(seen.fixed, gradient, hessian)
     for t in range(len(frames)):  # a frame's own block holds both halves
         p = FRAME * t
         for a in range(FRAME):
             for b in range(a):
                 hessian[p + b, p + a] = hessian[p + a, p + b]
-    return System(people, gradient, hessian, moving[:count], shares)
+    return System(people, gradient, hessian, moving, shares)
+
+
+@kernel
+def _hold(fixed: BoolArray, gradient: FloatArray, hessian: FloatArray) -> IntArray:
+    """Take the poses of ``fixed`` frames [T] out of the energy; returns the numbers that move."""
+    size, count, moving = len(gradient), 0, np.empty(len(gradient), np.int64)
+    for p in range(size):
+        if p % FRAME < 3 and fixed[p // FRAME]:
+            gradient[p] = 0.0
+            for q in range(size):
+                hessian[max(p, q), min(p, q)] = 1.0 if p == q else 0.0
+        else:
+            moving[count] = p
+            count += 1
+    return moving[:count]
 
 
 @kernel

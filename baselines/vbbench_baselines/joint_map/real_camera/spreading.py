@@ -101,9 +101,7 @@ def _put(spread: FloatArray, column: int, found: Residuals, i: int, j: int, shar
 
 
 @kernel
-def add_numbers(
-    spread: FloatArray, filled: IntArray, sides: FloatArray, across: FloatArray, force: FloatArray
-) -> None:
+def add_numbers(spread: FloatArray, filled: IntArray, sides: FloatArray, across: FloatArray, force: FloatArray) -> None:
     """Make U of ``across``, which is ΩQ_p, and φ of ``force``, which is Ωq."""
     n = len(filled)
     for row in range(0, n, ROWS):

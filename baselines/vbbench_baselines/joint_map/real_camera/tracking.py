@@ -223,11 +223,10 @@ def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray
         for t in range(first, seen.last[k] + 1):
             if np.isnan(places[t, k, 0]):
                 if not np.isnan(seen.given[t, k, 0]):
-                    for a in range(2):
-                        places[t, k, a] = seen.given[t, k, a]
+                    places[t, k, 0], places[t, k, 1] = seen.given[t, k, 0], seen.given[t, k, 1]
                 elif t - 2 >= first and not np.isnan(places[t - 1, k, 0] + places[t - 2, k, 0]):
-                    for a in range(2):
-                        places[t, k, a] = 2.0 * places[t - 1, k, a] - places[t - 2, k, a]
+                    places[t, k, 0] = 2.0 * places[t - 1, k, 0] - places[t - 2, k, 0]
+                    places[t, k, 1] = 2.0 * places[t - 1, k, 1] - places[t - 2, k, 1]
                 elif not np.isnan(boxes.azimuth[t, k]):
                     reach = np.exp(numbers[k, 0]) / boxes.length[t, k] + numbers[k, 1]
                     side, ahead = reach * np.sin(boxes.azimuth[t, k]), reach * np.cos(boxes.azimuth[t, k])
@@ -235,11 +234,18 @@ def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray
                     places[t, k, 0] = frames[t, 0] + side * sin + ahead * cos
                     places[t, k, 1] = frames[t, 1] - side * cos + ahead * sin
             if not np.isnan(places[t, k, 0]):
-                for missing in range(known + 1, t if known >= 0 else known + 1):
-                    share = (missing - known) / (t - known)
-                    for a in range(2):
-                        places[missing, k, a] = (1.0 - share) * places[known, k, a] + share * places[t, k, a]
+                if known >= 0:
+                    _bridge(places, k, known, t)
                 known = t
+
+
+@kernel
+def _bridge(places: FloatArray, k: int, known: int, t: int) -> None:
+    """Fill in the places [T, K, 2] of person ``k`` between two frames, straight from one to the other."""
+    for missing in range(known + 1, t):
+        share = (missing - known) / (t - known)
+        for a in range(2):
+            places[missing, k, a] = (1.0 - share) * places[known, k, a] + share * places[t, k, a]
 
 
 @kernel
