@@ -4,10 +4,12 @@ import csv
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from tests.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_folder, write_mot, write_tum
 from vbbench.birdify.birdify import birdify
@@ -51,6 +53,16 @@ class Odometer:
             self.pose = np.array([*place, self.pose[2] + turn])
         relative = self.problem.camera.unproject(frame.observations, np.full(len(frame.observations), 1.72))
         return FrameEstimate(pose=self.pose, positions=relative_to_world(relative, self.pose))
+
+
+class Beginner(Odometer):
+    """Notes how many threads libraries may use whenever it starts."""
+
+    threads: ClassVar[list[int]] = []
+
+    def start(self, problem: Problem) -> None:
+        super().start(problem)
+        self.threads.append(max(library["num_threads"] for library in threadpool_info()))
 
 
 FAST = f"{__name__}:Odometer"
@@ -162,6 +174,14 @@ def test_odometry_reaches_any_solver_and_time_stamps_stay(tmp_path):
     assert (made.folder / "poses.txt").read_text().splitlines()[1].startswith("1600000000.0 ")
     assert (made.report.odometry, made.report.place_std, made.report.converged) == (1.0, None, None)
     assert (made.folder / "recording" / "odometry.txt").is_file()
+
+
+def test_the_solver_has_loaded_its_libraries_before_they_are_kept_to_one_thread(folder, tmp_path):
+    """A library that comes later would have as many threads as there are processors, which only wait for each other."""
+    with threadpool_limits(3):
+        beginner = f"{__name__}:{Beginner.__name__}"
+        birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=beginner, film=False)
+    assert Beginner.threads == [3, 1]
 
 
 def test_numbers_of_frames_and_ids_are_those_of_the_file(tmp_path):

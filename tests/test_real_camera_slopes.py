@@ -63,8 +63,8 @@ def slope_of(energy: Callable[[FloatArray], float], at: FloatArray, step: float 
 
 
 def symmetric(lower: FloatArray) -> FloatArray:
-    """A matrix from its lower half, and blocks of frames that hold both."""
-    half = np.tril(lower)
+    """A matrix from its lower half, and blocks of frames that hold both; there may be more columns."""
+    half = np.tril(lower[:, : len(lower)])
     return half + np.tril(half, -1).T
 
 

@@ -15,9 +15,6 @@ from vbbench.folders.work_folder import check_free
 from vbbench.pictures.reading import Film, open_film
 from vbbench.pictures.rendering import silent
 
-VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mjpeg", ".ts", ".ogv", ".wmv")
-"""Endings of the names of videos."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Detection:
@@ -27,11 +24,6 @@ class Detection:
     weights: Path | None = None
     tracker: str = "byte"
     every: int = 1
-
-
-def is_film(path: Path) -> bool:
-    """Whether a path is a video by its name, or a folder, which is one of pictures."""
-    return path.is_dir() or path.suffix.lower() in VIDEOS
 
 
 def birdify_film(

@@ -41,7 +41,7 @@ def birdify(
         overwrite: Replace a folder that birdify made.
     """
     from vbbench.birdify.birdify import birdify as make
-    from vbbench.birdify.films import Detection, birdify_film, is_film
+    from vbbench.birdify.birdify import is_film
     from vbbench.errors import VbbenchError
 
     if film and no_film:
@@ -58,6 +58,8 @@ def birdify(
         "announce": announce,
     }
     if is_film(boxes):
+        from vbbench.birdify.films import Detection, birdify_film  # reads films, which boxes alone do not need
+
         made = birdify_film(boxes, camera, out, Detection(**given), **options)
     else:
         made = make(boxes, camera, out, **options)

@@ -14,7 +14,6 @@ these takes the place of the normal; for white noise that is the fixed-b correct
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scoring.timeline import Timeline, residuals
@@ -61,11 +60,15 @@ class Means:
     def p_values(self) -> FloatArray:
         """[M] two-sided, for a mean of 0; NaN without an interval."""
         t = np.divide(np.abs(self.mean), self.error, out=np.full_like(self.mean, np.inf), where=self.error > 0)
+        from scipy.special import stdtr
+
         p = 2.0 * stdtr(np.where(np.isnan(self.degrees), 1.0, self.degrees), -t)
         p = np.where((self.mean == 0) & (self.error == 0), 1.0, p)
         return np.where(np.isnan(self.error), np.nan, p)
 
     def _reach(self) -> FloatArray:
+        from scipy.special import stdtrit
+
         reach: FloatArray = stdtrit(self.degrees, 0.975) * self.error
         return reach
 

@@ -2,68 +2,99 @@
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
-from vbbench_baselines.joint_map.optimiser.banded import BAND, forward
+from vbbench_baselines.joint_map.optimiser.banded import solve
+from vbbench_baselines.joint_map.real_camera.cholesky import factor, gram, padded
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON
 from vbbench_baselines.joint_map.real_camera.elimination import Person
 from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, linearise
+from vbbench_baselines.joint_map.real_camera.spreading import weigh
 
 LEAST = 1e-12
 """In m² and rad²; no variance is told to be less."""
+
+POSE = 3
+"""Numbers of a pose."""
 
 
 @kernel
 def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[FloatArray, FloatArray]:
     """[n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on, NaN where no box is."""
-    system = linearise(point, seen, model, 0.0)
-    frames = len(point.frames)
-    matrix = system.hessian
-    for p in range(len(matrix)):
-        matrix[p, p] += SOFTEST
-        matrix[p, p + 1 :] = matrix[p + 1 :, p]
-    covariance = np.ascontiguousarray(np.linalg.inv(matrix))
-    for t in range(frames):
-        if seen.fixed[t]:
-            covariance[FRAME * t : FRAME * t + 3] = 0.0
-            covariance[:, FRAME * t : FRAME * t + 3] = 0.0
-    poses, places = np.empty((frames - since, 3, 3)), np.full((frames - since, len(seen.first), 2, 2), np.nan)
+    system, frames, people = linearise(point, seen, model, 0.0), len(point.frames), len(seen.first)
+    lower = factor_softly(system.hessian)
+    poses, places = np.zeros((frames - since, POSE, POSE)), np.full((frames - since, people, 2, 2), np.nan)
     for t in range(since, frames):
-        poses[t - since] = covariance[FRAME * t : FRAME * t + 3, FRAME * t : FRAME * t + 3] + LEAST * np.eye(3)
+        sides = np.zeros((POSE, padded(len(lower))))
+        for a in range(POSE):
+            sides[a, FRAME * t + a] = 1.0
+            poses[t - since, a, a] = LEAST
+        if not seen.fixed[t]:
+            gram(lower, sides, poses[t - since])
         for person in system.people:
-            k = person.number
-            if person.first <= t <= int(seen.last[k]) and not np.isnan(seen.boxes.azimuth[t, k]):
-                places[t - since, k] = place_covariance(person, t - person.first, covariance)
+            if not np.isnan(seen.boxes.azimuth[t, person.number]):
+                put_place(person, t - person.first, seen.fixed, lower, places[t - since, person.number])
     return poses, places
 
 
 @kernel
-def place_covariance(person: Person, frame: int, covariance: FloatArray) -> FloatArray:
-    """[2, 2] of the person's place in a frame of its track; ``covariance`` [7T, 7T] of the frames."""
-    found, n = person.found, len(person.pull) // 2
-    m = len(found.frame)
-    across = np.ascontiguousarray(person.across[:, : CUES * m])
-    spread = np.ascontiguousarray(person.spread[BAND : BAND + 2 * n, : CUES * m])
-    back = np.zeros((2, 2 * n))  # L⁻¹ of the place's unit vectors
+def factor_softly(hessian: FloatArray) -> FloatArray:
+    """The factor of a matrix that is positive definite but for rounding, with as little added as makes it so."""
+    softness, lower = SOFTEST, hessian.copy()
+    for p in range(len(lower)):
+        lower[p, p] += softness
+    while not factor(lower) and softness < 1.0:
+        softness *= 100.0
+        for p in range(len(lower)):
+            for q in range(p):
+                lower[p, q] = hessian[p, q]
+            lower[p, p] = hessian[p, p] + softness
+    return lower
+
+
+@kernel
+def put_place(person: Person, frame: int, fixed: BoolArray, lower: FloatArray, covariance: FloatArray) -> None:
+    """Write the ``covariance`` [2, 2] of a person's place in a frame of its track.
+
+    It is that if all frames were known, and what these add, whose information has the factor ``lower``.
+    """
+    inner, sides, by_numbers = person.inner, np.zeros((2, padded(len(lower)))), np.zeros((2, PERSON))
     for a in range(2):
-        back[a, 2 * frame + a] = 1.0
-        forward(person.lower, back[a], BAND)
-    by_residual = -(back @ spread)  # [2, 3m]: of the place by the residuals
-    by_numbers = by_residual @ found.by_person.copy().reshape((CUES * m, PERSON))
-    by_residual = by_residual - (by_numbers @ person.inner) @ across
-    by_frames = np.zeros((2, FRAME * m))
-    columns = np.empty(FRAME * m, np.int64)
+        back = np.zeros(len(person.pull))
+        back[2 * frame + a] = 1.0
+        solve(person.lower, back)
+        _by_frames(person, back, fixed, sides[a], by_numbers[a])
+        covariance[a, 0], covariance[a, 1] = back[2 * frame], back[2 * frame + 1]
+    for a in range(2):
+        for b in range(2):
+            for q in range(PERSON):
+                share = inner[q, 0] * by_numbers[b, 0] + inner[q, 1] * by_numbers[b, 1]
+                covariance[a, b] += by_numbers[a, q] * share
+    gram(lower, sides, covariance)
+
+
+@kernel
+def _by_frames(person: Person, back: FloatArray, fixed: BoolArray, side: FloatArray, numbers: FloatArray) -> None:
+    """Add how a place moves with all frames [7T] that are not ``fixed``, and, if these stay, with the ``numbers`` [2].
+
+    ``back`` [2n] is the row of A⁻¹ of the place.
+    """
+    found, inner, m = person.found, person.inner, len(person.found.frame)
+    values, unused = np.empty((m, CUES)), np.zeros(len(back))
     for i in range(m):
-        for a in range(FRAME):
-            columns[FRAME * i + a] = FRAME * (person.first + found.frame[i]) + a
-            for j in range(CUES):
-                for b in range(2):
-                    by_frames[b, FRAME * i + a] += by_residual[b, CUES * i + j] * found.by_frame[i, j, a]
-    own = np.empty((FRAME * m, FRAME * m))
-    for i in range(FRAME * m):
-        for j in range(FRAME * m):
-            own[i, j] = covariance[columns[i], columns[j]]
-    alone = back @ np.ascontiguousarray(back.T)
-    of_numbers = by_numbers @ person.inner @ np.ascontiguousarray(by_numbers.T)
-    total: FloatArray = alone + of_numbers + by_frames @ own @ np.ascontiguousarray(by_frames.T)
-    return total
+        r = 2 * found.frame[i]
+        for j in range(CUES):
+            values[i, j] = -(found.by_place[i, j, 0] * back[r] + found.by_place[i, j, 1] * back[r + 1])
+    weighed = weigh(found, person.white, values, unused)
+    for i in range(m):
+        for j in range(CUES):
+            for q in range(PERSON):
+                numbers[q] += weighed[i, j] * found.by_person[i, j, q]
+    u = numbers[0] * inner[0, 0] + numbers[1] * inner[1, 0]
+    v = numbers[0] * inner[0, 1] + numbers[1] * inner[1, 1]
+    for i in range(m):
+        t = person.first + found.frame[i]
+        for j in range(CUES):
+            share = weighed[i, j] - (u * person.across[0, CUES * i + j] + v * person.across[1, CUES * i + j])
+            for q in range(POSE if fixed[t] else 0, FRAME):
+                side[FRAME * t + q] += share * found.by_frame[i, j, q]

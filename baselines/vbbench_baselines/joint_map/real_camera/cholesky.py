@@ -89,3 +89,27 @@ def solve(lower: FloatArray, right: FloatArray) -> None:
         for c in range(j):
             total -= row[c] * right[c]
         right[j] = total / row[j]
+
+
+@kernel
+def gram(lower: FloatArray, sides: FloatArray, target: FloatArray) -> None:
+    """Add B A⁻¹ Bᵀ to ``target`` [r, r]; B [r, n], the first columns of ``sides``, is used up.
+
+    ``lower`` [n, n] as `factor` leaves it; both are fastest with `padded` columns.
+    """
+    for end in range(len(lower), 0, -ROWS):
+        first = max(end - ROWS, 0)
+        for side in sides:
+            for j in range(end - 1, first - 1, -1):
+                side[j] /= lower[j, j]
+                for c in range(first, j):
+                    side[c] -= side[j] * lower[j, c]
+        for a in range(len(sides)):
+            for b in range(len(sides)):
+                for j in range(first, end):
+                    target[a, b] += sides[a, j] * sides[b, j]
+        if first > 0:
+            for s in sides:
+                f = first
+                shares = (s[f], s[f + 1], s[f + 2], s[f + 3], s[f + 4], s[f + 5], s[f + 6], s[f + 7])
+                take_rows(s, min(padded(first), len(lower)), lower, first, shares)

@@ -12,13 +12,15 @@ Q_xᵀΩQ_x + E is banded, A = LLᵀ. With Z = L⁻¹Q_xᵀΩ and y = L⁻¹g_x,
 to which dp and df are linear; with U = ΨQ_p, I_p = Q_pᵀU + P_p and g_p = Q_pᵀφ + P_p(p − p̄), dp eliminated leaves
 
     Ψ' = Ψ − U I_p⁻¹Uᵀ,   φ' = φ − U I_p⁻¹g_p:   gradient Q_fᵀφ', Hessian Q_fᵀΨ'Q_f.
+
+With I_p = MMᵀ, the rows of M⁻¹Uᵀ are two more of Z.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
@@ -35,7 +37,7 @@ from vbbench_baselines.joint_map.real_camera.cues import (
     Residuals,
     Whitened,
 )
-from vbbench_baselines.joint_map.real_camera.spreading import fill_spread, remaining, sides_of
+from vbbench_baselines.joint_map.real_camera.spreading import add_numbers, fill_spread, information_of, sides_of
 
 SOMEWHERE = 1e-4
 """In 1/m²: keeps a place of which nothing is known."""
@@ -56,12 +58,9 @@ class Person(NamedTuple):
     number, first : k, and the frame it begins with.
     found : the residuals.
     white : Ω and Ωq.
-    lower, spread, pull : L (see `joint_map.optimiser.banded`), Z [2n, 3m] between `BAND` rows of zeros, and y [2n].
+    lower, pull : L (see `joint_map.optimiser.banded`), and y [2n].
     inner, slope : I_p⁻¹ [2, 2] and g_p [2].
-    across : Uᵀ [2, 3m].
-    information, force : Ψ' [3m, 3m], the lower half with whole blocks on the diagonal, and φ' [3m].
-
-    Columns are `padded` with zeros.
+    across : Uᵀ [2, 3m], `padded` with zeros.
     """
 
     number: int
@@ -69,13 +68,33 @@ class Person(NamedTuple):
     found: Residuals
     white: Whitened
     lower: FloatArray
-    spread: FloatArray
     pull: FloatArray
     inner: FloatArray
     slope: FloatArray
     across: FloatArray
-    information: FloatArray
+
+
+class Paper(NamedTuple):
+    """What is written down for one person after the other while they are eliminated; columns are `padded`.
+
+    Attributes
+    ----------
+    spread : Z and M⁻¹Uᵀ, below `BAND` rows of zeros.
+    force : φ' [3m].
+    information : rows of Ψ' [3, 3m].
+    """
+
+    spread: FloatArray
     force: FloatArray
+    information: FloatArray
+
+
+@kernel
+def paper_for(frames: int) -> Paper:
+    """Enough for people who are followed over so many frames."""
+    columns = padded(CUES * frames)
+    spread = np.zeros((2 * frames + 3 * BAND, columns))
+    return Paper(spread, np.empty(columns), np.empty((CUES, columns)))
 
 
 @kernel
@@ -91,18 +110,24 @@ def eliminate(
     walk: Walk,
     prior: PeoplePrior,
     damping: float,
-) -> Person:
-    """The person with the ``track`` and what is ``given`` of it [n, 2], and the walk's ``weights`` [n]."""
+    paper: Paper,
+) -> tuple[Person, IntArray]:
+    """The person with the ``track`` and what is ``given`` of it [n, 2], and the walk's ``weights`` [n].
+
+    ``paper`` gets Z, M⁻¹Uᵀ and φ'; returns the person, and how many columns of each row [2n] of Z have begun.
+    """
     n, m = len(track), len(found.frame)
+    spread, force = paper.spread, paper.force
     lower, pull = _track_terms(track, given, found, white, weights, walk)
     for i in range(2 * n):
         lower[i, 0] = lower[i, 0] * (1.0 + damping) + SOMEWHERE
     factor(lower)
     forward(lower, pull, BAND)
     across, sides = sides_of(found, white, lower, pull)
-    spread = np.zeros((2 * n + 2 * BAND, padded(CUES * m)))
     filled = fill_spread(found, white, lower, spread)
-    information, force = remaining(found, white, spread, filled, sides, across)
+    for p in range(padded(CUES * m)):
+        force[p] = white.force[p // CUES, p % CUES] if p < CUES * m else 0.0
+    add_numbers(spread, filled, sides, across, force)
     slope, i00, i01, i11 = np.empty(PERSON), 1.0 / prior.std[0] ** 2, 0.0, 1.0 / prior.std[1] ** 2
     for a in range(PERSON):
         slope[a] = (person[a] - prior.mean[a]) / prior.std[a] ** 2
@@ -117,13 +142,13 @@ def eliminate(
     inner, determinant = np.empty((PERSON, PERSON)), i00 * i11 - i01 * i01
     inner[0, 0], inner[1, 1] = i11 / determinant, i00 / determinant
     inner[0, 1] = inner[1, 0] = -i01 / determinant
+    scale, own = 1.0 / np.sqrt(i00), 1.0 / np.sqrt(determinant / i00)
+    height, edge = spread[BAND + 2 * n], spread[BAND + 2 * n + 1]
     for p in range(CUES * m):
-        row, u, v = information[p], across[0, p], across[1, p]
-        by_u, by_v = inner[0, 0] * u + inner[0, 1] * v, inner[1, 0] * u + inner[1, 1] * v
-        force[p] -= by_u * slope[0] + by_v * slope[1]
-        for c in range(CUES * (p // CUES + 1)):
-            row[c] -= by_u * across[0, c] + by_v * across[1, c]
-    return Person(number, first, found, white, lower, spread, pull, inner, slope, across, information, force)
+        u, v = across[0, p], across[1, p]
+        height[p], edge[p] = scale * u, own * (v - i01 / i00 * u)
+        force[p] -= (inner[0, 0] * u + inner[0, 1] * v) * slope[0] + (inner[1, 0] * u + inner[1, 1] * v) * slope[1]
+    return Person(number, first, found, white, lower, pull, inner, slope, across), filled
 
 
 @kernel
@@ -150,7 +175,7 @@ def _track_terms(
     for i in range(len(found.frame)):
         r = 2 * found.frame[i]
         for j in range(CUES):
-            x, y = found.by_place[i, j]
+            x, y = found.by_place[i, j, 0], found.by_place[i, j, 1]
             lower[r, 0] += white.diagonal[i, j] * x * x
             lower[r, 1] += white.diagonal[i, j] * x * y
             lower[r + 1, 0] += white.diagonal[i, j] * y * y
@@ -159,7 +184,7 @@ def _track_terms(
             link = white.beside[i, j]
             if link != 0.0:
                 p = 2 * found.frame[i - 1]
-                other_x, other_y = found.by_place[i - 1, j]
+                other_x, other_y = found.by_place[i - 1, j, 0], found.by_place[i - 1, j, 1]
                 lower[p, r - p] += link * x * other_x
                 lower[p, r + 1 - p] += link * y * other_x
                 lower[p + 1, r - p - 1] += link * x * other_y
@@ -168,21 +193,22 @@ def _track_terms(
 
 
 @kernel
-def add_person(person: Person, gradient: FloatArray, hessian: FloatArray) -> None:
+def add_person(person: Person, filled: IntArray, paper: Paper, gradient: FloatArray, hessian: FloatArray) -> None:
     """Add Q_fᵀφ' to the gradient [7T], and Q_fᵀΨ'Q_f to the lower half of the Hessian [7T, 7T].
 
-    A column depends on x, y, yaw and offset, a length on x and y, and a foot on all but the offset.
+    A column depends on x, y, yaw and offset, a length on x and y, and a foot on all but the offset. ``filled`` and
+    ``paper`` are as `eliminate` leaves them.
     """
-    found, force, information = person.found, person.force, person.information
-    start, n = FRAME * person.first, FRAME * (len(person.lower) - BAND) // 2
-    some = np.zeros((CUES, n))  # rows of Ψ'Q_f
+    found, start = person.found, FRAME * person.first
+    some, begin = np.zeros((CUES, FRAME * (len(filled) // 2))), 0  # rows of Ψ'Q_f
     for i in range(len(found.frame)):
         here, by_frame = FRAME * found.frame[i], found.by_frame[i]
         for a in range(FRAME):
             for j in range(CUES):
-                gradient[start + here + a] += by_frame[j, a] * force[CUES * i + j]
+                gradient[start + here + a] += by_frame[j, a] * paper.force[CUES * i + j]
+        begin = information_of(i, begin, person.white, paper.spread, filled, paper.information)
         for j in range(CUES):
-            row, told = some[j], information[CUES * i + j]
+            row, told = some[j], paper.information[j]
             for h in range(i + 1):
                 q, other = FRAME * found.frame[h], found.by_frame[h]
                 u, v, w = told[CUES * h], told[CUES * h + 1], told[CUES * h + 2]
@@ -193,7 +219,12 @@ def add_person(person: Person, gradient: FloatArray, hessian: FloatArray) -> Non
                 row[q + HEIGHT], row[q + OFFSET] = w * other[2, HEIGHT], u * other[0, OFFSET]
         column, length, foot = some[0], some[1], some[2]
         for a in range(FRAME):
-            u, v, w = by_frame[0, a], by_frame[1, a], by_frame[2, a]
             target = hessian[start + here + a, start:]
-            for c in range(here + FRAME):
-                target[c] += u * column[c] + v * length[c] + w * foot[c]
+            if a < PITCH:
+                u, v, w = by_frame[0, a], by_frame[1, a], by_frame[2, a]
+                for c in range(here + FRAME):
+                    target[c] += u * column[c] + v * length[c] + w * foot[c]
+            else:
+                only, share = (column, by_frame[0, a]) if a == OFFSET else (foot, by_frame[2, a])
+                for c in range(here + FRAME):
+                    target[c] += share * only[c]

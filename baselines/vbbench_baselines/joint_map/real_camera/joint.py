@@ -13,7 +13,7 @@ from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, solve
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate
+from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, paper_for
 from vbbench_baselines.joint_map.real_camera.observer import (
     LAWS,
     VEHICLE,
@@ -84,7 +84,8 @@ class Point(NamedTuple):
 
 
 class System(NamedTuple):
-    """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half), and shares of laws.
+    """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half, with `padded`
+    columns), and shares of laws.
 
     ``moving`` are the frames' numbers that are not given.
     """
@@ -139,12 +140,12 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     """The energy about a point; given poses do not move."""
     frames = point.frames
     size = frames.size
-    gradient, hessian = np.zeros(size), np.zeros((size, size))
+    gradient, hessian = np.zeros(size), np.zeros((size, padded(size)))
     shares, _ = shares_of(frames, seen.free, model.observer, model.odds)
     add_observer(frames, seen.free, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)
-    people = []
+    people, paper = [], paper_for(len(frames))
     for k in range(len(seen.first)):
         first, last = int(seen.first[k]), int(seen.last[k])
         if last < first:
@@ -154,24 +155,33 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         white = whiten(found, model.noise, model.dt)
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()
-        person = eliminate(k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping)
-        add_person(person, gradient, hessian)
+        person, filled = eliminate(
+            k, first, track, given, numbers, found, white, weights, model.walk, model.people, damping, paper
+        )
+        add_person(person, filled, paper, gradient, hessian)
         people.append(person)
-    moving = np.ones(size, np.bool_)
-    for t in range(len(frames)):
-        if seen.fixed[t]:
-            for a in range(3):
-                moving[FRAME * t + a] = False
-                p = FRAME * t + a
-                gradient[p] = 0.0
-                for q in range(size):
-                    hessian[max(p, q), min(p, q)] = 1.0 if p == q else 0.0
+    moving = _hold(seen.fixed, gradient, hessian)
     for t in range(len(frames)):  # a frame's own block holds both halves
         p = FRAME * t
         for a in range(FRAME):
             for b in range(a):
                 hessian[p + b, p + a] = hessian[p + a, p + b]
-    return System(people, gradient, hessian, np.flatnonzero(moving), shares)
+    return System(people, gradient, hessian, moving, shares)
+
+
+@kernel
+def _hold(fixed: BoolArray, gradient: FloatArray, hessian: FloatArray) -> IntArray:
+    """Take the poses of ``fixed`` frames [T] out of the energy; returns the numbers that move."""
+    size, count, moving = len(gradient), 0, np.empty(len(gradient), np.int64)
+    for p in range(size):
+        if p % FRAME < 3 and fixed[p // FRAME]:
+            gradient[p] = 0.0
+            for q in range(size):
+                hessian[max(p, q), min(p, q)] = 1.0 if p == q else 0.0
+        else:
+            moving[count] = p
+            count += 1
+    return moving[:count]
 
 
 @kernel

@@ -88,9 +88,8 @@ def normaliser(nu: float) -> float:
 
 
 @kernel
-def surprises(frames: FloatArray, t: int, observer: Observer) -> FloatArray:
-    """[4] −ln of the density of the step into frame ``t`` ≥ 2 under each law."""
-    told = np.zeros(LAWS)
+def surprise(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -> None:
+    """Add −ln of the density of the step into frame ``t`` ≥ 2 under each law to ``told`` [4]."""
     now, before = step_of(frames[t - 1], frames[t]), step_of(frames[t - 2], frames[t - 1])
     changes = (now.forward - before.forward, now.right - before.right, now.turned - before.turned)
     for a in range(3):
@@ -100,27 +99,32 @@ def surprises(frames: FloatArray, t: int, observer: Observer) -> FloatArray:
     walk, head = observer.walk, observer.walk.head
     order = min(t, REACH)
     scale = walk.sigma * walk.spreads[order]
-    walked = innovation(frames[:, :2], t, walk) / walk.sigma**2
+    walked = innovation(frames, t, walk) / walk.sigma**2
     path = np.log(2.0 * np.pi * scale * scale) + 0.5 * (walk.nu + 2.0) * np.log(1.0 + walked / walk.nu)
     residuals = np.empty(FOLLOWERS + 1)
     strays(frames[t - 1], frames[t], head, residuals)
     for law in range(FOLLOWERS + 1):
         gamma = head.following[law] if law < FOLLOWERS else head.wandering
-        told[1 + law] = path + np.log(np.pi * gamma * (1.0 + (residuals[law] / gamma) ** 2))
-    return told
+        told[1 + law] += path + np.log(np.pi * gamma * (1.0 + (residuals[law] / gamma) ** 2))
 
 
 @kernel
 def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray) -> tuple[FloatArray, float]:
     """π [4], and −ln of the density of all steps into ``free`` frames, of whichever law."""
-    told = -(observer.odds + odds)
+    told, shares, least, total = np.empty(LAWS), np.empty(LAWS), np.inf, 0.0
+    for law in range(LAWS):
+        told[law] = -(observer.odds[law] + odds[law])
     for t in range(2, len(frames)):
         if free[t]:
-            told += surprises(frames, t, observer)
-    least = np.min(told)
-    shares = np.exp(least - told)
-    total = np.sum(shares)
-    return shares / total, least - np.log(total)
+            surprise(frames, t, observer, told)
+    for law in range(LAWS):
+        least = min(least, told[law])
+    for law in range(LAWS):
+        shares[law] = np.exp(least - told[law])
+        total += shares[law]
+    for law in range(LAWS):
+        shares[law] /= total
+    return shares, least - np.log(total)
 
 
 @kernel
@@ -156,7 +160,7 @@ def add_observer(
         if not free[t]:
             continue
         step = step_of(frames[t - 1], frames[t])
-        slip, swing, slow = observer.level
+        slip, swing, slow = observer.level[0], observer.level[1], observer.level[2]
         length = step.forward**2 + step.right**2
         still = share * observer.drag * 2.0 / (slow * slow + length) + observer.walk.own_rest
         if t == 1:
@@ -203,7 +207,7 @@ def _add_pedestrian(
 ) -> None:
     """What a pedestrian's step and turn into frame ``t`` add, by the shares."""
     walk, head, order = observer.walk, observer.walk.head, min(t, REACH)
-    square = innovation(frames[:, :2], t, walk)
+    square = innovation(frames, t, walk)
     weight = (1.0 - shares[VEHICLE]) * (walk.nu + 2.0) / (walk.nu * walk.sigma**2 + square) / walk.spreads[order] ** 2
     for a in range(2):
         off = 0.0

@@ -52,12 +52,16 @@ def sides_of(found: Residuals, white: Whitened, lower: FloatArray, pull: FloatAr
 
 @kernel
 def fill_spread(found: Residuals, white: Whitened, lower: FloatArray, spread: FloatArray) -> IntArray:
-    """Put Z below the first `BAND` rows, which stay 0; returns how many of its columns [2n] have begun.
+    """Put Z below the first `BAND` rows of ``spread``, which stay 0; returns how many of its columns [2n] have begun.
 
-    A column begins with the frame of the box before.
+    A column begins with the frame of the box before. Rows after Z are 0 as far as `take_rows` reads them.
     """
     m, n = len(found.frame), len(lower) - BAND
     filled = np.zeros(n, np.int64)
+    for row in range(BAND, BAND + n + PERSON + ROWS):
+        here = spread[row]
+        for c in range(padded(CUES * m)):
+            here[c] = 0.0
     for i in range(m):
         begins = found.frame[i]
         for j in range(CUES):
@@ -97,29 +101,34 @@ def _put(spread: FloatArray, column: int, found: Residuals, i: int, j: int, shar
 
 
 @kernel
-def remaining(
-    found: Residuals,
-    white: Whitened,
-    spread: FloatArray,
-    filled: IntArray,
-    sides: FloatArray,
-    across: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Ψ, its lower half with whole blocks on the diagonal, and φ; ``across`` becomes U."""
-    n, m = len(filled), len(found.frame)
-    information, force = np.zeros((CUES * m, padded(CUES * m))), np.zeros(padded(CUES * m))
-    for i in range(m):
-        for j in range(CUES):
-            p = CUES * i + j
-            information[p, p], force[p] = white.diagonal[i, j], white.force[i, j]
-            if i > 0:
-                information[p, p - CUES] = white.beside[i, j]
+def add_numbers(spread: FloatArray, filled: IntArray, sides: FloatArray, across: FloatArray, force: FloatArray) -> None:
+    """Make U of ``across``, which is ΩQ_p, and φ of ``force``, which is Ωq."""
+    n = len(filled)
     for row in range(0, n, ROWS):
         columns = filled[min(row + ROWS, n) - 1]
-        for p in range(min(columns, CUES * m)):
-            end = padded(CUES * (p // CUES + 1))
-            take_rows(information[p], end, spread, BAND + row, column_of(spread, BAND + row, p))
         for a in range(PERSON):
             take_rows(across[a], columns, spread, BAND + row, column_of(sides, row, a))
         take_rows(force, columns, spread, BAND + row, column_of(sides, row, PERSON))
-    return information, force
+
+
+@kernel
+def information_of(
+    i: int, start: int, white: Whitened, spread: FloatArray, filled: IntArray, information: FloatArray
+) -> int:
+    """Write the rows of Ψ' of box ``i`` up to its own block to ``information`` [3, 3m].
+
+    The rows of Z from ``start`` on may count; returns from which on they do.
+    """
+    n, end = len(filled), padded(CUES * (i + 1))
+    while start < n and filled[min(start + ROWS, n) - 1] <= CUES * i:
+        start += ROWS
+    for j in range(CUES):
+        p, row = CUES * i + j, information[j]
+        for c in range(end):
+            row[c] = 0.0
+        row[p] = white.diagonal[i, j]
+        if i > 0:
+            row[p - CUES] = white.beside[i, j]
+        for other in range(BAND + start, BAND + n + PERSON, ROWS):
+            take_rows(row, end, spread, other, column_of(spread, other, p))
+    return start

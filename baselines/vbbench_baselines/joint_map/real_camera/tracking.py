@@ -24,7 +24,7 @@ from vbbench_baselines.joint_map.real_camera.joint import (
     settle,
 )
 from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
-from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprises
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, Window
 
@@ -101,7 +101,9 @@ class Tracking:
             self._cold = True
             self._dress(cold=True)
         if len(rows.frames) == rows.size and self._nothing_given(2):
-            self._odds -= surprises(rows.frames, 2, self._observer)
+            told = np.zeros(LAWS)
+            surprise(rows.frames, 2, self._observer, told)
+            self._odds -= told
             self._odds -= self._odds.max()
         rows.leave()
         self.bearings = bearings_of(self._problem.camera, boxes)
@@ -217,13 +219,14 @@ def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray
     """Where people may be whose places [T, K, 2] are not known yet: as they walked, or as high as their box says."""
     boxes = seen.boxes
     for k in range(places.shape[1]):
-        known = -1
-        for t in range(seen.first[k], seen.last[k] + 1):
+        known, first = -1, int(seen.first[k])
+        for t in range(first, seen.last[k] + 1):
             if np.isnan(places[t, k, 0]):
                 if not np.isnan(seen.given[t, k, 0]):
-                    places[t, k] = seen.given[t, k]
-                elif t - 2 >= seen.first[k] and not np.isnan(places[t - 1, k, 0] + places[t - 2, k, 0]):
-                    places[t, k] = 2.0 * places[t - 1, k] - places[t - 2, k]
+                    places[t, k, 0], places[t, k, 1] = seen.given[t, k, 0], seen.given[t, k, 1]
+                elif t - 2 >= first and not np.isnan(places[t - 1, k, 0] + places[t - 2, k, 0]):
+                    places[t, k, 0] = 2.0 * places[t - 1, k, 0] - places[t - 2, k, 0]
+                    places[t, k, 1] = 2.0 * places[t - 1, k, 1] - places[t - 2, k, 1]
                 elif not np.isnan(boxes.azimuth[t, k]):
                     reach = np.exp(numbers[k, 0]) / boxes.length[t, k] + numbers[k, 1]
                     side, ahead = reach * np.sin(boxes.azimuth[t, k]), reach * np.cos(boxes.azimuth[t, k])
@@ -231,10 +234,18 @@ def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray
                     places[t, k, 0] = frames[t, 0] + side * sin + ahead * cos
                     places[t, k, 1] = frames[t, 1] - side * cos + ahead * sin
             if not np.isnan(places[t, k, 0]):
-                for missing in range(known + 1, t if known >= 0 else known + 1):
-                    share = (missing - known) / (t - known)
-                    places[missing, k] = (1.0 - share) * places[known, k] + share * places[t, k]
+                if known >= 0:
+                    _bridge(places, k, known, t)
                 known = t
+
+
+@kernel
+def _bridge(places: FloatArray, k: int, known: int, t: int) -> None:
+    """Fill in the places [T, K, 2] of person ``k`` between two frames, straight from one to the other."""
+    for missing in range(known + 1, t):
+        share = (missing - known) / (t - known)
+        for a in range(2):
+            places[missing, k, a] = (1.0 - share) * places[known, k, a] + share * places[t, k, a]
 
 
 @kernel
@@ -248,9 +259,10 @@ def jumps(point: Point, seen: Seen, model: Model) -> BoolArray:
         before = last - 1
         while before > first and np.isnan(seen.boxes.azimuth[before, k] + seen.given[before, k, 0]):
             before -= 1
-        moved = point.places[last, k] - point.places[before, k]
+        x = point.places[last, k, 0] - point.places[before, k, 0]
+        y = point.places[last, k, 1] - point.places[before, k, 1]
         told = not np.isnan(seen.given[last, k, 0] + seen.given[before, k, 0])
-        if told and np.sqrt(moved[0] ** 2 + moved[1] ** 2) > FASTEST * model.dt * (last - before):
+        if told and np.sqrt(x * x + y * y) > FASTEST * model.dt * (last - before):
             jumped[k] = True
         elif last - first > 1 and seen.boxes.cut[last, k] == 0 and not np.isnan(seen.boxes.azimuth[last, k]):
             track, found = boxes_of(k, point, seen, model)
