@@ -40,16 +40,10 @@ def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[
 @kernel
 def place_covariance(person: Person, frame: int, covariance: FloatArray) -> FloatArray:
     """[2, 2] of the person's place in a frame of its track; ``covariance`` [7T, 7T] of the frames."""
-    found, n = person.found, len(person.pull) // 2
+    found = person.found
     m = len(found.frame)
+    by_residual, by_numbers, alone = own_spread(person, frame)
     across = np.ascontiguousarray(person.across[:, : CUES * m])
-    spread = np.ascontiguousarray(person.spread[BAND : BAND + 2 * n, : CUES * m])
-    back = np.zeros((2, 2 * n))  # L⁻¹ of the place's unit vectors
-    for a in range(2):
-        back[a, 2 * frame + a] = 1.0
-        forward(person.lower, back[a], BAND)
-    by_residual = -(back @ spread)  # [2, 3m]: of the place by the residuals
-    by_numbers = by_residual @ found.by_person.copy().reshape((CUES * m, PERSON))
     by_residual = by_residual - (by_numbers @ person.inner) @ across
     by_frames = np.zeros((2, FRAME * m))
     columns = np.empty(FRAME * m, np.int64)
@@ -63,7 +57,24 @@ def place_covariance(person: Person, frame: int, covariance: FloatArray) -> Floa
     for i in range(FRAME * m):
         for j in range(FRAME * m):
             own[i, j] = covariance[columns[i], columns[j]]
-    alone = back @ np.ascontiguousarray(back.T)
     of_numbers = by_numbers @ person.inner @ np.ascontiguousarray(by_numbers.T)
     total: FloatArray = alone + of_numbers + by_frames @ own @ np.ascontiguousarray(by_frames.T)
     return total
+
+
+@kernel
+def own_spread(person: Person, frame: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """How a person's place in a frame of its track moves with residuals [2, 3m] and numbers [2, 2]; its covariance.
+
+    The covariance [2, 2] is that of the place if numbers and frames were sure.
+    """
+    found, n = person.found, len(person.pull) // 2
+    m = len(found.frame)
+    spread = np.ascontiguousarray(person.spread[BAND : BAND + 2 * n, : CUES * m])
+    back = np.zeros((2, 2 * n))  # L⁻¹ of the place's unit vectors
+    for a in range(2):
+        back[a, 2 * frame + a] = 1.0
+        forward(person.lower, back[a], BAND)
+    by_residual = -(back @ spread)
+    by_numbers = by_residual @ found.by_person.copy().reshape((CUES * m, PERSON))
+    return by_residual, by_numbers, back @ np.ascontiguousarray(back.T)
