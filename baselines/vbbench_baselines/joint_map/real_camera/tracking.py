@@ -26,7 +26,7 @@ from vbbench_baselines.joint_map.real_camera.joint import (
 from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprises
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, SOMEBODY, Window
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, SOMEBODY, Window, last_before
 
 FIRST_ROUNDS, ROUNDS, TOLERANCE = 2, 8, 1e-3
 """Of a frame's descent: rounds before boxes are asked whom they show, most after it, and the step in m and rad that is
@@ -49,8 +49,8 @@ MOST_CHANGED = 0.5
 CHANGING, CHANGING_WEIGHT = 0.03, 50.0
 """The share of boxes at which a track is expected to change hands, and of how many boxes that is worth the weight."""
 
-RECENT, FAR_BACK = 10, 10**6
-"""In frames: people who were seen no longer ago may be seen again; and never."""
+RECENT = 10
+"""In frames: people who were seen no longer ago may be seen again."""
 
 
 class Tracking:
@@ -193,7 +193,7 @@ class Tracking:
         self._boxes_seen += np.count_nonzero(shown)
         if newest == 0 or not asked.any():
             return {}
-        last = np.where(shown, _last_before(boxes.azimuth), seen.last)
+        last = np.where(shown, last_before(boxes.azimuth), seen.last)
         candidate = (asked | ~shown) & (newest - last <= RECENT) & np.isnan(seen.given[-1, :, 0])
         hidden = boxes._replace(azimuth=np.concatenate((boxes.azimuth[:-1], np.full((1, len(columns)), np.nan))))
         past = seen._replace(boxes=hidden, last=np.where(candidate, newest, -1))
@@ -281,12 +281,6 @@ def fill(places: FloatArray, frames: FloatArray, seen: Seen, numbers: FloatArray
                     share = (missing - known) / (t - known)
                     places[missing, k] = (1.0 - share) * places[known, k] + share * places[t, k]
                 known = t
-
-
-def _last_before(azimuth: FloatArray) -> IntArray:
-    """[K] the last frame before the newest with a box, of ``azimuth`` [T, K]; far back if there is none."""
-    seen = ~np.isnan(azimuth[:-1])
-    return np.where(seen.any(axis=0), len(seen) - 1 - np.argmax(seen[::-1], axis=0), -FAR_BACK)
 
 
 @kernel

@@ -23,6 +23,8 @@ NOBODY, SOMEBODY = -1, -2
 SHOWN_AGAIN = 3
 """Frames whose given places come with a new one: its own, and those of the two before."""
 
+LONG_AGO = -(10**6)
+
 _NONE = np.zeros((0, 0))
 NOTHING = Bearings(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE.astype(np.int64))
 
@@ -147,6 +149,12 @@ class Window:
         motions = motions_of(self.motions[block], self.covariances[block])
         given = self.given[block].take(columns, axis=1)
         return Seen(boxes, given, fixed, unmeasured(motions), first, last, motions), columns
+
+
+def last_before(azimuth: FloatArray) -> IntArray:
+    """[K] the last frame before the newest with a box, of ``azimuth`` [T, K]; long ago if there is none."""
+    seen = ~np.isnan(azimuth[:-1])
+    return np.where(seen.any(axis=0), len(seen) - 1 - np.argmax(seen[::-1], axis=0), LONG_AGO)
 
 
 def _longer(rows: Any) -> Any:
