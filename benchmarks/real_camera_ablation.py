@@ -118,7 +118,7 @@ VARIANTS = {
     "sideways": Variant(name="no Cauchy law of slipping", settings=replace(ALL, slip=NOTHING)),
     "turning": Variant(name="no Cauchy law of turning", settings=replace(ALL, turn=NOTHING)),
     "people": Variant(name="σ of people's walks fixed", settings=replace(ALL, walk_people=1e9)),
-    "changes": Variant(name="tracks never change hands", without=no_changes),
+    "jumps": Variant(name="tracks never begin anew", without=no_changes),
     "window": Variant(name="window of 20 frames", settings=replace(ALL, window=20)),
     "exact": Variant(name="camera taken for exact"),
 }
