@@ -54,9 +54,9 @@ def swapped(seed: int) -> tuple[Drive, IntArray]:
     relative = truth.positions - truth.poses[:, None, :2]
     reach = np.linalg.norm(relative, axis=-1)[CHANGE]
     angle = np.arctan2(relative[CHANGE, :, 1], relative[CHANGE, :, 0])
-    seen = made.sequence.observed[CHANGE - 4 : CHANGE + 4].all(axis=0)
+    seen = np.asarray(made.sequence.observed[CHANGE - 4 : CHANGE + 4].all(axis=0))
     apart = np.abs(angle[:, None] - angle) + 10.0 * (np.abs(reach[:, None] - reach) < 4.0)
-    apart += 10.0 * ~(seen[:, None] & seen)
+    apart += 10.0 * ~np.logical_and.outer(seen, seen)
     pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
     boxes = np.array(made.sequence.observations)
     boxes[CHANGE:, pair] = boxes[CHANGE:, pair[::-1]]

@@ -190,7 +190,7 @@ class Tracking:
         self._doubts[:] = 0.0
         shown = ~np.isnan(boxes.azimuth[-1])
         asked = is_doubtful(settled.point, seen, self.model)
-        self._boxes_seen += np.count_nonzero(shown)
+        self._boxes_seen += int(np.count_nonzero(shown))
         if newest == 0 or not asked.any():
             return {}
         last = np.where(shown, last_before(boxes.azimuth), seen.last)
@@ -210,7 +210,7 @@ class Tracking:
         if np.count_nonzero(moved) > max(MOST_CHANGED * np.count_nonzero(shown), 1):
             self._doubts[tracks[moved]] = 1.0
             return {}  # it is the pose that is wrong
-        self._changes_seen += np.count_nonzero(moved)
+        self._changes_seen += int(np.count_nonzero(moved))
         found = np.where(whom == SOMEBODY, SOMEBODY, columns[whom])
         return dict(zip(tracks[moved].tolist(), found[moved].tolist(), strict=True))
 

@@ -86,7 +86,7 @@ class Window:
         """The newest boxes of these tracks show the people in other columns than before, or `SOMEBODY`."""
         tracks = np.array(list(changed))
         before = self.column[tracks]
-        newest = [rows[-1, before].copy() for rows in (*self.boxes, self.given)]
+        newest: list[Any] = [rows[-1, before].copy() for rows in (*self.boxes, self.given)]
         for rows in (*self.boxes[:5], self.given, self.places):
             rows[-1, before] = np.nan
         now = np.array([changed[track] for track in tracks])
@@ -95,8 +95,8 @@ class Window:
         self.column[tracks] = np.where(known, now, NOBODY)
         self._seat(tracks[~known])
         self._seats[-1] = self.column.copy()
-        for rows, values in zip((*self.boxes, self.given), newest, strict=True):
-            rows[-1, self.column[tracks]] = values
+        for target, values in zip((*self.boxes, self.given), newest, strict=True):
+            target[-1, self.column[tracks]] = values
 
     def forget(self, columns: IntArray) -> None:
         """The tracks [M] stand for new people."""
