@@ -47,9 +47,9 @@ def no_borders() -> AbstractContextManager[object]:
     return patch.object(tracking, "bearings_of", whole)
 
 
-def no_jumps() -> AbstractContextManager[object]:
-    """Tracks never begin anew."""
-    return patch.object(Tracking, "_jumps", lambda *_: [])
+def no_changes() -> AbstractContextManager[object]:
+    """Tracks show the same people for ever."""
+    return patch.object(Tracking, "_changes", lambda *_: {})
 
 
 def nothing_learned() -> AbstractContextManager[object]:
@@ -118,7 +118,7 @@ VARIANTS = {
     "sideways": Variant(name="no Cauchy law of slipping", settings=replace(ALL, slip=NOTHING)),
     "turning": Variant(name="no Cauchy law of turning", settings=replace(ALL, turn=NOTHING)),
     "people": Variant(name="σ of people's walks fixed", settings=replace(ALL, walk_people=1e9)),
-    "jumps": Variant(name="tracks never begin anew", without=no_jumps),
+    "jumps": Variant(name="tracks never begin anew", without=no_changes),
     "window": Variant(name="window of 20 frames", settings=replace(ALL, window=20)),
     "exact": Variant(name="camera taken for exact"),
 }

@@ -14,7 +14,7 @@ from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking, fill
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, SOMEBODY, Window, last_before
 
 FIRST = np.array((np.log(1.7), 0.45))
 VARIANCE = 0.01
@@ -74,10 +74,10 @@ def test_a_track_that_is_back_within_the_window_is_the_same_person() -> None:
     np.testing.assert_array_equal(rows.boxes.azimuth[:, column], (1.0, np.nan, 1.0))
 
 
-def test_a_track_that_jumps_begins_anew_and_its_past_is_kept() -> None:
+def test_a_track_that_shows_somebody_else_goes_on_anew_and_its_past_is_kept() -> None:
     rows = pushed((0, 1), (0, 1), (0, 1))
     old = rows.column[1]
-    rows.begin_anew([1])
+    rows.reseat({1: SOMEBODY})
     new = rows.column[1]
     assert new != old
     np.testing.assert_array_equal(rows.boxes.azimuth[:, old], (1.0, 1.0, np.nan))
@@ -85,6 +85,45 @@ def test_a_track_that_jumps_begins_anew_and_its_past_is_kept() -> None:
     np.testing.assert_array_equal(rows.numbers[new], FIRST)
     push(rows, 0, 1)
     np.testing.assert_array_equal(rows.boxes.azimuth[:, new], (np.nan, 1.0, 1.0))
+
+
+def test_two_tracks_change_hands() -> None:
+    rows = pushed((0, 1), (0, 1))
+    zero, one = rows.column[[0, 1]]
+    rows.reseat({0: one, 1: zero})
+    assert rows.column[:2].tolist() == [one, zero]
+    np.testing.assert_array_equal(rows.boxes.azimuth[:, one], (1.0, 0.0))
+    np.testing.assert_array_equal(rows.boxes.azimuth[:, zero], (0.0, 1.0))
+
+
+def test_a_track_that_shows_whom_another_lost_takes_the_person_over() -> None:
+    rows = pushed((0, 1), (0, 1), (0,))
+    zero, one = rows.column[[0, 1]]
+    names = rows.names.copy()
+    rows.reseat({0: one})
+    assert rows.column[:2].tolist() == [one, NOBODY]
+    np.testing.assert_array_equal(rows.boxes.azimuth[:, one], (1.0, 1.0, 0.0))
+    push(rows, 0, 1)
+    assert rows.column[1] not in (zero, one)  # whom the other shows now is somebody new
+    assert rows.names[rows.column[1]] not in names
+
+
+def test_given_places_are_those_of_whom_the_track_showed_then() -> None:
+    rows = pushed((0, 1), (0, 1))
+    old = rows.column[1]
+    rows.reseat({1: SOMEBODY})
+    given = np.full((3, 6, 2), np.nan)
+    given[:, 1] = ((1.0, 0.0), (2.0, 0.0), (3.0, 0.0))
+    rows.push(seen_of(0, 1), replace(nothing_given(), positions=given), np.zeros(FRAME))
+    np.testing.assert_array_equal(rows.given[:, old, 0], (1.0, np.nan, np.nan))
+    np.testing.assert_array_equal(rows.given[:, rows.column[1], 0], (np.nan, 2.0, 3.0))
+
+
+def test_the_last_frame_with_a_box_before_the_newest() -> None:
+    azimuth = np.array(((0.0, np.nan, 0.0), (0.0, np.nan, np.nan), (np.nan, 0.0, 0.0)))
+    found = last_before(azimuth)
+    assert found[[0, 2]].tolist() == [1, 0]
+    assert found[1] < -1000
 
 
 def test_a_forgotten_column_is_somebody_new() -> None:
@@ -96,12 +135,12 @@ def test_a_forgotten_column_is_somebody_new() -> None:
     assert rows.column[0] == 0
 
 
-def test_many_tracks_jump_at_once_and_come_at_once() -> None:
+def test_many_tracks_show_somebody_else_at_once_and_come_at_once() -> None:
     rows = pushed((0, 1, 2), (0, 1, 2, 3, 4, 5))
     before = rows.column.copy()
-    rows.begin_anew([0, 3, 5])
+    rows.reseat(dict.fromkeys((0, 3, 5), SOMEBODY))
     assert len(set(rows.column.tolist())) == 6
-    assert set(rows.column[[0, 3, 5]]).isdisjoint(before[[0, 5]])
+    assert before[0] not in rows.column[[0, 3, 5]]  # of whom there is a past
     np.testing.assert_array_equal(rows.boxes.azimuth[-1, rows.column], np.arange(6.0))
 
 

@@ -74,12 +74,28 @@ def put_place(person: Person, frame: int, fixed: BoolArray, lower: FloatArray, c
 
 
 @kernel
-def _by_frames(person: Person, back: FloatArray, fixed: BoolArray, side: FloatArray, numbers: FloatArray) -> None:
-    """Add how a place moves with all frames [7T] that are not ``fixed``, and, if these stay, with the ``numbers`` [2].
+def own_spread(person: Person, frame: int) -> tuple[FloatArray, FloatArray]:
+    """How a person's place in a frame of its track moves with the numbers [2, 2], and its covariance [2, 2].
+
+    The covariance is that of the place if numbers and frames were sure.
+    """
+    by_numbers, alone = np.zeros((2, PERSON)), np.empty((2, 2))
+    for a in range(2):
+        back = np.zeros(len(person.pull))
+        back[2 * frame + a] = 1.0
+        solve(person.lower, back)
+        _by_residuals(person, back, by_numbers[a])
+        alone[a, 0], alone[a, 1] = back[2 * frame], back[2 * frame + 1]
+    return by_numbers, alone
+
+
+@kernel
+def _by_residuals(person: Person, back: FloatArray, numbers: FloatArray) -> FloatArray:
+    """How a place moves with residuals [m, 3]; with the ``numbers`` [2] is added to these.
 
     ``back`` [2n] is the row of A⁻¹ of the place.
     """
-    found, inner, m = person.found, person.inner, len(person.found.frame)
+    found, m = person.found, len(person.found.frame)
     values, unused = np.empty((m, CUES)), np.zeros(len(back))
     for i in range(m):
         r = 2 * found.frame[i]
@@ -90,6 +106,17 @@ def _by_frames(person: Person, back: FloatArray, fixed: BoolArray, side: FloatAr
         for j in range(CUES):
             for q in range(PERSON):
                 numbers[q] += weighed[i, j] * found.by_person[i, j, q]
+    return weighed
+
+
+@kernel
+def _by_frames(person: Person, back: FloatArray, fixed: BoolArray, side: FloatArray, numbers: FloatArray) -> None:
+    """Add how a place moves with all frames [7T] that are not ``fixed``, and, if these stay, with the ``numbers`` [2].
+
+    ``back`` [2n] is the row of A⁻¹ of the place.
+    """
+    found, inner, m = person.found, person.inner, len(person.found.frame)
+    weighed = _by_residuals(person, back, numbers)
     u = numbers[0] * inner[0, 0] + numbers[1] * inner[1, 0]
     v = numbers[0] * inner[0, 1] + numbers[1] * inner[1, 1]
     for i in range(m):

@@ -50,8 +50,8 @@ CUT_SIDE = 4.0
 NEAREST_EDGE = 0.2
 """In m: no body is nearer."""
 
-SHORTER = 1e-3
-"""The weight of a cut box's length where it is shorter than the person."""
+HIDDEN, SHORTER = 0.4, 0.5
+"""σ_l of a cut box that is shorter than the person, and its weight: a quarter of the person shows, or more."""
 
 
 class Noise(NamedTuple):
@@ -103,14 +103,16 @@ def residuals_of(
         sigma_b = np.sqrt(noise.sigma[2] ** 2 + edge)
         if cut & SIDE_CUT:
             sigma_u *= CUT_SIDE
-        if cut & (FEET_CUT | HEAD_CUT):
-            sigma_l = max(sigma_l, CUT_LENGTH)
         sin, cos = np.sin(frames[t, 2]), np.cos(frames[t, 2])
         x, y = track[i, 0] - frames[t, 0], track[i, 1] - frames[t, 1]
         right, forward = sin * x - cos * y, cos * x + sin * y
         reach = max(np.sqrt(right * right + forward * forward), NEAREST_EDGE)
         edge_at, angle = max(reach - person[1], NEAREST_EDGE), np.arctan2(right, forward)
         side, ahead = right / reach, forward / reach
+        taller = np.log(length) + np.log(edge_at) - person[0]
+        if cut & (FEET_CUT | HEAD_CUT):
+            sigma_l = max(sigma_l, CUT_LENGTH) if taller >= 0.0 else HIDDEN
+            counts[m, 1] = 1.0 if taller >= 0.0 else SHORTER
         pitch, roll, height = frames[t, PITCH], frames[t, ROLL], frames[t, HEIGHT]
         scale[m, 0], scale[m, 1], scale[m, 2] = sigma_u, sigma_l, sigma_b
         by_angle, by_length, by_slope = (
@@ -119,7 +121,7 @@ def residuals_of(
             1.0 / (length * sigma_b),
         )
         value[m, 0] = -by_angle * wrapped(azimuth - angle - frames[t, OFFSET])
-        value[m, 1] = (np.log(length) + np.log(edge_at) - person[0]) / sigma_l
+        value[m, 1] = taller / sigma_l
         value[m, 2] = by_slope * (seen.foot[t, k] - pitch * ahead - roll * side - height / edge_at)
         by_foot, lean = by_slope * height / (edge_at * edge_at), by_slope * (pitch * side - roll * ahead)
         turn_right, turn_forward = ahead / reach, -side / reach
@@ -140,8 +142,6 @@ def residuals_of(
         by_person[m, 1, 0], by_person[m, 1, 1], by_person[m, 2, 1] = -1.0 / sigma_l, -by_length, -by_foot
         if cut & FEET_CUT:
             counts[m, 2] = 0.0
-        if cut & (FEET_CUT | HEAD_CUT) and value[m, 1] < 0.0:
-            counts[m, 1] = SHORTER
         at[m] = i
         m += 1
     return Residuals(at[:m], value[:m], counts[:m], scale[:m], by_place[:m], by_frame[:m], by_person[:m])

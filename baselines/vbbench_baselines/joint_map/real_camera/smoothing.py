@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, FrameEstimate, Problem
 from vbbench.solving.runner import given_at
@@ -27,13 +27,16 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
     tracking = Tracking(settings, replace(problem, covariances=False))
     size, frames, answers = len(boxes), [], []
     rows = Window(size, len(problem.tracks), tracking.model.people.mean, tracking.model.walk.sigma**2)
-    columns: list[np.ndarray] = []
+    columns, by_name = list[IntArray](), dict[int, int]()
     for t in range(size):
         shown = given_at(given, t)
         answers.append(tracking.step(boxes[t], shown))
         frames.append(tracking.rows.frames[-1].copy())
+        seated = np.flatnonzero(tracking.rows.column != NOBODY)
+        names = tracking.rows.names[tracking.rows.column[seated]].tolist()
+        rows.column[seated] = [by_name.get(name, NOBODY) for name in names]
         rows.push(tracking.bearings, shown, frames[-1])
-        rows.begin_anew(tracking.jumped)
+        by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
         columns.append(rows.column.copy())
     rows.frames = unwrapped(np.array(frames))
     for t, answer in enumerate(answers):

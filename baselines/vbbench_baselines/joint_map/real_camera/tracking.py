@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
-from vbbench_baselines.joint_map.motion.walks import innovation
 from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
 from vbbench_baselines.joint_map.real_camera.cues import CUES
+from vbbench_baselines.joint_map.real_camera.identity import expect, is_doubtful, likelihoods, tell_apart
 from vbbench_baselines.joint_map.real_camera.joint import (
     Model,
     Point,
@@ -26,10 +26,11 @@ from vbbench_baselines.joint_map.real_camera.joint import (
 from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, Window
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, SOMEBODY, Window, last_before
 
-ROUNDS, TOLERANCE = 8, 1e-3
-"""Of a frame's descent: most rounds, and the step in m and rad that is short enough."""
+FIRST_ROUNDS, ROUNDS, TOLERANCE = 2, 8, 1e-3
+"""Of a frame's descent: rounds before boxes are asked whom they show, most after it, and the step in m and rad that is
+short enough."""
 
 HELD = 2
 """Frames at the beginning of a window that has left others behind whose poses stay as they were found."""
@@ -42,11 +43,14 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
-MOST_JUMPS = 0.34
+MOST_CHANGED = 0.5
 """The share of people in view who may be somebody else at once."""
 
-JUMP, FASTEST = 100.0, 6.0
-"""A track begins anew where column and walk are so many squared standard deviations off, or at so many m/s."""
+CHANGING, CHANGING_WEIGHT = 0.03, 50.0
+"""The share of boxes at which a track is expected to change hands, and of how many boxes that is worth the weight."""
+
+RECENT = 10
+"""In frames: people who were seen no longer ago may be seen again."""
 
 
 class Tracking:
@@ -62,14 +66,15 @@ class Tracking:
     rows : the window.
     learner : of the boxes' noise.
     age : frames that came.
-    bearings, jumped : of the newest frame: what boxes tell, and tracks that began anew.
+    bearings : what the newest boxes tell.
     """
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
         self._settings, self._problem = settings, problem
         self._cold, self.age, self._astray = False, 0, 0.0
         self._odds = np.zeros(LAWS)
-        self.bearings, self.jumped = NOTHING, list[int]()
+        self.bearings = NOTHING
+        self._doubts, self._changes_seen, self._boxes_seen = np.zeros(len(problem.tracks)), 0, 0
         first = settings.noise_at_first(problem)
         self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
         self._people, self._drift = settings.people(problem), settings.drift(problem)
@@ -111,11 +116,13 @@ class Tracking:
         self.age += 1
         if self.age > 1 and (given.odometry is None or np.isnan(given.odometry.motions[-1, 0])):
             self._astray += self._problem.dt
-        settled, seen, columns = self._settle()
-        self.jumped = self._jumps(settled, seen, columns)
-        if self.jumped:
-            rows.begin_anew(self.jumped)
-            settled, seen, columns = self._settle()
+        before = rows.places.copy(), rows.numbers.copy(), rows.variances.copy()
+        settled, seen, columns = self._settle(FIRST_ROUNDS)
+        changed = self._changes(Point(rows.frames, *before), settled, seen, columns)
+        if changed:
+            rows.reseat(changed)
+        if changed or not settled.converged:
+            settled, seen, columns = self._settle(ROUNDS)
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
         return self._answer(settled, seen, columns)
 
@@ -144,14 +151,14 @@ class Tracking:
                 start[:2] += frames[-1, :2] - frames[-2, :2]
         return start
 
-    def _settle(self) -> tuple[Settled, Seen, IntArray]:
+    def _settle(self, rounds: int) -> tuple[Settled, Seen, IntArray]:
         """Solve the window; what is found is kept in its rows."""
         rows = self.rows
         seen, columns = rows.seen(held=HELD if self.age > rows.size else 0)
         starts = [rows.frames]
         if self._cold and 1 < self.age <= COLD_FRAMES:
             starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
-        ends = [self._settle_from(frames, seen, columns) for frames in starts]
+        ends = [self._settle_from(frames, seen, columns, rounds) for frames in starts]
         best = min(ends, key=lambda settled: settled.deviance)
         rows.frames = best.point.frames
         rows.places[:, columns] = best.point.places
@@ -159,13 +166,13 @@ class Tracking:
         self._shares = best.shares
         return best, seen, columns
 
-    def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray) -> Settled:
+    def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray, rounds: int) -> Settled:
         """Descend from ``frames`` [n, 7] and the places that are known."""
         rows = self.rows
         places = rows.places.take(columns, axis=1)
         fill(places, frames, seen, rows.numbers[columns])
         point = Point(frames.copy(), places, rows.numbers[columns], rows.variances[columns])
-        return settle(point, seen, self.model, ROUNDS, TOLERANCE)
+        return settle(point, seen, self.model, rounds, TOLERANCE)
 
     def _at_speed(self, speed: float) -> FloatArray:
         """The frames as of an observer who goes straight ahead at ``speed`` m/s from the first on."""
@@ -176,15 +183,43 @@ class Tracking:
         frames[:, 2] = yaw
         return frames
 
-    def _jumps(self, settled: Settled, seen: Seen, columns: IntArray) -> list[int]:
-        """Tracks whose newest box shows somebody else."""
-        jumped: list[int] = []
-        off = jumps(settled.point, seen, self.model)
-        if np.count_nonzero(off) > MOST_JUMPS * np.count_nonzero(~np.isnan(seen.boxes.azimuth[-1])):
-            return []  # it is the pose that is wrong
-        for column in columns[off]:
-            jumped += np.flatnonzero(self.rows.column == column).tolist()
-        return jumped
+    def _changes(self, before: Point, settled: Settled, seen: Seen, columns: IntArray) -> dict[int, int]:
+        """Tracks whose newest boxes show somebody else than those before: which column, or `SOMEBODY`.
+
+        ``before`` is what was believed before the newest boxes came, about the frames as they are known now.
+        """
+        rows, newest, boxes = self.rows, len(settled.point.frames) - 1, seen.boxes
+        self._doubts[:] = 0.0
+        shown = ~np.isnan(boxes.azimuth[-1])
+        asked = is_doubtful(settled.point, seen, self.model)
+        self._boxes_seen += int(np.count_nonzero(shown))
+        if newest == 0 or not asked.any():
+            return {}
+        last = np.where(shown, last_before(boxes.azimuth), seen.last)
+        candidate = (asked | ~shown) & (newest - last <= RECENT) & np.isnan(seen.given[-1, :, 0])
+        hidden = boxes._replace(azimuth=np.concatenate((boxes.azimuth[:-1], np.full((1, len(columns)), np.nan))))
+        past = seen._replace(boxes=hidden, last=np.where(candidate, newest, -1))
+        places = before.places.take(columns, axis=1)
+        point = Point(before.frames, places, before.people[columns], before.variances[columns])
+        fill(places, point.frames, past, point.people)
+        expected = expect(point, past, self.model)
+        likely, anew = likelihoods(point, seen, self.model, expected, asked)
+        asking = np.flatnonzero(asked)
+        whom, doubts = tell_apart(likely, anew, asking, self._changing)
+        tracks = np.array([np.flatnonzero(rows.column == column)[0] for column in columns[asking]])
+        self._doubts[tracks] = doubts
+        moved = (whom != asking) & ((whom != SOMEBODY) | (expected.known[asking] == 1))
+        if np.count_nonzero(moved) > max(MOST_CHANGED * np.count_nonzero(shown), 1):
+            self._doubts[tracks[moved]] = 1.0
+            return {}  # it is the pose that is wrong
+        self._changes_seen += int(np.count_nonzero(moved))
+        found = np.where(whom == SOMEBODY, SOMEBODY, columns[whom])
+        return dict(zip(tracks[moved].tolist(), found[moved].tolist(), strict=True))
+
+    @property
+    def _changing(self) -> float:
+        """The share of boxes at which tracks change hands, by what was seen so far."""
+        return float((CHANGING * CHANGING_WEIGHT + self._changes_seen) / (CHANGING_WEIGHT + self._boxes_seen))
 
     def _answer(self, settled: Settled, seen: Seen, columns: IntArray) -> FrameEstimate:
         rows, column = self.rows, self.rows.column
@@ -210,8 +245,19 @@ class Tracking:
         pose, some = (rows[0] for rows in covariances_of(settled.point, seen, self.model, len(self.rows.frames) - 1))
         everyone = np.full((len(self.rows.column), 2, 2), np.nan)
         everyone[here] = some[np.searchsorted(columns, self.rows.column[here])]
+        everyone[here] += self._doubts[here, None, None] * self._apart(here)
         self.add_drift(pose, everyone)
         return {"pose_covariance": pose, "position_covariances": everyone}
+
+    def _apart(self, tracks: IntArray) -> FloatArray:
+        """[M, 2, 2] in m², how far ``tracks`` are from where their newest boxes alone would have them, squared."""
+        rows, mean = self.rows, self._people.mean
+        columns, frame = rows.column[tracks], rows.frames[-1]
+        reach = np.exp(mean[0]) / rows.boxes.length[-1, columns] + mean[1]
+        heading = frame[2] - rows.boxes.azimuth[-1, columns]
+        alone = frame[:2] + reach[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
+        off = alone - rows.places[-1, columns]
+        return np.asarray(off[:, :, None] * off[:, None, :])
 
 
 @kernel
@@ -248,30 +294,6 @@ def _bridge(places: FloatArray, k: int, known: int, t: int) -> None:
             places[missing, k, a] = (1.0 - share) * places[known, k, a] + share * places[t, k, a]
 
 
-@kernel
-def jumps(point: Point, seen: Seen, model: Model) -> BoolArray:
-    """[K] whose newest box shows somebody else than those before."""
-    jumped, last = np.zeros(len(seen.first), np.bool_), len(point.frames) - 1
-    for k in range(len(jumped)):
-        first = int(seen.first[k])
-        if int(seen.last[k]) != last or first == last:
-            continue
-        before = last - 1
-        while before > first and np.isnan(seen.boxes.azimuth[before, k] + seen.given[before, k, 0]):
-            before -= 1
-        x = point.places[last, k, 0] - point.places[before, k, 0]
-        y = point.places[last, k, 1] - point.places[before, k, 1]
-        told = not np.isnan(seen.given[last, k, 0] + seen.given[before, k, 0])
-        if told and np.sqrt(x * x + y * y) > FASTEST * model.dt * (last - before):
-            jumped[k] = True
-        elif last - first > 1 and seen.boxes.cut[last, k] == 0 and not np.isnan(seen.boxes.azimuth[last, k]):
-            track, found = boxes_of(k, point, seen, model)
-            off = found.value[-1, 0] ** 2 + innovation(track, len(track) - 1, model.walk) / point.variances[k]
-            jumped[k] = off > JUMP
-    return jumped
-
-
-@kernel
 def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatArray:
     """The log densities of what the boxes of frame ``t`` add, see `noise.densities`."""
     told = np.zeros((CUES, len(SIGMAS), len(TAUS)))

@@ -1,10 +1,11 @@
 """The last frames as a real camera saw them, in arrays that kernels take; columns are stretches of tracks.
 
-A track that jumps begins anew in another column. Columns whose boxes have all left the window are used again, so that
-memory and time are those of the window.
+A track that shows somebody else goes on in another column. Columns whose boxes have all left the window are used
+again, so that memory and time are those of the window.
 """
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,13 @@ from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
 
-NOBODY = -1
+NOBODY, SOMEBODY = -1, -2
+"""No column, and that of somebody of whom nothing is known yet."""
+
+SHOWN_AGAIN = 3
+"""Frames whose given places come with a new one: its own, and those of the two before."""
+
+LONG_AGO = -(10**6)
 
 _NONE = np.zeros((0, 0))
 NOTHING = Bearings(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE.astype(np.int64))
@@ -33,6 +40,7 @@ class Window:
     boxes : rows [n, C].
     numbers, variances : [C, 2] and [C] of people, as believed.
     column : [K] where each track is now, or `NOBODY`.
+    names : [C] numbers of the people, never given twice.
     """
 
     def __init__(self, size: int, tracks: int, first: FloatArray, variance: float) -> None:
@@ -43,6 +51,8 @@ class Window:
         self.boxes = each(np.copy, NOTHING)
         self.numbers, self.variances = np.zeros((0, 2)), np.zeros(0)
         self.column: IntArray = np.full(tracks, NOBODY)
+        self.names: IntArray = np.zeros(0, np.int64)
+        self._named, self._seats = 0, deque[IntArray](maxlen=SHOWN_AGAIN)
 
     def push(self, seen: Bearings, given: Given, start: FloatArray) -> None:
         """Add a frame that begins at ``start`` [7], and what is given of the two before it."""
@@ -62,30 +72,36 @@ class Window:
         columns = self.column[tracks]
         for rows, values in zip(self.boxes, seen, strict=True):
             rows[-1, columns] = values[tracks]
-        for back in range(1, min(3, len(self.frames)) + 1):
+        self._seats.append(self.column.copy())
+        for back in range(1, min(SHOWN_AGAIN, len(self.frames)) + 1):
             if not np.isnan(given.poses[-back, 0]):
                 self.given_poses[-back] = given.poses[-back]
                 turns = 0.0 if back == len(self.frames) else self.frames[-back - 1, 2] - given.poses[-back, 2]
                 self.frames[-back, :3] = given.poses[-back]
                 self.frames[-back, 2] += 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
-            known = ~np.isnan(given.positions[-back, tracks, 0])
-            self.given[-back, columns[known]] = given.positions[-back, tracks[known]]
+            known = ~np.isnan(given.positions[-back, :, 0]) & (self._seats[-back] != NOBODY)
+            self.given[-back, self._seats[-back][known]] = given.positions[-back, known]
 
-    def begin_anew(self, tracks: Sequence[int]) -> None:
-        """The newest boxes of these tracks belong to somebody else than those before."""
-        for track in tracks:
-            old = self.column[track]
-            self.column[track] = NOBODY
-            self._seat(np.array([track]))
-            new = self.column[track]
-            for rows in (*self.boxes, self.given):
-                rows[-1, new] = rows[-1, old]
-            for rows in (*self.boxes[:5], self.given, self.places):
-                rows[-1, old] = np.nan
+    def reseat(self, changed: Mapping[int, int]) -> None:
+        """The newest boxes of these tracks show the people in other columns than before, or `SOMEBODY`."""
+        tracks = np.array(list(changed))
+        before = self.column[tracks]
+        newest: list[Any] = [rows[-1, before].copy() for rows in (*self.boxes, self.given)]
+        for rows in (*self.boxes[:5], self.given, self.places):
+            rows[-1, before] = np.nan
+        now = np.array([changed[track] for track in tracks])
+        known = now != SOMEBODY
+        self.column[np.isin(self.column, now[known])] = NOBODY
+        self.column[tracks] = np.where(known, now, NOBODY)
+        self._seat(tracks[~known])
+        self._seats[-1] = self.column.copy()
+        for target, values in zip((*self.boxes, self.given), newest, strict=True):
+            target[-1, self.column[tracks]] = values
 
     def forget(self, columns: IntArray) -> None:
         """The tracks [M] stand for new people."""
-        self.column[columns] = NOBODY
+        for seats in (self.column, *self._seats):
+            seats[columns] = NOBODY
 
     def _seat(self, tracks: IntArray) -> None:
         """Give ``tracks`` [M] columns, those first that nobody is in any more."""
@@ -100,8 +116,11 @@ class Window:
             self.boxes = each(lambda rows: _wider(rows, missing), self.boxes)
             self.numbers = np.concatenate((self.numbers, np.zeros((missing, 2))))
             self.variances = np.concatenate((self.variances, np.zeros(missing)))
+            self.names = np.concatenate((self.names, np.zeros(missing, np.int64)))
         self.places[:, free] = np.nan
         self.numbers[free], self.variances[free] = self._first, self._variance
+        self.names[free] = self._named + np.arange(len(free))
+        self._named += len(free)
         self.column[tracks] = free
 
     def present(self) -> IntArray:
@@ -130,6 +149,12 @@ class Window:
         motions = motions_of(self.motions[block], self.covariances[block])
         given = self.given[block].take(columns, axis=1)
         return Seen(boxes, given, fixed, unmeasured(motions), first, last, motions), columns
+
+
+def last_before(azimuth: FloatArray) -> IntArray:
+    """[K] the last frame before the newest with a box, of ``azimuth`` [T, K]; long ago if there is none."""
+    seen = ~np.isnan(azimuth[:-1])
+    return np.where(seen.any(axis=0), len(seen) - 1 - np.argmax(seen[::-1], axis=0), LONG_AGO)
 
 
 def _longer(rows: Any) -> Any:
