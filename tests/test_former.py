@@ -1,4 +1,4 @@
-"""vb-former and vb-former-pure: what does not matter to them, gaps, absurd boxes, odometry, and how sure they are."""
+"""vb-former, its variants too: what does not matter to them, gaps, absurd boxes, odometry, and how sure they are."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""``vb-former`` and ``vb-former-pure``: a network that learned view birdification on simulated crowds, frame by frame.
+"""``vb-former``: a network that learned view birdification on simulated crowds, frame by frame.
 
 The network sees everything from the last pose. Poses in the world are composed here, in float64, and what is given
 there is turned into what it sees.
