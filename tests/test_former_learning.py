@@ -9,7 +9,9 @@ import pytest
 from tests.test_former_training import TINY
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
+from vbbench_baselines.former.solver import VbFormer
 from vbbench_baselines.former.training.crowds import Crowds, make_crowds
+from vbbench_baselines.former.weights import read_weights
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
@@ -64,6 +66,7 @@ def test_a_training_that_was_stopped_ends_with_the_same_weights(folder: Path, tm
     other = train(tmp_path / "other", TINY, crowds=folder, seed=1)
     with np.load(whole) as a, np.load(other) as b:
         assert not np.array_equal(a["trust.weights"], b["trust.weights"])
+    assert VbFormer(weights=read_weights(whole)).weights
     log = (tmp_path / "whole" / "log.csv").read_text().splitlines()
     assert log[0].startswith("batches,windows,")
     assert len(log) == 2

@@ -134,11 +134,13 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, tuple) and _all_fit(value, get_args(hint))
     if get_origin(hint) is Mapping:
         return isinstance(value, dict) and all(_fits(item, get_args(hint)[1]) for item in value.values())
+    if hint is Any:
+        return True
     if isinstance(value, bool) or hint is bool:
         return isinstance(value, bool) and hint is bool
     if hint is date:
         return type(value) is date  # one with a time of day is a date to Python
-    return hint is Any or isinstance(value, (int, float) if hint is float else hint)
+    return isinstance(value, (int, float) if hint is float else hint)
 
 
 def _all_fit(values: tuple[Any, ...], hints: tuple[Any, ...]) -> bool:

@@ -5,9 +5,10 @@ there is turned into what it sees.
 """
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,9 @@ FEWEST = 2
 
 DOUBTFUL = 1.0
 """In m; with a greater standard deviation of its place the pose may be far off."""
+
+FEW = 32
+"""Libraries share out matrices of more people among cores."""
 
 FASTEST = 60.0
 """In m/s; no observer moves faster."""
@@ -91,7 +95,7 @@ class VbFormer:
         told = self._told(given, sights)
         expected = ((self._state.people.seen > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
         fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
-        with _blas().limit(limits=1):  # matrices this small are slower on several cores
+        with _on_one_core(self._people):
             answer = self._advance(sights, told)
         before, self._begun = self._pose, True
         self._pose = moved(before, answer.motion) if np.isnan(given.poses[2]).any() else np.array(given.poses[2])
@@ -205,6 +209,11 @@ class VbFormerPure(VbFormer):
 
     pure: ClassVar[bool] = True
     bundled: ClassVar[str] = "vb-former-pure"
+
+
+def _on_one_core(people: int) -> AbstractContextManager[Any]:
+    """Keep matrices so small on one core, where they are faster; those of few people stay there anyway."""
+    return _blas().limit(limits=1) if people > FEW else nullcontext()
 
 
 @cache
