@@ -11,7 +11,7 @@ from vbbench_leaderboards.results.folder import published_results, read_results
 from vbbench_leaderboards.results.result import Board, Result
 
 README = Path(__file__).parents[1] / "README.md"
-CAUSAL = ("cv", "sf", "vb-cv", "vb-sf", "map-causal")
+CAUSAL = ("cv", "sf", "vb-cv", "vb-sf", "map-causal", "vb-former")
 SOLVERS = (*CAUSAL, "map-batch")
 ROWS = re.findall(
     r"^\| ([\w-]+) \| (field|noisy|footage) \| " + r" \| ".join([r"([^|]+)"] * len(SOLVERS)) + r" \|$",
