@@ -28,8 +28,8 @@ and along it, as a share of the distance."""
 DOUBT = 6.0
 """A box is asked for whom it shows if it is so many squared standard deviations off."""
 
-IMPOSSIBLE = 1e6
-"""A cost."""
+IMPOSSIBLE, UNLIKELY = 1e6, -1e3
+"""A cost; and the log density of a cut box by somebody unknown: what is left of it does not tell that somebody came."""
 
 BESIDE = 1.5
 """In heights of a box: whoever is expected farther aside is not in it."""
@@ -123,6 +123,9 @@ def likelihoods(
                 shown[box, k] = _density(
                     box, newest, seen, point, model, place, numbers, expected.alone[k], by_numbers, inner, behind, fresh
                 )
+        if expected.known[box] and seen.boxes.cut[newest, box] != 0:
+            else_shown[box] = UNLIKELY
+            continue
         place = expected.place[box].copy()
         if not expected.known[box]:
             reach = np.exp(model.people.mean[0]) / seen.boxes.length[newest, box] + model.people.mean[1]

@@ -213,7 +213,7 @@ class Tracking:
             self._doubts[tracks[moved]] = 1.0
             return {}  # it is the pose that is wrong
         self._changes_seen += int(np.count_nonzero(moved))
-        found = np.where(whom == SOMEBODY, SOMEBODY, columns[whom])
+        found = np.where(whom == SOMEBODY, SOMEBODY, columns[np.maximum(whom, 0)])
         return dict(zip(tracks[moved].tolist(), found[moved].tolist(), strict=True))
 
     @property
