@@ -49,7 +49,8 @@ def test_hotel_scores_as_committed(
     rows = np.isin(kept.sequence, own.sequence)
     assert len(own.sequence) == rows.sum() > SEQUENCES // 2
     for name, values in own.figures.items():
-        np.testing.assert_allclose(kept.figures[name][rows], values, rtol=1e-6, atol=1e-6)
+        exact = 1e-4 if solver == "vb-former" else 1e-6  # its network is of float32
+        np.testing.assert_allclose(kept.figures[name][rows], values, rtol=exact, atol=exact)
 
 
 @pytest.mark.slow

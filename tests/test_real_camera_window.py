@@ -12,8 +12,9 @@ from vbbench.sequence import Given, Odometry
 from vbbench.solving.runner import given_at
 from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
+from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.tracking import Tracking, fill
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, SOMEBODY, Window, last_before
 
 FIRST = np.array((np.log(1.7), 0.45))

@@ -18,7 +18,7 @@ ON_DARK = (
 )
 """Colours for white and for dark paper: first those of the bundled solvers, then those that all others share."""
 
-_BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch", "vb-former")
+_BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
 
 
 def solver_number(name: str) -> int:

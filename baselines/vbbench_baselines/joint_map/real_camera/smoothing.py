@@ -10,9 +10,10 @@ from vbbench.solver import Estimate, FrameEstimate, Problem
 from vbbench.solving.runner import given_at
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
 from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
+from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.joint import Point, settle
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.tracking import HELD, Tracking, fill
+from vbbench_baselines.joint_map.real_camera.tracking import HELD, Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 BLOCK, STRIDE = 80, 40
