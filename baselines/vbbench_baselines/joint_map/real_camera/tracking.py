@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.special import bdtrc
 
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
@@ -43,8 +44,8 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
-MOST_CHANGED = 0.5
-"""The share of people in view who may be somebody else at once."""
+TOO_MANY = 1e-6
+"""So many changes at once are less probable than this, at the rate of changes so far: it is the pose that is wrong."""
 
 CHANGING, CHANGING_WEIGHT = 0.03, 50.0
 """The share of boxes at which a track is expected to change hands, and of how many boxes that is worth the weight."""
@@ -209,10 +210,11 @@ class Tracking:
         tracks = np.array([np.flatnonzero(rows.column == column)[0] for column in columns[asking]])
         self._doubts[tracks] = doubts
         moved = (whom != asking) & ((whom != SOMEBODY) | (expected.known[asking] == 1))
-        if np.count_nonzero(moved) > max(MOST_CHANGED * np.count_nonzero(shown), 1):
+        changes = int(np.count_nonzero(moved))
+        if bdtrc(changes - 1, np.count_nonzero(shown), self._changing) < TOO_MANY:
             self._doubts[tracks[moved]] = 1.0
-            return {}  # it is the pose that is wrong
-        self._changes_seen += int(np.count_nonzero(moved))
+            return {}
+        self._changes_seen += changes
         found = np.where(whom == SOMEBODY, SOMEBODY, columns[np.maximum(whom, 0)])
         return dict(zip(tracks[moved].tolist(), found[moved].tolist(), strict=True))
 
