@@ -9,14 +9,10 @@ import pytest
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.training.crowds import Crowds, Watched, make_crowds
-from vbbench_baselines.former.training.recipe import Phase, Recipe, Size, Stream, read_recipe
+from vbbench_baselines.former.training.recipe import Phase, Recipe, Size, Stage, Stream, read_recipe
 from vbbench_baselines.former.training.windows import Window, alter, cut
 
 TINY = Recipe(
-    windows=40,
-    rate=3e-3,
-    decay=0.3,
-    averaged=0.5,
     seed=2,
     held_out_seed=1,
     held_out=4,
@@ -27,9 +23,26 @@ TINY = Recipe(
         Stream(name="far", split="sim", scenarios=("plaza",), sequences=3, share=2.0, camera="panorama", tier="field"),
     ),
     size=(Size(least=2, most=3, windows=8, share=0.5), Size(least=4, most=6, windows=4, share=0.5)),
-    phase=(Phase(frames=5, share=0.5), Phase(frames=7, share=0.5)),
+    stage=(
+        Stage(
+            windows=24,
+            rate=3e-3,
+            decay=0.3,
+            averaged=0.5,
+            phase=(Phase(frames=5, share=0.5), Phase(frames=7, share=0.5)),
+        ),
+        Stage(
+            windows=16, rate=1e-3, decay=0.0, averaged=0.5, phase=(Phase(frames=9, share=1.0, dense=0.5, passing=0.5),)
+        ),
+    ),
 )
 BUNDLED = read_recipe(None)
+FEW, ALL = (Size(least=least, most=most, windows=1, share=1.0) for least, most in ((2, 4), (50, 50)))
+
+
+def long(frames: int) -> Phase:
+    """Windows of so many frames."""
+    return Phase(frames=frames, share=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +62,9 @@ def rng() -> np.random.Generator:
 
 def windows_of(crowds: Crowds, rng: np.random.Generator, count: int = 40, frames: int = 9) -> list[Window]:
     drawn = [
-        cut(rng, stream[rng.integers(len(stream))], frames, 2, 4) for stream in crowds.streams for _ in range(count)
+        cut(rng, stream[rng.integers(len(stream))], long(frames), FEW)
+        for stream in crowds.streams
+        for _ in range(count)
     ]
     return [window for window in drawn if window is not None]
 
@@ -82,7 +97,7 @@ def test_another_seed_and_another_recipe_make_other_files(crowds: Crowds, folder
 
 def test_a_window_tells_what_its_boxes_told(crowds: Crowds, rng: np.random.Generator) -> None:
     for watched in (stream[0] for stream in crowds.streams):
-        window = cut(rng, watched, len(watched.poses), 50, 50)
+        window = cut(rng, watched, long(len(watched.poses)), ALL)
         assert window is not None
         told, sights = window.shown(), watched.sights
         people = np.flatnonzero(sights.seen.any(axis=0))
@@ -99,7 +114,7 @@ def test_a_window_tells_what_its_boxes_told(crowds: Crowds, rng: np.random.Gener
 def test_altered_windows_keep_what_boxes_are_wrong_by(crowds: Crowds, rng: np.random.Generator) -> None:
     changed = 0
     for window in windows_of(crowds, rng):
-        altered = alter(rng, window)
+        altered = alter(rng, window, 0.3)
         told, relative = altered.shown(), altered.relative
         seen = (told.seen > 0.5) & (np.abs(np.log(np.abs(relative)) + altered.height_error) < 1.5)
         off = np.log(np.abs(relative)) + altered.height_error - told.by_height
@@ -113,9 +128,9 @@ def test_altered_windows_keep_what_boxes_are_wrong_by(crowds: Crowds, rng: np.ra
 
 def test_quick_recordings_are_cut_at_slower_rates_too(crowds: Crowds, rng: np.random.Generator) -> None:
     plaza = crowds.streams[1][0]
-    rates = {round(window.dt, 3) for _ in range(60) if (window := cut(rng, plaza, 9, 2, 3))}
+    rates = {round(window.dt, 3) for _ in range(60) if (window := cut(rng, plaza, long(9), FEW))}
     assert rates == {round(plaza.dt, 3), round(2 * plaza.dt, 3)}
-    assert cut(rng, plaza, len(plaza.poses) + 1, 2, 3) is None
+    assert cut(rng, plaza, long(len(plaza.poses) + 1), FEW) is None
 
 
 def test_the_bundled_recipe_never_trains_on_seeds_of_the_boards_and_names_simulated_splits_alone() -> None:

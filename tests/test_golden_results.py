@@ -13,6 +13,7 @@ from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.checks.checking import check
+from vbbench_leaderboards.checks.drift import tolerance_of
 from vbbench_leaderboards.results.boards import published_sources, source
 from vbbench_leaderboards.results.dataset_record import read_dataset
 from vbbench_leaderboards.results.folder import published_results
@@ -49,7 +50,7 @@ def test_hotel_scores_as_committed(
     rows = np.isin(kept.sequence, own.sequence)
     assert len(own.sequence) == rows.sum() > SEQUENCES // 2
     for name, values in own.figures.items():
-        exact = 1e-4 if solver == "vb-former" else 1e-6  # its network is of float32
+        exact = tolerance_of(solver)
         np.testing.assert_allclose(kept.figures[name][rows], values, rtol=exact, atol=exact)
 
 

@@ -255,6 +255,12 @@ def test_what_counts_as_drift_with_the_same_seed(remade: Path, change: Any, line
     assert len(drift(result, with_dx(result, change))) == lines
 
 
+def test_figures_of_single_precision_may_differ_in_their_last_digits(remade: Path) -> None:
+    result = replace(read_result(remade / "results" / KEPT), solver="vb-former")
+    assert drift(result, with_dx(result, lambda x: x + 2e-6)) == []
+    assert len(drift(result, with_dx(result, lambda x: x + 2e-4))) == 1
+
+
 def test_other_noise_agrees_and_other_skill_does_not() -> None:
     rng = np.random.default_rng(4)
     usual = rng.gamma(3.0, 0.1, 200)

@@ -9,6 +9,9 @@ from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.scene import Scene
 from vbbench_baselines.former.state import Observer, State, Walkers
 
+LONGEST = 40.0
+"""Frames of the longest windows that were trained on: whoever was seen in more counts as seen in so many."""
+
 
 class Found(NamedTuple):
     """A frame after its pose is found.
@@ -70,7 +73,9 @@ def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple
 def state_after(network: Network, state: State, scene: Scene, found: Found, memory: Memories) -> State:
     """All that the next frame is told, from the new pose."""
     back = network.operations.direction(-found.motion.turn)
-    return State(_people(network, state, scene, found, memory, back), _observer(state, scene, found, memory, back))
+    return State(
+        _people(network, state, scene, found, memory, back), _observer(network, state, scene, found, memory, back)
+    )
 
 
 def _people(network: Network, state: State, scene: Scene, found: Found, memory: Memories, back: Array) -> Walkers:
@@ -82,7 +87,7 @@ def _people(network: Network, state: State, scene: Scene, found: Found, memory: 
         traces=walks.traces * back[..., None, None],
         memory=memory.people,
         offsets=walks.offsets,
-        seen=people.seen + sights.seen,
+        seen=xp.clip(people.seen + sights.seen, 0.0, LONGEST),
         away=(people.away + scene.dt[..., None]) * (1.0 - sights.seen),
         shown=sights.seen,
         traceable=xp.where(people.seen > 0.5, 1.0 + 0.0 * found.kept, 0.0 * found.kept),
@@ -94,7 +99,7 @@ def _people(network: Network, state: State, scene: Scene, found: Found, memory: 
     )
 
 
-def _observer(state: State, scene: Scene, found: Found, memory: Memories, back: Array) -> Observer:
+def _observer(network: Network, state: State, scene: Scene, found: Found, memory: Memories, back: Array) -> Observer:
     own, none = scene.walks.own, 0.0 * scene.dt
     return Observer(
         step=found.motion.step / scene.dt * back,
@@ -106,5 +111,5 @@ def _observer(state: State, scene: Scene, found: Found, memory: Memories, back: 
         doubt=memory.doubt,
         moved=(state.observer.frames > 0.5) * (1.0 + none),
         told=scene.told.moved + none,
-        frames=own.frames + 1.0,
+        frames=network.operations.clip(own.frames + 1.0, 0.0, LONGEST),
     )

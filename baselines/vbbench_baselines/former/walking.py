@@ -49,8 +49,8 @@ def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array,
     off, pace = strange * back, people.velocity * back
     begins = xp.where(people.seen < 2.5, fresh, 0.0 * fresh)
     offs = xp.pairs(off)
-    told = xp.stack([people.by_height, people.by_feet])
-    farther = xp.clip(xp.log(kept)[..., None] - told, -0.5, 0.5) - people.offsets
+    by_box = xp.stack([people.by_height, people.by_feet])
+    farther = xp.clip(xp.log(kept)[..., None] - by_box, -0.5, 0.5) - people.offsets
     farther = farther * xp.stack([people.shown, people.shown * people.has_feet])
     past = [begins, people.exact, people.exact_before, xp.log(1.0 + people.seen), xp.log(kept)]
     past.append(xp.log(dt)[..., None] + 0.0 * kept)

@@ -11,6 +11,9 @@ REFERENCES = {
     "vb-former": "Recurrent attention about a pose fit, learned from simulated crowds, bundled with vbbench",
 }
 
+SINGLE_PRECISION = ("vb-former", "vb-former-pure")
+"""Solvers that count with 24 bits."""
+
 
 def bundled_solvers() -> list[str]:
     """Names of the solvers that come with vbbench and stand on its boards."""

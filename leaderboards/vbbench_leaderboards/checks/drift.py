@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from vbbench.files.dataset import Dataset
+from vbbench_leaderboards.checks.bundled import SINGLE_PRECISION
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.result import Result
 
-TOLERANCE = 1e-6
-"""How far a figure may lie from the other, in m or rad, or in parts of it where it is larger than one."""
+TOLERANCE, SINGLE_TOLERANCE = 1e-6, 1e-4
+"""How far a figure may lie from the other, in m or rad, or in parts of it where it is larger than one; and those of
+solvers that count with 24 bits, whose last digits depend on the processor."""
 
 _NOT_COMPARED = ("solver_version", "seconds_per_frame")
 
@@ -21,7 +23,12 @@ def drift(old: Result, new: Result) -> list[str]:
 
     Versions, times and descriptions are not compared.
     """
-    return _differences(_comparable(old), _comparable(new), "")
+    return _differences(_comparable(old), _comparable(new), "", tolerance_of(new.solver))
+
+
+def tolerance_of(solver: str) -> float:
+    """How far figures of a solver may lie from those that were committed."""
+    return SINGLE_TOLERANCE if solver in SINGLE_PRECISION else TOLERANCE
 
 
 def record_faults(record: BoardDataset, folder: Path) -> Iterator[str]:
@@ -59,26 +66,27 @@ def _plain(values: Any) -> list[float | None]:
     return [None if np.isnan(value) else float(value) for value in values]
 
 
-def _differences(old: Any, new: Any, name: str) -> list[str]:
+def _differences(old: Any, new: Any, name: str, tolerance: float) -> list[str]:
     if isinstance(old, dict) and isinstance(new, dict):
         keys = dict.fromkeys([*old, *new])
-        return [line for key in keys for line in _differences(old.get(key), new.get(key), f"{name}.{key}".lstrip("."))]
+        below = {key: f"{name}.{key}".lstrip(".") for key in keys}
+        return [line for key in keys for line in _differences(old.get(key), new.get(key), below[key], tolerance)]
     if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        return _differences_of_rows(old, new, name)
-    return [] if _same(old, new) else [f"{name}: was {_short(old)}, is {_short(new)}"]
+        return _differences_of_rows(old, new, name, tolerance)
+    return [] if _same(old, new, tolerance) else [f"{name}: was {_short(old)}, is {_short(new)}"]
 
 
-def _differences_of_rows(old: list[Any], new: list[Any], name: str) -> list[str]:
-    rows = [row for row, pair in enumerate(zip(old, new, strict=True)) if not _same(*pair)]
+def _differences_of_rows(old: list[Any], new: list[Any], name: str, tolerance: float) -> list[str]:
+    rows = [row for row, pair in enumerate(zip(old, new, strict=True)) if not _same(*pair, tolerance)]
     if not rows:
         return []
     worst = max(rows, key=lambda row: abs((old[row] or 0.0) - (new[row] or 0.0)))
     return [f"{name}: {len(rows)} of {len(old)} differ, most row {worst}: was {old[worst]}, is {new[worst]}"]
 
 
-def _same(old: Any, new: Any) -> bool:
+def _same(old: Any, new: Any, tolerance: float) -> bool:
     if isinstance(old, float) and isinstance(new, (int, float)):
-        return abs(old - new) <= TOLERANCE * max(1.0, abs(old))
+        return abs(old - new) <= tolerance * max(1.0, abs(old))
     return bool(old == new)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vbbench.protocol import PROTOCOLS, START_FRAMES
 from vbbench_baselines.former.sights import UNKNOWN_STD, Sights
 from vbbench_baselines.former.training.crowds import Crowds
-from vbbench_baselines.former.training.recipe import Recipe, Size
+from vbbench_baselines.former.training.recipe import Phase, Recipe, Size
 from vbbench_baselines.former.training.windows import Window, alter, cut
 
 TRIES = 10_000
@@ -49,13 +49,13 @@ class Batch:
         return Batch(sights=Sights(*(values.to(device) for values in self.sights)), **others)
 
 
-def draw_batch(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, frames: int) -> Batch:
+def draw_batch(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase) -> Batch:
     """A batch of windows, drawn anew for each step of the training."""
     size = recipe.size[rng.choice(len(recipe.size), p=[size.share for size in recipe.size])]
-    return batch_of(rng, crowds, recipe, frames, size)
+    return batch_of(rng, crowds, recipe, phase, size)
 
 
-def batch_of(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, frames: int, size: Size) -> Batch:
+def batch_of(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase, size: Size) -> Batch:
     """A batch of windows of one size.
 
     Raises
@@ -66,14 +66,16 @@ def batch_of(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, frames: i
     windows: list[Window] = []
     for _ in range(TRIES):
         stream = crowds.streams[rng.choice(len(crowds.streams), p=crowds.shares)]
-        window = cut(rng, stream[rng.integers(len(stream))], frames, size.least, size.most)
+        window = cut(rng, stream[rng.integers(len(stream))], phase, size)
         if window is not None:
-            window = alter(rng, window)
+            window = alter(rng, window, phase.passing)
             if window.seen.any():
                 windows.append(window)
         if len(windows) == size.windows:
             return _stacked(rng, windows, recipe)
-    raise ValueError(f"hardly any sequence of the recipe has {frames} frames; ask for shorter ones in [[phase]]")
+    raise ValueError(
+        f"hardly any sequence of the recipe has {phase.frames} frames; ask for shorter ones in [[stage.phase]]"
+    )
 
 
 def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe) -> Batch:

@@ -37,19 +37,9 @@ def train_vb_former(
         raise VbbenchError(f"--part is above 0 and at most 100, not {part:g}")
     with needs_extra("torch", "training"):
         from vbbench_baselines.former.training.recipe import read_recipe
-        from vbbench_baselines.former.training.run_folder import train
-    path = train(
-        out,
-        read_recipe(recipe),
-        seed=seed,
-        pure=pure,
-        feet=feet,
-        sequences=sequences,
-        part=part,
-        crowds=crowds,
-        device=device,
-        jobs=jobs,
-    )
+        from vbbench_baselines.former.training.run_folder import Asked, train
+    asked = Asked(recipe=read_recipe(recipe), seed=seed, pure=pure, feet=feet, sequences=sequences, part=part)
+    path = train(out, asked, crowds=crowds, device=device, jobs=jobs)
     sys.stderr.write(f"{path}\n")
 
 

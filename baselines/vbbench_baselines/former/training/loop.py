@@ -1,4 +1,4 @@
-"""The training: batch after batch, with checkpoints from which it goes on, and weights averaged over its last part."""
+"""The training: batch after batch and stage after stage, with checkpoints from which it goes on."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ from vbbench_baselines.former.network import Birdifier
 from vbbench_baselines.former.training.batches import Batch, batch_of, draw_batch
 from vbbench_baselines.former.training.crowds import Crowds
 from vbbench_baselines.former.training.following import Errors, follow
-from vbbench_baselines.former.training.recipe import Recipe
+from vbbench_baselines.former.training.recipe import Phase, Recipe
 from vbbench_baselines.former.training.tensors import TensorOperations
 
 SPREAD_WEIGHT = 0.03
@@ -33,6 +33,8 @@ CHECK_EVERY = 100
 """Batches from one look at the held-out windows, and one checkpoint, to the next."""
 SPREAD_LAYERS = ("doubt", "pose_spread", "place_spread")
 """The layers that say how sure an answer is: errors teach them nothing, and they do not change answers."""
+FACTS = ("batches", "windows", "stage", "begun", "averaged", "seconds", "log")
+"""What a checkpoint says of how far a training is."""
 CAPPED, ASTRAY = 2.0, 1.0
 """In m: what a window counts at most, and from where on it has failed."""
 
@@ -49,6 +51,10 @@ class Training:
     seed : of the first weights and of the windows.
     pure, feet : see `vbbench_baselines.former.network.Birdifier`.
     device : of PyTorch, such as ``cuda``. Only on ``cpu`` are weights the same each time.
+    batches, windows : learned from.
+    stage, begun : number of the stage, and the batches and windows when it began.
+    averaged : batches whose weights are averaged.
+    seconds, log : of processor time, and how it went.
     """
 
     recipe: Recipe
@@ -60,6 +66,8 @@ class Training:
     device: str = "cpu"
     batches: int = 0
     windows: int = 0
+    stage: int = 0
+    begun: tuple[int, int] = (0, 0)
     averaged: int = 0
     seconds: float = 0.0
     log: list[dict[str, Any]] = field(default_factory=list)
@@ -71,29 +79,43 @@ class Training:
             name: torch.nn.Parameter(torch.from_numpy(values.astype(np.float32)).to(self.device))
             for name, values in first.items()
         }
-        self.mean = {name: torch.zeros_like(values) for name, values in self.weights.items()}
         self._spreads = [values for name, values in self.weights.items() if name.startswith(SPREAD_LAYERS)]
         self._others = [values for name, values in self.weights.items() if not name.startswith(SPREAD_LAYERS)]
+        self._set_out()
+
+    def _set_out(self) -> None:
+        """Begin a stage."""
+        self.mean = {name: torch.zeros_like(values) for name, values in self.weights.items()}
+        self.begun, self.averaged = (self.batches, self.windows), 0
         self._optimiser = torch.optim.AdamW(
             [
                 {"params": [values for values in self.weights.values() if values.ndim > 1], "weight_decay": DECAY},
                 {"params": [values for values in self.weights.values() if values.ndim == 1], "weight_decay": 0.0},
             ],
-            lr=self.recipe.rate,
+            lr=self.recipe.stage[self.stage].rate,
             betas=(0.9, 0.98),
         )
 
     def run(self, checkpoint: Path, tell: Callable[[dict[str, Any]], None]) -> Arrays:
         """Train to the end, with a checkpoint now and then; the weights, averaged over the last part."""
-        while self.windows < self.recipe.windows:
+        while not self._over:
+            if self._part >= 1.0:
+                self._go_on_to_the_next_stage()
             started = process_time()
             errors = self._learn()
             self.seconds += process_time() - started
-            if self.batches % CHECK_EVERY == 0 or self.windows >= self.recipe.windows:
+            if self.batches % CHECK_EVERY == 0 or self._over:
                 self.log.append({**self._progress(errors), **self.look(self.weights)})
                 self.save(checkpoint)
                 tell(self.log[-1])
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
+
+    def _go_on_to_the_next_stage(self) -> None:
+        self.stage += 1
+        with torch.no_grad():
+            for name, values in self.weights.items():
+                values.copy_(self.mean[name])
+        self._set_out()
 
     def look(self, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
         """How these weights do on the held-out windows: capped means in m by protocol, and how sure they are."""
@@ -104,7 +126,7 @@ class Training:
     def _learn(self) -> Errors:
         """One batch; its windows follow from seed and number alone."""
         rng = np.random.default_rng([self.recipe.seed, self.seed, self.batches])
-        batch = draw_batch(rng, self.crowds, self.recipe, self._frames()).to(self.device)
+        batch = draw_batch(rng, self.crowds, self.recipe, self._phase).to(self.device)
         for group in self._optimiser.param_groups:
             group["lr"] = self._rate()
         errors = follow(self._birdifier(self.weights), batch)
@@ -115,7 +137,7 @@ class Training:
             self._optimiser.step()
         self.batches += 1
         self.windows += len(batch.dt)
-        if self.windows > (1.0 - self.recipe.averaged) * self.recipe.windows:
+        if self._part > 1.0 - self.recipe.stage[self.stage].averaged:
             self.averaged += 1
             with torch.no_grad():
                 for name, values in self.weights.items():
@@ -127,25 +149,30 @@ class Training:
 
     @property
     def _part(self) -> float:
-        return self.windows / self.recipe.windows
+        """How much of the stage is done."""
+        return (self.windows - self.begun[1]) / self.recipe.stage[self.stage].windows
+
+    @property
+    def _over(self) -> bool:
+        return self.stage == len(self.recipe.stage) - 1 and self._part >= 1.0
+
+    @property
+    def _phase(self) -> Phase:
+        return self.recipe.stage[self.stage].phase_at(self._part)
 
     def _rate(self) -> float:
         """The learning rate: it rises quickly, stays, and falls as a cosine."""
-        begun = max(0.0, self._part - self.recipe.decay) / (1.0 - self.recipe.decay)
-        falling = LEAST_RATE + (1.0 - LEAST_RATE) * 0.5 * (1.0 + np.cos(np.pi * begun))
-        return float(self.recipe.rate * min(1.0, (1 + self.batches) / WARM_UP) * falling)
-
-    def _frames(self) -> int:
-        ends = np.cumsum([phase.share for phase in self.recipe.phase])
-        phase = min(int(np.searchsorted(ends / ends[-1], self._part, side="right")), len(ends) - 1)
-        return self.recipe.phase[phase].frames
+        stage = self.recipe.stage[self.stage]
+        late = max(0.0, self._part - stage.decay) / (1.0 - stage.decay)
+        falling = LEAST_RATE + (1.0 - LEAST_RATE) * 0.5 * (1.0 + np.cos(np.pi * late))
+        return float(stage.rate * min(1.0, (1 + self.batches - self.begun[0]) / WARM_UP) * falling)
 
     def _progress(self, errors: Errors) -> dict[str, Any]:
         return {
             "batches": self.batches,
             "windows": self.windows,
             "seconds": round(self.seconds, 1),
-            "frames": self._frames(),
+            "frames": self._phase.frames,
             "rate": self._rate(),
             "loss": float(errors.loss.detach()),
         }
@@ -153,7 +180,7 @@ class Training:
     def save(self, checkpoint: Path) -> None:
         """Write all that is needed to go on, whole or not at all."""
         state = {
-            "facts": json.dumps([self.batches, self.windows, self.averaged, self.seconds, self.log]),
+            "facts": json.dumps({name: getattr(self, name) for name in FACTS}),
             "weights": dict(self.weights),
             "mean": self.mean,
             "optimiser": self._optimiser.state_dict(),
@@ -164,7 +191,8 @@ class Training:
     def resume(self, checkpoint: Path) -> None:
         """Go on from a checkpoint."""
         state = torch.load(checkpoint, weights_only=True, map_location=self.device)
-        self.batches, self.windows, self.averaged, self.seconds, self.log = json.loads(state["facts"])
+        for name, value in json.loads(state["facts"]).items():
+            setattr(self, name, value)
         with torch.no_grad():
             for name, values in self.weights.items():
                 values.copy_(state["weights"][name])
@@ -175,9 +203,9 @@ class Training:
 def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
     """Windows of crowds that are not trained on, of each size, as long as the last ones of the training."""
     rng = np.random.default_rng([recipe.held_out_seed, 0])
-    frames = recipe.phase[-1].frames
+    last = recipe.stage[-1].phase[-1]
     return tuple(
-        batch_of(rng, crowds, recipe, frames, type(size)(**{**vars(size), "windows": recipe.held_out}))
+        batch_of(rng, crowds, recipe, last, type(size)(**{**vars(size), "windows": recipe.held_out}))
         for size in recipe.size
     )
 

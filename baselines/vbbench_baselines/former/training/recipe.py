@@ -1,7 +1,9 @@
 """What the network is trained on, and how: a file that anybody can change."""
 
+from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -79,13 +81,50 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:
-    """A part of the training: windows of ``frames`` frames, for a ``share`` of it."""
+    """A part of a stage.
+
+    Parameters
+    ----------
+    frames : of its windows.
+    share : how much of the stage it is.
+    dense : of n ways to leave frames out, the k-th is as likely as k^−dense.
+    passing : in how many of the windows everybody passes by.
+    """
 
     frames: Annotated[int, Within(4, 1000)]
     share: Annotated[float, Within(0.0, 1.0)]
+    dense: Annotated[float, Within(0.0, 10.0)] = 1.0
+    passing: Annotated[float, Within(0.0, 1.0)] = 0.0
 
     def __post_init__(self) -> None:
         check_ranges(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """A training of its own, which begins with the weights of the one before.
+
+    Parameters
+    ----------
+    windows : windows of frames that are learned from.
+    rate, decay : the learning rate, and from which part of the stage on it falls, as a cosine.
+    averaged : the last part, whose weights are averaged.
+    phase : what windows are like, in turn.
+    """
+
+    windows: Annotated[int, Within(1, 10**9)]
+    rate: Annotated[float, Within(0.0, 1.0)]
+    decay: Annotated[float, Within(0.0, 1.0)]
+    averaged: Annotated[float, Within(0.0, 1.0)]
+    phase: tuple[Phase, ...]
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+    def phase_at(self, part: float) -> Phase:
+        """The phase of when ``part`` of the stage is done."""
+        ends = list(accumulate(phase.share for phase in self.phase))
+        return self.phase[min(bisect_right(ends, part * ends[-1]), len(ends) - 1)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,21 +133,13 @@ class Recipe:
 
     Parameters
     ----------
-    windows : windows of frames that are learned from.
-    rate, decay : the learning rate, and from which part of the training on it falls, as a cosine.
-    averaged : the last part, whose weights are averaged.
     seed, held_out_seed : of the crowds, and of those by which one looks how far the training is; seed 0 is the boards'.
     held_out : windows of each size by which one looks.
-    pool : how many times as many sequences as the streams say.
     people : numbers of people in each scenario.
     protocols : shares of what is given.
-    stream, size, phase : see there.
+    stage, stream, size : see there.
     """
 
-    windows: Annotated[int, Within(1, 10**9)]
-    rate: Annotated[float, Within(0.0, 1.0)]
-    decay: Annotated[float, Within(0.0, 1.0)]
-    averaged: Annotated[float, Within(0.0, 1.0)]
     seed: Annotated[int, Within(2, 2**31)]
     held_out_seed: Annotated[int, Within(1, 2**31)]
     held_out: Annotated[int, Within(1, 10**5)]
@@ -116,7 +147,7 @@ class Recipe:
     protocols: Mapping[str, Any]
     stream: tuple[Stream, ...]
     size: tuple[Size, ...]
-    phase: tuple[Phase, ...]
+    stage: tuple[Stage, ...]
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -126,6 +157,16 @@ class Recipe:
                     raise ValueError(f"[people] has no '{scenario}', which the stream '{stream.name}' needs")
         if set(self.protocols) != set(PROTOCOLS):
             raise ValueError(f"[protocols] names the shares of {', '.join(PROTOCOLS)}, and nothing else")
+
+    @property
+    def windows(self) -> int:
+        """Windows of all stages."""
+        return sum(stage.windows for stage in self.stage)
+
+    def shortened(self, part: float) -> "Recipe":
+        """The recipe with ``part`` of the windows."""
+        stages = tuple(replace(stage, windows=max(1, round(part * stage.windows))) for stage in self.stage)
+        return replace(self, stage=stages)
 
 
 def read_recipe(path: Path | None) -> Recipe:

@@ -7,9 +7,8 @@ OUT/log.csv         how it went
 OUT/weights.npz     the result; training.json then has its SHA-256
 """
 
-import csv
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from vbbench.errors import VbbenchError
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing, write_text_atomically
 from vbbench.parallel.parts import progress_bar
+from vbbench.table import csv_text
 from vbbench_baselines.former.training.crowds import make_crowds
 from vbbench_baselines.former.training.loop import Training, held_out_batches
 from vbbench_baselines.former.training.recipe import Recipe
@@ -31,25 +31,32 @@ HELD_OUT_PART = 0.025
 """As many sequences as the recipe says, times this, are held out."""
 
 
-def train(
-    out: Path,
-    recipe: Recipe,
-    *,
-    seed: int = 0,
-    pure: bool = False,
-    feet: bool = True,
-    sequences: int | None = None,
-    part: float = 1.0,
-    crowds: Path | None = None,
-    device: str = "cpu",
-    jobs: int = 1,
-) -> Path:
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What is to be trained: all that the weights follow from.
+
+    Parameters
+    ----------
+    recipe : what is learned from, and how.
+    seed : of the first weights and of the windows.
+    pure, feet : see `vbbench_baselines.former.network.Birdifier`.
+    sequences : about how many of the sequences are learned from; ``None`` for all.
+    part : how many sequences and windows there are, beside what the recipe says.
+    """
+
+    recipe: Recipe
+    seed: int = 0
+    pure: bool = False
+    feet: bool = True
+    sequences: int | None = None
+    part: float = 1.0
+
+
+def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = "cpu", jobs: int = 1) -> Path:
     """Train in the folder ``out``, or go on there; the path of the weights.
 
     Parameters
     ----------
-    sequences : about how many of the sequences are learned from; ``None`` for all.
-    part : how many sequences and windows there are, beside what the recipe says.
     crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
     device : of PyTorch, see `vbbench_baselines.former.training.loop.Training`.
 
@@ -58,18 +65,20 @@ def train(
     VbbenchError
         If the folder is not of this training.
     """
-    recipe = replace(recipe, windows=max(1, round(part * recipe.windows)))
-    facts = {"recipe": asdict(recipe), "seed": seed, "pure": pure, "feet": feet, "sequences": sequences, "part": part}
+    recipe = asked.recipe.shortened(asked.part)
+    facts = asdict(replace(asked, recipe=recipe))
     out.mkdir(parents=True, exist_ok=True)
     with locked(out):
         _begin(out, facts)
         if (out / ABOUT).is_file():
             return out / WEIGHTS
         folder = crowds or out / CROWDS
-        learned = make_crowds(recipe, folder, recipe.seed, part=part, jobs=jobs)
+        learned = make_crowds(recipe, folder, recipe.seed, part=asked.part, jobs=jobs)
         held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=HELD_OUT_PART, jobs=jobs)
-        learned = learned if sequences is None else learned.limited(sequences)
-        training = Training(recipe, learned, held_out_batches(recipe, held_out), seed, pure, feet, device)
+        if asked.sequences is not None:
+            learned = learned.limited(asked.sequences)
+        batches = held_out_batches(recipe, held_out)
+        training = Training(recipe, learned, batches, asked.seed, asked.pure, asked.feet, device)
         if (out / CHECKPOINT).is_file():
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
@@ -110,7 +119,5 @@ def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str
 
 
 def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:
-    with replacing(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(dict.fromkeys(name for row in rows for name in row)))
-        writer.writeheader()
-        writer.writerows(rows)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    write_text_atomically(path, csv_text(names, ([row.get(name) for name in names] for row in rows)))

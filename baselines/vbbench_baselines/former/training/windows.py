@@ -12,15 +12,18 @@ from numpy.typing import NDArray
 
 from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights
 from vbbench_baselines.former.training.crowds import Watched
+from vbbench_baselines.former.training.recipe import Phase, Size
 
 LONGEST_STEP = 0.85
-"""In s: frames are left out as long as one then takes no longer; of n ways to do so the k-th is as likely as 1/k."""
+"""In s: frames are left out as long as one then takes no longer."""
 LONGEST_FRAME = 0.9
 """In s: how long a frame is at most when all walk more slowly than they did."""
 NEAREST = 0.4
 """In m: whoever comes nearer is not seen."""
 STOP_TIME = 0.8
 """In s, in which somebody comes to a stop or sets off."""
+LEAST_STAY = 6
+"""Frames for which somebody who passes by is there at least."""
 
 
 @dataclass(frozen=True)
@@ -77,19 +80,19 @@ class Window:
         )
 
 
-def cut(rng: np.random.Generator, watched: Watched, frames: int, least: int, most: int) -> Window | None:
-    """A window of so many frames and people; ``None`` if the sequence is too short, or shows nobody."""
-    total = len(watched.poses)
+def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) -> Window | None:
+    """A window of some frames and people; ``None`` if the sequence is too short, or shows nobody."""
+    total, frames = len(watched.poses), phase.frames
     if total < frames:
         return None
     widest = max(1, min(round(LONGEST_STEP / watched.dt), (total - 1) // (frames - 1)))
-    likely = 1.0 / np.arange(1, widest + 1)
+    likely = np.arange(1, widest + 1) ** -phase.dense
     every = 1 + int(rng.choice(widest, p=likely / likely.sum()))
     first = int(rng.integers(total - (frames - 1) * every))
     part = slice(first, first + (frames - 1) * every + 1, every)
     boxes = watched.sights.seen[part].sum(axis=0)
     people = np.flatnonzero(boxes)
-    wanted = int(rng.integers(least, most + 1))
+    wanted = int(rng.integers(size.least, size.most + 1))
     if not len(people):
         return None
     if wanted < len(people):
@@ -124,11 +127,12 @@ def cut(rng: np.random.Generator, watched: Watched, frames: int, least: int, mos
     )
 
 
-def alter(rng: np.random.Generator, window: Window) -> Window:
-    """A window in which all walk otherwise, and none may be seen before or after."""
+def alter(rng: np.random.Generator, window: Window, passing: float) -> Window:
+    """A window in which all walk otherwise, and none may be seen before or after; ``passing``: how often all pass."""
     if rng.random() < 0.5:
         window = replace(window, dt=min(window.dt * _between(rng, 0.6, 1.6), max(window.dt, LONGEST_FRAME)))
-    for change in (_stop_and_go, _stray, _look_about, _come_and_go, _mirror):
+    coming = _pass_by if passing and rng.random() < passing else _come_and_go
+    for change in (_stop_and_go, _stray, _look_about, coming, _mirror):
         window = change(rng, window)
     return replace(window, seen=window.seen & (np.abs(window.relative) > NEAREST))
 
@@ -189,6 +193,15 @@ def _look_about(rng: np.random.Generator, window: Window) -> Window:
         return window
     turns = _wander(rng, len(window.yaw), 1, window.dt, _between(rng, 0.4, 4.0))[:, 0].real
     return replace(window, yaw=window.yaw + rng.uniform(0.0, 0.35) * turns)
+
+
+def _pass_by(rng: np.random.Generator, window: Window) -> Window:
+    """Each is there for a while only, so that others come when some have gone."""
+    frames, people = window.seen.shape
+    stays = LEAST_STAY + rng.integers(frames, size=people)
+    begins = rng.integers(LEAST_STAY - stays, frames)
+    times = np.arange(frames)[:, None]
+    return replace(window, seen=window.seen & (times >= begins) & (times < begins + stays))
 
 
 def _come_and_go(rng: np.random.Generator, window: Window) -> Window:
