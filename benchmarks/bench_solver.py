@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 
 from vbbench.camera import PanoramaCamera
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
+from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
@@ -32,6 +33,8 @@ class PlainBirdifier:
         if self.previous is not None:
             self._learn(world_to_relative(positions[1], poses[1]), self.previous)
         self.previous = frame.observations
+        if not np.isnan(poses[2, 0]):
+            return FrameEstimate(pose=poses[2], positions=positions[2])
         rays, sideways = self._rays(frame.observations)
         along = self.variance + (self.mean * np.sqrt(2.0) * sigma / frame.observations[:, 2]) ** 2
         noise = along[:, None, None] * rays[:, :, None] * rays[:, None]
@@ -69,7 +72,7 @@ class PlainBirdifier:
 
 
 def crowd() -> tuple[Problem, list[Frame]]:
-    """A crowd as dense as Students seen with 1 px of noise, and its frames from t = 2 as one-step shows them."""
+    """A crowd as dense as Students seen with 1 px of noise, and its frames as one-step shows them."""
     rng, camera = np.random.default_rng(0), PanoramaCamera()
     velocity = rng.normal(0.0, 0.05, (FRAMES, PEOPLE, 2)).cumsum(axis=0) + rng.normal(0.0, 0.7, (PEOPLE, 2))
     positions = rng.uniform(-8, 8, (PEOPLE, 2)) + velocity.cumsum(axis=0) * DT
@@ -78,11 +81,11 @@ def crowd() -> tuple[Problem, list[Frame]]:
     boxes = camera.project(world_to_relative(positions, poses), heights)
     boxes = np.maximum(boxes + rng.normal(0.0, 1.0, boxes.shape) * (1.0, 0.7, 1.4), (-np.inf, -np.inf, 1.0))
     known = [np.concatenate((rows, np.full((1, *rows.shape[1:]), np.nan))) for rows in (poses, positions)]
-    windows = [(t, [rows[[t - 2, t - 1, FRAMES]] for rows in known]) for t in range(2, FRAMES)]
-    frames = [
-        Frame(index=t, observations=boxes[t], given=Given(poses=window[0], positions=window[1]))
-        for t, window in windows
-    ]
+    frames = []
+    for t in range(FRAMES):
+        shown = [past if past >= 0 else FRAMES for past in (t - 2, t - 1)] + [t if t < START_FRAMES else FRAMES]
+        given = Given(poses=known[0][shown], positions=known[1][shown])
+        frames.append(Frame(index=t, observations=boxes[t], given=given))
     facts: dict[str, Any] = {"height_mean": 1.7, "height_std": 0.07, "pixel_std": 1.0}
     return Problem(camera=camera, dt=DT, tracks=np.arange(PEOPLE), **facts), frames
 
