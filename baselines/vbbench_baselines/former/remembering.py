@@ -10,7 +10,7 @@ from vbbench_baselines.former.scene import Scene
 from vbbench_baselines.former.state import Observer, State, Walkers
 
 LONGEST = 40.0
-"""Frames of the longest windows that were trained on: whoever was seen in more counts as seen in so many."""
+"""Frames, twice those of the longest windows that were trained on: more count as so many, however long a session."""
 
 
 class Found(NamedTuple):
