@@ -133,7 +133,11 @@ def test_a_skip_fails_where_none_is_allowed(pytester: pytest.Pytester, skip: str
     wanted.stdout.fnmatch_lines("*for want of it*")
 
 
-NEEDS = {"test_cluster": "dask", "test_rerun_on_a_cluster": "dask", "test_torch": "torch", "test_view": "viewer"}
+NEEDS = {
+    **dict.fromkeys(("test_cluster", "test_rerun_on_a_cluster"), "dask"),
+    **dict.fromkeys(("test_former_learning", "test_torch"), "torch"),
+    "test_view": "viewer",
+}
 WITHOUT_EXTRAS = """
 import sys, pytest
 class Missing:
