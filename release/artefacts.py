@@ -15,8 +15,8 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 from packaging.metadata import Metadata
 
-LARGEST = 5_000_000
-"""Bytes of a wheel or an sdist; today 4.3 and 4.0 million, most of them published results."""
+LARGEST = 6_000_000
+"""Bytes of a wheel or an sdist; today 5.4 and 5.0 million: 3.4 published results, .3 the weights of the learned solver."""
 
 
 def check(dist: Path, tree_wheel: Path) -> str:
