@@ -1,9 +1,12 @@
 """How the camera moves: on a vehicle, or on a pedestrian whose head follows the path by one of two laws, or wanders.
 
 In the axes of the middle of two headings a step has the parts F forward and S to the right, and a turn ω. A vehicle
-changes all three slowly (Student-t), seldom slips sideways, seldom turns, and is seldom fast (Cauchy: S, ω, ‖step‖).
-The last keeps apart what people cannot tell: whether all walk one way or the vehicle goes the other. It is told anew in
-every frame and so must not be sharp, or whoever once stood would stand for ever.
+that moves changes all three slowly (Student-t), seldom slips sideways, seldom turns, and is seldom fast (Cauchy: S, ω,
+‖step‖). The last keeps apart what people cannot tell: whether all walk one way or the vehicle goes the other. It is
+told anew in every frame and so must not be sharp. Or the vehicle stands, and F, S and ω are nearly 0 (normal); it goes
+on as it does, moving or standing, for some seconds. The highest density of either is the same: where nothing is seen,
+a vehicle that moves is not taken to stop because that would be more certain. Both states are weighed in each frame by
+all frames.
 A pedestrian is one more walker (`joint_map.motion.walks`) with a head (`joint_map.motion.heads`).
 
 One law m holds all the time, so that all steps together tell which: with E_m the sum of −ln of the densities of the
@@ -27,6 +30,9 @@ LAWS = FOLLOWERS + 2
 
 VEHICLE = 0
 
+RULED_OUT, MOST = 1e3, 700.0
+"""A deviance of what is ruled out, and the largest number of which eˣ is taken."""
+
 NEGLIGIBLE = 1e-4
 """A law that is less probable does not count."""
 
@@ -42,6 +48,9 @@ class Observer(NamedTuple):
     pace : standard deviation in m of a component of the first step.
     walk : of a pedestrian, with the head.
     odds : [4] ln of how probable each law is at first.
+    still : [2] standard deviations in m and rad of a step and of a turn of a vehicle that stands.
+    leaving : how probable it is that a vehicle that stands moves in the next frame, or the other way.
+    going : the number of newest frames in which a vehicle surely moves; 0 unless this is tried.
     """
 
     change: FloatArray
@@ -52,6 +61,24 @@ class Observer(NamedTuple):
     pace: float
     walk: Walk
     odds: FloatArray
+    still: FloatArray
+    leaving: float
+    going: int
+
+
+class Shares(NamedTuple):
+    """What the steps tell of the laws.
+
+    Attributes
+    ----------
+    laws : π [4].
+    standing : [T] how probable it is that a vehicle stands during the step into a frame.
+    deviance : −ln of the density of all steps, of whichever law.
+    """
+
+    laws: FloatArray
+    standing: FloatArray
+    deviance: float
 
 
 class Step(NamedTuple):
@@ -90,12 +117,44 @@ def normaliser(nu: float) -> float:
 @kernel
 def surprise(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -> None:
     """Add −ln of the density of the step into frame ``t`` ≥ 2 under each law to ``told`` [4]."""
-    now, before = step_of(frames[t - 1], frames[t]), step_of(frames[t - 2], frames[t - 1])
+    told[VEHICLE] += min(moving_deviance(frames, t, observer), standing_deviance(frames, t, observer))
+    _add_pedestrian_deviances(frames, t, observer, told)
+
+
+@kernel
+def moving_deviance(frames: FloatArray, t: int, observer: Observer) -> float:
+    """−ln of the density of the step into frame ``t`` ≥ 1 of a vehicle that moves, given the one before."""
+    now = step_of(frames[t - 1], frames[t])
+    if t == 1:
+        pace, swing = observer.pace, observer.level[1]
+        total = 0.5 * (now.forward**2 + now.right**2) / pace**2 + np.log(2.0 * np.pi * pace**2)
+        return float(total + np.log(np.pi * swing * (1.0 + (now.turned / swing) ** 2)))
+    before, total = step_of(frames[t - 2], frames[t - 1]), 0.0
     changes = (now.forward - before.forward, now.right - before.right, now.turned - before.turned)
     for a in range(3):
-        nu, scale = observer.nu[a], observer.change[a]
-        told[VEHICLE] += 0.5 * (nu + 1.0) * np.log(1.0 + (changes[a] / scale) ** 2 / nu) + np.log(scale)
-        told[VEHICLE] += observer.normalisers[a]
+        nu = observer.nu[a]
+        total += 0.5 * (nu + 1.0) * np.log(1.0 + (changes[a] / observer.change[a]) ** 2 / nu)
+    return total + highest(observer)
+
+
+@kernel
+def highest(observer: Observer) -> float:
+    """−ln of the density of a step of a vehicle whose velocity does not change."""
+    return float(np.log(observer.change).sum() + observer.normalisers.sum())
+
+
+@kernel
+def standing_deviance(frames: FloatArray, t: int, observer: Observer) -> float:
+    """−ln of the density of the step into frame ``t`` ≥ 1 of a vehicle that stands, up to what `highest` says of it."""
+    step = step_of(frames[t - 1], frames[t])
+    moved, turned = observer.still[0], observer.still[1]
+    far = (step.forward**2 + step.right**2) / moved**2 + (step.turned / turned) ** 2
+    return float(0.5 * far) + highest(observer)
+
+
+@kernel
+def _add_pedestrian_deviances(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -> None:
+    """Add −ln of the density of the step into frame ``t`` ≥ 2 under each pedestrian's law to ``told`` [4]."""
     walk, head = observer.walk, observer.walk.head
     order = min(t, REACH)
     scale = walk.sigma * walk.spreads[order]
@@ -109,14 +168,51 @@ def surprise(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -
 
 
 @kernel
-def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray) -> tuple[FloatArray, float]:
-    """π [4], and −ln of the density of all steps into ``free`` frames, of whichever law."""
+def _standing(frames: FloatArray, free: BoolArray, observer: Observer) -> tuple[FloatArray, float]:
+    """[T] how probable it is that a vehicle stands, and −ln of the density of its steps from frame 2 on.
+
+    Forwards and backwards through a chain of two states, after Rabiner (Proceedings of the IEEE 77(2), 1989).
+    """
+    count = len(frames)
+    moves, stands = np.zeros(count), np.zeros(count)
+    for t in range(1, count):
+        if free[t]:
+            moves[t], stands[t] = moving_deviance(frames, t, observer), standing_deviance(frames, t, observer)
+            if t >= count - observer.going:
+                stands[t] += RULED_OUT
+    stay, leave = np.log(1.0 - observer.leaving), np.log(observer.leaving)
+    moving, still = np.full(count, np.log(0.5)), np.full(count, np.log(0.5))
+    for t in range(1, count):
+        moving[t] = _either(moving[t - 1] + stay, still[t - 1] + leave) - moves[t]
+        still[t] = _either(still[t - 1] + stay, moving[t - 1] + leave) - stands[t]
+    standing, later_moving, later_still = np.zeros(count), 0.0, 0.0
+    for t in range(count - 1, 0, -1):
+        more = moving[t] + later_moving - still[t] - later_still
+        standing[t] = 1.0 / (1.0 + np.exp(min(more, MOST)))
+        move, stand = later_moving - moves[t], later_still - stands[t]
+        later_moving, later_still = _either(move + stay, stand + leave), _either(stand + stay, move + leave)
+    first = moves[1] if count > 1 else 0.0
+    return standing, -_either(moving[-1], still[-1]) - first
+
+
+@kernel
+def _either(a: float, b: float) -> float:
+    """ln(eᵃ + eᵇ)."""
+    most = max(a, b)
+    return float(most + np.log(np.exp(a - most) + np.exp(b - most)))
+
+
+@kernel
+def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray) -> Shares:
+    """What the steps into ``free`` frames tell of the laws, after ``odds`` of frames before."""
     told, shares, least, total = np.empty(LAWS), np.empty(LAWS), np.inf, 0.0
     for law in range(LAWS):
         told[law] = -(observer.odds[law] + odds[law])
+    standing, steps = _standing(frames, free, observer)
+    told[VEHICLE] += steps
     for t in range(2, len(frames)):
         if free[t]:
-            surprise(frames, t, observer, told)
+            _add_pedestrian_deviances(frames, t, observer, told)
     for law in range(LAWS):
         least = min(least, told[law])
     for law in range(LAWS):
@@ -124,11 +220,11 @@ def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: Flo
         total += shares[law]
     for law in range(LAWS):
         shares[law] /= total
-    return shares, least - np.log(total)
+    return Shares(shares, standing, least - np.log(total))
 
 
 @kernel
-def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, share: float) -> float:
+def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, shares: Shares) -> float:
     """−ln of what a vehicle's steps are expected to be, by its ``share``, and of the first step."""
     total = 0.0
     for t in range(1, len(frames)):
@@ -138,7 +234,7 @@ def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, shar
             told = np.log(1.0 + (step.right / observer.level[0]) ** 2)
             told += np.log(1.0 + (step.turned / observer.level[1]) ** 2)
             told += observer.drag * np.log(1.0 + length / observer.level[2] ** 2)
-            total += share * told
+            total += shares.laws[VEHICLE] * (1.0 - shares.standing[t]) * told
             if t == 1:
                 total += 0.5 * length / observer.pace**2
             total += 0.5 * observer.walk.own_rest * length
@@ -150,31 +246,34 @@ def add_observer(
     frames: FloatArray,
     free: BoolArray,
     observer: Observer,
-    shares: FloatArray,
+    shares: Shares,
     gradient: FloatArray,
     hessian: FloatArray,
 ) -> None:
     """Add the slope of both to the gradient [7T] and their curvature to the Hessian [7T, 7T], lower half."""
-    share = shares[VEHICLE]
     for t in range(1, len(frames)):
         if not free[t]:
             continue
+        stands = shares.laws[VEHICLE] * shares.standing[t]
+        share = shares.laws[VEHICLE] - stands
         step = step_of(frames[t - 1], frames[t])
         slip, swing, slow = observer.level[0], observer.level[1], observer.level[2]
         length = step.forward**2 + step.right**2
         still = share * observer.drag * 2.0 / (slow * slow + length) + observer.walk.own_rest
+        still += stands / observer.still[0] ** 2
         if t == 1:
             still += 1.0 / observer.pace**2
         sideways = still + share * 2.0 / (slip * slip + step.right**2)
+        turning = share * 2.0 / (swing * swing + step.turned**2) + stands / observer.still[1] ** 2
         _add(step.forward_by, t - 1, still, step.forward, gradient, hessian)
         _add(step.right_by, t - 1, sideways, step.right, gradient, hessian)
-        _add(step.turned_by, t - 1, share * 2.0 / (swing * swing + step.turned**2), step.turned, gradient, hessian)
+        _add(step.turned_by, t - 1, turning, step.turned, gradient, hessian)
         if t < 2:
             continue
         if share > NEGLIGIBLE:
             _add_vehicle(frames, t, observer, share, gradient, hessian)
-        if share < 1.0 - NEGLIGIBLE:
-            _add_pedestrian(frames, t, observer, shares, gradient, hessian)
+        if shares.laws[VEHICLE] < 1.0 - NEGLIGIBLE:
+            _add_pedestrian(frames, t, observer, shares.laws, gradient, hessian)
 
 
 @kernel

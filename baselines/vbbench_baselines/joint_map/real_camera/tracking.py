@@ -44,6 +44,10 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
+SETTING_OFF, SURER = (1, 3), 20.0
+"""For how many frames it is tried that a vehicle which seems to stand moves already, and how much lower the deviance must
+be then: frames are not as independent as the model takes them to be."""
+
 TOO_MANY = 1e-6
 """So many changes at once are less probable than this, at the rate of changes so far: it is the pose that is wrong."""
 
@@ -161,11 +165,24 @@ class Tracking:
             starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
         ends = [self._settle_from(frames, seen, columns, rounds) for frames in starts]
         best = min(ends, key=lambda settled: settled.deviance)
+        if rounds == FIRST_ROUNDS and self.age > 2 and min(best.shares.laws[VEHICLE], best.shares.standing[-1]) > 0.5:
+            best = self._set_off(best, seen)
         rows.frames = best.point.frames
         rows.places[:, columns] = best.point.places
         rows.numbers[columns], rows.variances[columns] = best.point.people, best.point.variances
-        self._shares = best.shares
+        self._shares = best.shares.laws
         return best, seen, columns
+
+    def _set_off(self, best: Settled, seen: Seen) -> Settled:
+        """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer."""
+        model = self.model
+        for back in SETTING_OFF:
+            going = model._replace(observer=model.observer._replace(going=back))
+            tried = settle(best.point, seen, going, FIRST_ROUNDS + 1, TOLERANCE).point
+            found = settle(tried, seen, model, FIRST_ROUNDS, TOLERANCE)
+            if found.deviance < best.deviance - SURER:
+                best = found
+        return best
 
     def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray, rounds: int) -> Settled:
         """Descend from ``frames`` [n, 7] and the places that are known."""
