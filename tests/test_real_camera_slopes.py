@@ -1,6 +1,7 @@
 """The joint problem of a rough camera: every slope is that of the energy, and eliminating people loses nothing."""
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import pytest
@@ -16,7 +17,17 @@ from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals,
 from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance
 from vbbench_baselines.joint_map.real_camera.elimination import SOMEWHERE
 from vbbench_baselines.joint_map.real_camera.joint import Point, System, deviance_of, linearise
-from vbbench_baselines.joint_map.real_camera.observer import LAWS, add_observer, level_deviance, shares_of, step_of
+from vbbench_baselines.joint_map.real_camera.observer import (
+    LAWS,
+    VEHICLE,
+    Shares,
+    add_observer,
+    level_deviance,
+    moving_deviance,
+    shares_of,
+    standing_deviance,
+    step_of,
+)
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 
 STEP = 1e-6
@@ -130,19 +141,55 @@ def test_steps_have_the_slopes_of_their_parts() -> None:
 @pytest.mark.parametrize("law", range(LAWS))
 def test_the_observer_is_pulled_as_its_law_says(window: Window, law: int) -> None:
     case = under(window, law)
-    frames, model, free = shaken(case, law).frames, case.model, case.seen.free
+    assert pulls_as_told(shaken(case, law).frames, case).laws[law] > 1.0 - 1e-9
+
+
+def test_a_vehicle_that_may_stand_is_pulled_by_how_probable_that_is(window: Window) -> None:
+    case = under(window, VEHICLE)
+    standing = pulls_as_told(setting_off(shaken(case, VEHICLE).frames), case).standing
+    assert 0.1 < standing[2] < 0.9, "so that both states pull"
+    assert standing[-1] < 0.01
+
+
+def setting_off(frames: FloatArray) -> FloatArray:
+    """The frames [T, 7] of a vehicle that hardly moves before the fourth, and may in it."""
+    frames = frames.copy()
+    frames[4:, :3] += frames[0, :3] - frames[3, :3]
+    frames[1:4, :3] = frames[0, :3] + np.array(((0.001, 0.002, 0.0003), (0.002, 0.002, 0.0), (0.012, 0.008, 0.0)))
+    return frames
+
+
+def pulls_as_told(frames: FloatArray, case: Window) -> Shares:
+    """Check gradient and Hessian at ``frames`` [T, 7], what does not depend on the steps held; returns this."""
+    model, free, blind = case.model, case.seen.free, np.arange(len(frames)) == 3
+    shares = shares_of(frames, free, model.observer, model.odds)
 
     def energy(frames: FloatArray) -> float:
-        shares, told = shares_of(frames, free, model.observer, model.odds)
-        return told + level_deviance(frames, free, model.observer, shares[0])
+        told = shares_of(frames, free, model.observer, model.odds).deviance
+        return told + level_deviance(frames, free, blind, model.observer, shares)
 
-    shares, _ = shares_of(frames, free, model.observer, model.odds)
-    assert shares[law] > 1.0 - 1e-9
     gradient, hessian = np.zeros(frames.size), np.zeros((frames.size, frames.size))
-    add_observer(frames, free, model.observer, shares, gradient, hessian)
+    add_observer(frames, free, blind, model.observer, shares, gradient, hessian)
     numeric = slope_of(energy, frames).ravel()
     np.testing.assert_allclose(gradient, numeric, rtol=1e-5, atol=1e-4)
     assert np.linalg.eigvalsh(symmetric(hessian)).min() > -1e-6
+    return shares
+
+
+def test_standing_is_as_probable_as_all_ways_to_stand_and_move_say(window: Window) -> None:
+    """Against a sum over every way in which the steps may be standing or moving."""
+    case = under(window, VEHICLE)
+    frames, observer, odds = setting_off(shaken(case, VEHICLE).frames), case.model.observer, case.model.odds
+    count = len(frames) - 1
+    costs = [[of(frames, t + 1, observer) for of in (moving_deviance, standing_deviance)] for t in range(count)]
+    cost, ways = np.array(costs), np.array(list(product((0, 1), repeat=count)))
+    changes, least = np.count_nonzero(np.diff(ways, axis=1), axis=1), cost.min(axis=1).sum()
+    weight = 0.5 * np.exp(least - cost[np.arange(count), ways].sum(axis=1))
+    weight *= observer.leaving**changes * (1.0 - observer.leaving) ** (count - 1 - changes)
+    shares = shares_of(frames, np.ones(count + 1, np.bool_), observer, odds)
+    np.testing.assert_allclose(shares.standing[1:], weight @ ways / weight.sum(), atol=1e-9)
+    told = least - np.log(weight.sum()) - cost[0, 0] - observer.odds[VEHICLE] - odds[VEHICLE]
+    assert shares.deviance == pytest.approx(told, abs=1e-6)
 
 
 def test_what_is_unknown_of_the_camera_is_pulled_to_the_calibration(window: Window) -> None:

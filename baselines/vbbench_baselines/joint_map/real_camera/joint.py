@@ -49,6 +49,7 @@ class Seen(NamedTuple):
     given : [T, K, 2] places in m, NaN = not given.
     fixed : [T] whether the pose is given.
     free : [T] whether nothing measures the step into the frame surely.
+    blind : [T] whether nobody has a box.
     first, last : [K] frames between which a person is followed; last < first for nobody.
     motions : the observer's odometry.
     """
@@ -57,6 +58,7 @@ class Seen(NamedTuple):
     given: FloatArray
     fixed: BoolArray
     free: BoolArray
+    blind: BoolArray
     first: IntArray
     last: IntArray
     motions: Motions
@@ -111,7 +113,7 @@ def deviance_of(point: Point, seen: Seen, model: Model) -> float:
     frames = point.frames
     shares = shares_of(frames, seen.free, model.observer, model.odds)
     total = shares.deviance + drift_deviance(frames, model.drift)
-    total += level_deviance(frames, seen.free, model.observer, shares)
+    total += level_deviance(frames, seen.free, seen.blind, model.observer, shares)
     for t in range(1, len(frames)):
         if measured(seen.motions.information[t]):
             error, _ = stray(frames[t - 1], frames[t], seen.motions.moved[t])
@@ -143,7 +145,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     size = frames.size
     gradient, hessian = np.zeros(size), np.zeros((size, padded(size)))
     shares = shares_of(frames, seen.free, model.observer, model.odds)
-    add_observer(frames, seen.free, model.observer, shares, gradient, hessian)
+    add_observer(frames, seen.free, seen.blind, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)
     people, paper = [], paper_for(len(frames))

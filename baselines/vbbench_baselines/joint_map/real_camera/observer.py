@@ -3,10 +3,10 @@
 In the axes of the middle of two headings a step has the parts F forward and S to the right, and a turn ω. A vehicle
 that moves changes all three slowly (Student-t), seldom slips sideways, seldom turns, and is seldom fast (Cauchy: S, ω,
 ‖step‖). The last keeps apart what people cannot tell: whether all walk one way or the vehicle goes the other. It is
-told anew in every frame and so must not be sharp. Or the vehicle stands, and F, S and ω are nearly 0 (normal); it goes
-on as it does, moving or standing, for some seconds. The highest density of either is the same: where nothing is seen,
-a vehicle that moves is not taken to stop because that would be more certain. Both states are weighed in each frame by
-all frames.
+told anew in every frame that shows anybody, and so must not be sharp. Or the vehicle stands, and F, S and ω are nearly
+0 (normal). It goes on as it does, moving or standing, for some seconds, and the highest density of either is the same:
+where nothing is seen, a vehicle that moves is not taken to stop because that would be more certain. Both states are
+weighed in each frame by all frames.
 A pedestrian is one more walker (`joint_map.motion.walks`) with a head (`joint_map.motion.heads`).
 
 One law m holds all the time, so that all steps together tell which: with E_m the sum of −ln of the densities of the
@@ -134,7 +134,7 @@ def moving_deviance(frames: FloatArray, t: int, observer: Observer) -> float:
     for a in range(3):
         nu = observer.nu[a]
         total += 0.5 * (nu + 1.0) * np.log(1.0 + (changes[a] / observer.change[a]) ** 2 / nu)
-    return total + highest(observer)
+    return float(total + highest(observer))
 
 
 @kernel
@@ -224,8 +224,8 @@ def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: Flo
 
 
 @kernel
-def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, shares: Shares) -> float:
-    """−ln of what a vehicle's steps are expected to be, by its ``share``, and of the first step."""
+def level_deviance(frames: FloatArray, free: BoolArray, blind: BoolArray, observer: Observer, shares: Shares) -> float:
+    """−ln of what a vehicle's steps are expected to be, by their ``shares``, and of the first step."""
     total = 0.0
     for t in range(1, len(frames)):
         if free[t]:
@@ -233,7 +233,8 @@ def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, shar
             length = step.forward**2 + step.right**2
             told = np.log(1.0 + (step.right / observer.level[0]) ** 2)
             told += np.log(1.0 + (step.turned / observer.level[1]) ** 2)
-            told += observer.drag * np.log(1.0 + length / observer.level[2] ** 2)
+            if not blind[t]:
+                told += observer.drag * np.log(1.0 + length / observer.level[2] ** 2)
             total += shares.laws[VEHICLE] * (1.0 - shares.standing[t]) * told
             if t == 1:
                 total += 0.5 * length / observer.pace**2
@@ -245,6 +246,7 @@ def level_deviance(frames: FloatArray, free: BoolArray, observer: Observer, shar
 def add_observer(
     frames: FloatArray,
     free: BoolArray,
+    blind: BoolArray,
     observer: Observer,
     shares: Shares,
     gradient: FloatArray,
@@ -259,12 +261,14 @@ def add_observer(
         step = step_of(frames[t - 1], frames[t])
         slip, swing, slow = observer.level[0], observer.level[1], observer.level[2]
         length = step.forward**2 + step.right**2
-        still = share * observer.drag * 2.0 / (slow * slow + length) + observer.walk.own_rest
-        still += stands / observer.still[0] ** 2
+        still = stands / observer.still[0] ** 2 + observer.walk.own_rest
+        if not blind[t]:
+            still += share * observer.drag * 2.0 / (slow * slow + length)
         if t == 1:
-            still += 1.0 / observer.pace**2
+            still += (1.0 - stands) / observer.pace**2
         sideways = still + share * 2.0 / (slip * slip + step.right**2)
-        turning = share * 2.0 / (swing * swing + step.turned**2) + stands / observer.still[1] ** 2
+        swings = share - stands if t == 1 else share
+        turning = swings * 2.0 / (swing * swing + step.turned**2) + stands / observer.still[1] ** 2
         _add(step.forward_by, t - 1, still, step.forward, gradient, hessian)
         _add(step.right_by, t - 1, sideways, step.right, gradient, hessian)
         _add(step.turned_by, t - 1, turning, step.turned, gradient, hessian)

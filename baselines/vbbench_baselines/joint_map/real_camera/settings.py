@@ -70,13 +70,13 @@ class Settings:
     mount_step: float = 0.05
     offset_step: float = 0.0005
     drift_nu: float = 4.0
-    walk_std: float = 0.06
+    walk_std: float = 0.05
     walk_nu: float = 4.0
     walk_people: float = 20.0
     walk_growth: float = 1.3
     walk_b: tuple[float, float] = (-0.35, -0.1)
     first_speed: float = 1.4
-    surge: float = 0.06
+    surge: float = 0.15
     sway: float = 0.012
     swerve: float = 0.003
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)

@@ -44,9 +44,9 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
-SETTING_OFF, SURER = (1, 3), 20.0
-"""For how many frames it is tried that a vehicle which seems to stand moves already, and how much lower the deviance must
-be then: frames are not as independent as the model takes them to be."""
+SETTING_OFF, SURER = (1, 3), 40.0
+"""For how many frames it is tried that a vehicle which seems to stand moves already, and how much lower the deviance
+must be then: frames are not as independent as the model takes them to be."""
 
 TOO_MANY = 1e-6
 """So many changes at once are less probable than this, at the rate of changes so far: it is the pose that is wrong."""
