@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given
 from vbbench_baselines.common.bearings import Bearings, each
 from vbbench_baselines.common.odometry import motions_of, unmeasured
@@ -148,7 +148,7 @@ class Window:
         fixed[:held] = True
         motions = motions_of(self.motions[block], self.covariances[block])
         given = self.given[block].take(columns, axis=1)
-        blind: BoolArray = np.isnan(boxes.azimuth).all(axis=1)
+        blind = np.asarray(np.isnan(boxes.azimuth).all(axis=1))
         return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, motions), columns
 
 
