@@ -29,6 +29,7 @@ from vbbench_baselines.joint_map.real_camera.observer import (
     step_of,
 )
 from vbbench_baselines.joint_map.real_camera.recovery import follow
+from vbbench_baselines.joint_map.real_camera.settings import Settings
 
 STEP = 1e-6
 LAW_CHOSEN = 60.0
@@ -146,6 +147,8 @@ def test_the_observer_is_pulled_as_its_law_says(window: Window, law: int) -> Non
 
 def test_a_vehicle_that_may_stand_is_pulled_by_how_probable_that_is(window: Window) -> None:
     case = under(window, VEHICLE)
+    hasty = case.model._replace(observer=case.model.observer._replace(leaving=0.5))
+    case = Window(case.point, case.seen, hasty)
     standing = pulls_as_told(setting_off(shaken(case, VEHICLE).frames), case).standing
     assert 0.1 < standing[2] < 0.9, "so that both states pull"
     assert standing[-1] < 0.01
@@ -161,11 +164,12 @@ def setting_off(frames: FloatArray) -> FloatArray:
 
 def pulls_as_told(frames: FloatArray, case: Window) -> Shares:
     """Check gradient and Hessian at ``frames`` [T, 7], what does not depend on the steps held; returns this."""
-    model, free, blind = case.model, case.seen.free, np.arange(len(frames)) == 3
-    shares = shares_of(frames, free, model.observer, model.odds)
+    model, free, fixed = case.model, case.seen.free, case.seen.fixed
+    blind = np.arange(len(frames)) == 3
+    shares = shares_of(frames, free, fixed, model.observer, model.odds)
 
     def energy(frames: FloatArray) -> float:
-        told = shares_of(frames, free, model.observer, model.odds).deviance
+        told = shares_of(frames, free, fixed, model.observer, model.odds).deviance
         return told + level_deviance(frames, free, blind, model.observer, shares)
 
     gradient, hessian = np.zeros(frames.size), np.zeros((frames.size, frames.size))
@@ -186,10 +190,36 @@ def test_standing_is_as_probable_as_all_ways_to_stand_and_move_say(window: Windo
     changes, least = np.count_nonzero(np.diff(ways, axis=1), axis=1), cost.min(axis=1).sum()
     weight = 0.5 * np.exp(least - cost[np.arange(count), ways].sum(axis=1))
     weight *= observer.leaving**changes * (1.0 - observer.leaving) ** (count - 1 - changes)
-    shares = shares_of(frames, np.ones(count + 1, np.bool_), observer, odds)
+    shares = shares_of(frames, np.ones(count + 1, np.bool_), np.zeros(count + 1, np.bool_), observer, odds)
     np.testing.assert_allclose(shares.standing[1:], weight @ ways / weight.sum(), atol=1e-9)
     told = least - np.log(weight.sum()) - cost[0, 0] - observer.odds[VEHICLE] - odds[VEHICLE]
     assert shares.deviance == pytest.approx(told, abs=1e-6)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_two_frames_at_rest_tell_of_standing_if_they_are_known_but_not_of_the_law(window: Window, known: bool) -> None:
+    frames, observer = np.tile(window.point.frames[0], (2, 1)), window.model.observer
+    shares = shares_of(frames, np.ones(2, np.bool_), np.full(2, known), observer, np.zeros(LAWS))
+    np.testing.assert_allclose(shares.laws, np.exp(observer.odds), rtol=1e-9)
+    assert shares.standing[1] == pytest.approx(0.5) or (known and shares.standing[1] > 0.99)
+
+
+def test_a_vehicle_that_is_taken_to_move_stands_in_no_new_frame(window: Window) -> None:
+    frames, free = np.tile(window.point.frames[0], (6, 1)), np.arange(6) != 2
+    going = window.model.observer._replace(going=2)
+    standing = shares_of(frames, free, np.arange(6) < 2, going, np.zeros(LAWS)).standing
+    assert standing[1:4].min() > 0.1
+    assert standing[4:].max() < 1e-9
+
+
+def test_the_observer_is_pulled_to_rest_at_any_frame_rate(window: Window) -> None:
+    """A standing vehicle's step is never so wide that what a moving one's would pull more."""
+    walk = Settings().walk(1.0 / 60.0, cold=False)
+    observer, frames, free = Settings().observer(1.0 / 60.0, walk), np.zeros((2, FRAME)), np.ones(2, np.bool_)
+    shares = shares_of(frames, free, free, observer, np.log((1.0, 1e-9, 1e-9, 1e-9)))
+    gradient, hessian = np.zeros(frames.size), np.zeros((frames.size, frames.size))
+    add_observer(frames, free, ~free, observer, shares, gradient, hessian)
+    assert np.linalg.eigvalsh(symmetric(hessian)).min() > -1e-3
 
 
 def test_what_is_unknown_of_the_camera_is_pulled_to_the_calibration(window: Window) -> None:

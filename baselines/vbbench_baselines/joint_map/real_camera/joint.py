@@ -111,7 +111,7 @@ def boxes_of(k: int, point: Point, seen: Seen, model: Model) -> tuple[FloatArray
 def deviance_of(point: Point, seen: Seen, model: Model) -> float:
     """−ln of the posterior density at a point, up to a constant; its variances are renewed."""
     frames = point.frames
-    shares = shares_of(frames, seen.free, model.observer, model.odds)
+    shares = shares_of(frames, seen.free, seen.fixed, model.observer, model.odds)
     total = shares.deviance + drift_deviance(frames, model.drift)
     total += level_deviance(frames, seen.free, seen.blind, model.observer, shares)
     for t in range(1, len(frames)):
@@ -144,7 +144,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     frames = point.frames
     size = frames.size
     gradient, hessian = np.zeros(size), np.zeros((size, padded(size)))
-    shares = shares_of(frames, seen.free, model.observer, model.odds)
+    shares = shares_of(frames, seen.free, seen.fixed, model.observer, model.odds)
     add_observer(frames, seen.free, seen.blind, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)

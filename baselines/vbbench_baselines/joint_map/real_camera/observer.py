@@ -30,8 +30,11 @@ LAWS = FOLLOWERS + 2
 
 VEHICLE = 0
 
-RULED_OUT, MOST = 1e3, 700.0
-"""A deviance of what is ruled out, and the largest number of which eˣ is taken."""
+RULED_OUT = 1e3
+"""A deviance of what cannot be."""
+
+MOST = 700.0
+"""The largest number of which eˣ is taken."""
 
 NEGLIGIBLE = 1e-4
 """A law that is less probable does not count."""
@@ -50,7 +53,7 @@ class Observer(NamedTuple):
     odds : [4] ln of how probable each law is at first.
     still : [2] standard deviations in m and rad of a step and of a turn of a vehicle that stands.
     leaving : how probable it is that a vehicle that stands moves in the next frame, or the other way.
-    going : the number of newest frames in which a vehicle surely moves; 0 unless this is tried.
+    going : of so many newest frames it is taken for granted that a vehicle moves; 0 unless `Tracking` tries this.
     """
 
     change: FloatArray
@@ -116,7 +119,10 @@ def normaliser(nu: float) -> float:
 
 @kernel
 def surprise(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -> None:
-    """Add −ln of the density of the step into frame ``t`` ≥ 2 under each law to ``told`` [4]."""
+    """Add −ln of the density of the step into frame ``t`` ≥ 2 under each law to ``told`` [4].
+
+    A vehicle may change between standing and moving as often as it likes.
+    """
     told[VEHICLE] += min(moving_deviance(frames, t, observer), standing_deviance(frames, t, observer))
     _add_pedestrian_deviances(frames, t, observer, told)
 
@@ -124,32 +130,33 @@ def surprise(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -
 @kernel
 def moving_deviance(frames: FloatArray, t: int, observer: Observer) -> float:
     """−ln of the density of the step into frame ``t`` ≥ 1 of a vehicle that moves, given the one before."""
-    now = step_of(frames[t - 1], frames[t])
+    now, total = step_of(frames[t - 1], frames[t]), least_deviance(t, observer)
     if t == 1:
-        pace, swing = observer.pace, observer.level[1]
-        total = 0.5 * (now.forward**2 + now.right**2) / pace**2 + np.log(2.0 * np.pi * pace**2)
-        return float(total + np.log(np.pi * swing * (1.0 + (now.turned / swing) ** 2)))
-    before, total = step_of(frames[t - 2], frames[t - 1]), 0.0
+        total += 0.5 * (now.forward**2 + now.right**2) / observer.pace**2
+        return float(total + np.log(1.0 + (now.turned / observer.level[1]) ** 2))
+    before = step_of(frames[t - 2], frames[t - 1])
     changes = (now.forward - before.forward, now.right - before.right, now.turned - before.turned)
     for a in range(3):
         nu = observer.nu[a]
         total += 0.5 * (nu + 1.0) * np.log(1.0 + (changes[a] / observer.change[a]) ** 2 / nu)
-    return float(total + highest(observer))
-
-
-@kernel
-def highest(observer: Observer) -> float:
-    """−ln of the density of a step of a vehicle whose velocity does not change."""
-    return float(np.log(observer.change).sum() + observer.normalisers.sum())
+    return float(total)
 
 
 @kernel
 def standing_deviance(frames: FloatArray, t: int, observer: Observer) -> float:
-    """−ln of the density of the step into frame ``t`` ≥ 1 of a vehicle that stands, up to what `highest` says of it."""
+    """The same of a vehicle that stands, but scaled: it is `least_deviance` where nothing moves."""
     step = step_of(frames[t - 1], frames[t])
     moved, turned = observer.still[0], observer.still[1]
     far = (step.forward**2 + step.right**2) / moved**2 + (step.turned / turned) ** 2
-    return float(0.5 * far) + highest(observer)
+    return float(0.5 * far + least_deviance(t, observer))
+
+
+@kernel
+def least_deviance(t: int, observer: Observer) -> float:
+    """−ln of the highest density of the step into frame ``t`` ≥ 1: at first of no step, then of one like the last."""
+    if t == 1:
+        return float(np.log(2.0 * np.pi**2 * observer.pace**2 * observer.level[1]))
+    return float(np.log(observer.change).sum() + observer.normalisers.sum())
 
 
 @kernel
@@ -168,10 +175,13 @@ def _add_pedestrian_deviances(frames: FloatArray, t: int, observer: Observer, to
 
 
 @kernel
-def _standing(frames: FloatArray, free: BoolArray, observer: Observer) -> tuple[FloatArray, float]:
-    """[T] how probable it is that a vehicle stands, and −ln of the density of its steps from frame 2 on.
+def _standing(frames: FloatArray, free: BoolArray, fixed: BoolArray, observer: Observer) -> tuple[FloatArray, float]:
+    """[T] how probable it is that a vehicle stands, and −ln of the density of its steps.
 
-    Forwards and backwards through a chain of two states, after Rabiner (Proceedings of the IEEE 77(2), 1989).
+    Forwards and backwards through a chain of two states, after Rabiner (Proceedings of the IEEE 77(2), 1989). The first
+    step is taken as of a vehicle that moves, whose density is in `level_deviance`; only what standing adds counts here.
+    A first step that is known tells more, since it can be held against the narrow law of standing as that is; it tells
+    nothing of the other laws.
     """
     count = len(frames)
     moves, stands = np.zeros(count), np.zeros(count)
@@ -180,19 +190,24 @@ def _standing(frames: FloatArray, free: BoolArray, observer: Observer) -> tuple[
             moves[t], stands[t] = moving_deviance(frames, t, observer), standing_deviance(frames, t, observer)
             if t >= count - observer.going:
                 stands[t] += RULED_OUT
+    known = count > 1 and free[1] and fixed[1]
+    if known:
+        stands[1] += least_deviance(2, observer) - least_deviance(1, observer)
     stay, leave = np.log(1.0 - observer.leaving), np.log(observer.leaving)
-    moving, still = np.full(count, np.log(0.5)), np.full(count, np.log(0.5))
+    log_moving, log_standing = np.full(count, np.log(0.5)), np.full(count, np.log(0.5))
     for t in range(1, count):
-        moving[t] = _either(moving[t - 1] + stay, still[t - 1] + leave) - moves[t]
-        still[t] = _either(still[t - 1] + stay, moving[t - 1] + leave) - stands[t]
-    standing, later_moving, later_still = np.zeros(count), 0.0, 0.0
+        log_moving[t] = _either(log_moving[t - 1] + stay, log_standing[t - 1] + leave) - moves[t]
+        log_standing[t] = _either(log_standing[t - 1] + stay, log_moving[t - 1] + leave) - stands[t]
+    standing, later_moving, later_standing = np.zeros(count), 0.0, 0.0
     for t in range(count - 1, 0, -1):
-        more = moving[t] + later_moving - still[t] - later_still
+        more = log_moving[t] + later_moving - log_standing[t] - later_standing
         standing[t] = 1.0 / (1.0 + np.exp(min(more, MOST)))
-        move, stand = later_moving - moves[t], later_still - stands[t]
-        later_moving, later_still = _either(move + stay, stand + leave), _either(stand + stay, move + leave)
-    first = moves[1] if count > 1 else 0.0
-    return standing, -_either(moving[-1], still[-1]) - first
+        move, stand = later_moving - moves[t], later_standing - stands[t]
+        later_moving, later_standing = _either(move + stay, stand + leave), _either(stand + stay, move + leave)
+    first = moves[1] if count > 1 else 0.0  # 0 where it was measured
+    if known:
+        first = -_either(-moves[1], -stands[1]) - np.log(0.5)
+    return standing, -_either(log_moving[-1], log_standing[-1]) - first
 
 
 @kernel
@@ -203,12 +218,12 @@ def _either(a: float, b: float) -> float:
 
 
 @kernel
-def shares_of(frames: FloatArray, free: BoolArray, observer: Observer, odds: FloatArray) -> Shares:
-    """What the steps into ``free`` frames tell of the laws, after ``odds`` of frames before."""
+def shares_of(frames: FloatArray, free: BoolArray, fixed: BoolArray, observer: Observer, odds: FloatArray) -> Shares:
+    """What steps into ``free`` frames tell of the laws, after ``odds`` of frames before; ``fixed`` poses are known."""
     told, shares, least, total = np.empty(LAWS), np.empty(LAWS), np.inf, 0.0
     for law in range(LAWS):
         told[law] = -(observer.odds[law] + odds[law])
-    standing, steps = _standing(frames, free, observer)
+    standing, steps = _standing(frames, free, fixed, observer)
     told[VEHICLE] += steps
     for t in range(2, len(frames)):
         if free[t]:
@@ -252,7 +267,11 @@ def add_observer(
     gradient: FloatArray,
     hessian: FloatArray,
 ) -> None:
-    """Add the slope of both to the gradient [7T] and their curvature to the Hessian [7T, 7T], lower half."""
+    """Add the slope of `shares_of` and `level_deviance`, the shares held, to the gradient [7T], and their curvature.
+
+    The first step's density, if the vehicle moves, counts whole in `level_deviance`: standing takes its share back. The
+    curvature goes to the lower half of the Hessian [7T, 7T].
+    """
     for t in range(1, len(frames)):
         if not free[t]:
             continue
@@ -261,15 +280,15 @@ def add_observer(
         step = step_of(frames[t - 1], frames[t])
         slip, swing, slow = observer.level[0], observer.level[1], observer.level[2]
         length = step.forward**2 + step.right**2
-        still = stands / observer.still[0] ** 2 + observer.walk.own_rest
+        stiffness = stands / observer.still[0] ** 2 + observer.walk.own_rest
         if not blind[t]:
-            still += share * observer.drag * 2.0 / (slow * slow + length)
+            stiffness += share * observer.drag * 2.0 / (slow * slow + length)
         if t == 1:
-            still += (1.0 - stands) / observer.pace**2
-        sideways = still + share * 2.0 / (slip * slip + step.right**2)
+            stiffness += (1.0 - stands) / observer.pace**2
+        sideways = stiffness + share * 2.0 / (slip * slip + step.right**2)
         swings = share - stands if t == 1 else share
         turning = swings * 2.0 / (swing * swing + step.turned**2) + stands / observer.still[1] ** 2
-        _add(step.forward_by, t - 1, still, step.forward, gradient, hessian)
+        _add(step.forward_by, t - 1, stiffness, step.forward, gradient, hessian)
         _add(step.right_by, t - 1, sideways, step.right, gradient, hessian)
         _add(step.turned_by, t - 1, turning, step.turned, gradient, hessian)
         if t < 2:

@@ -45,10 +45,11 @@ class Settings:
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
-    drag : the weight of the last, as it is told in every frame anew.
+    drag : the weight of the last, as it is told anew in every frame that shows anybody.
     vehicle_speed : in m/s, of a first velocity.
-    still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn.
-    stay : in s, for how long a vehicle moves or stands before it does the other.
+    still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn; at most half
+        of ``slow`` and ``turn``.
+    stay : in s, mean time for which a vehicle moves or stands before it does the other.
     heads : how a pedestrian's head turns; nothing else of this prior counts.
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
@@ -133,16 +134,17 @@ class Settings:
         """How the camera moves; a pedestrian who carries it walks as others do."""
         ratio = dt / REFERENCE
         share = np.array((*self.laws, 1.0 - sum(self.laws)))
+        level = np.array((self.slip, self.turn, self.slow)) * ratio
         return Observer(
             change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
             nu=np.array(self.vehicle_nu),
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
-            level=np.array((self.slip, self.turn, self.slow)) * ratio,
+            level=level,
             drag=self.drag * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
             odds=np.log(share),
-            still=np.array(self.still),
+            still=np.minimum(self.still, 0.5 * level[[2, 1]]),
             leaving=1.0 - float(np.exp(-dt / self.stay)),
             going=0,
         )
