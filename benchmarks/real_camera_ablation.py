@@ -47,6 +47,12 @@ def no_borders() -> AbstractContextManager[object]:
     return patch.object(tracking, "bearings_of", whole)
 
 
+def always_going() -> AbstractContextManager[object]:
+    """A vehicle moves in every frame."""
+    made = Settings.observer
+    return patch.object(Settings, "observer", lambda *asked: made(*asked)._replace(going=1_000_000))
+
+
 def no_changes() -> AbstractContextManager[object]:
     """Tracks show the same people for ever."""
     return patch.object(Tracking, "_changes", lambda *_: {})
@@ -114,9 +120,11 @@ VARIANTS = {
     "vehicle": Variant(name="vehicle law only", settings=replace(ALL, laws=(1.0, 0.0, 0.0))),
     "pedestrian": Variant(name="pedestrian laws only", settings=replace(ALL, laws=(0.0, 0.2, 0.4))),
     "drag": Variant(name="no pull to slowness", settings=replace(ALL, drag=0.0)),
+    "standing": Variant(name="a vehicle never stands", without=always_going),
     "gaussian": Variant(name="Gaussian steps of the vehicle", settings=replace(ALL, vehicle_nu=(NOTHING,) * 3)),
     "sideways": Variant(name="no Cauchy law of slipping", settings=replace(ALL, slip=NOTHING)),
     "turning": Variant(name="no Cauchy law of turning", settings=replace(ALL, turn=NOTHING)),
+    "return": Variant(name="people do not come back to their way", settings=replace(ALL, walk_b=(0.0, 0.0))),
     "people": Variant(name="σ of people's walks fixed", settings=replace(ALL, walk_people=1e9)),
     "jumps": Variant(name="tracks never begin anew", without=no_changes),
     "window": Variant(name="window of 20 frames", settings=replace(ALL, window=20)),

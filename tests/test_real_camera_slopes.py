@@ -1,6 +1,7 @@
 """The joint problem of a rough camera: every slope is that of the energy, and eliminating people loses nothing."""
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import pytest
@@ -16,8 +17,19 @@ from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals,
 from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance
 from vbbench_baselines.joint_map.real_camera.elimination import SOMEWHERE
 from vbbench_baselines.joint_map.real_camera.joint import Point, System, deviance_of, linearise
-from vbbench_baselines.joint_map.real_camera.observer import LAWS, add_observer, level_deviance, shares_of, step_of
+from vbbench_baselines.joint_map.real_camera.observer import (
+    LAWS,
+    VEHICLE,
+    Shares,
+    add_observer,
+    level_deviance,
+    moving_deviance,
+    shares_of,
+    standing_deviance,
+    step_of,
+)
 from vbbench_baselines.joint_map.real_camera.recovery import follow
+from vbbench_baselines.joint_map.real_camera.settings import Settings
 
 STEP = 1e-6
 LAW_CHOSEN = 60.0
@@ -130,19 +142,84 @@ def test_steps_have_the_slopes_of_their_parts() -> None:
 @pytest.mark.parametrize("law", range(LAWS))
 def test_the_observer_is_pulled_as_its_law_says(window: Window, law: int) -> None:
     case = under(window, law)
-    frames, model, free = shaken(case, law).frames, case.model, case.seen.free
+    assert pulls_as_told(shaken(case, law).frames, case).laws[law] > 1.0 - 1e-9
+
+
+def test_a_vehicle_that_may_stand_is_pulled_by_how_probable_that_is(window: Window) -> None:
+    case = under(window, VEHICLE)
+    hasty = case.model._replace(observer=case.model.observer._replace(leaving=0.5))
+    case = Window(case.point, case.seen, hasty)
+    standing = pulls_as_told(setting_off(shaken(case, VEHICLE).frames), case).standing
+    assert 0.1 < standing[2] < 0.9, "so that both states pull"
+    assert standing[-1] < 0.01
+
+
+def setting_off(frames: FloatArray) -> FloatArray:
+    """The frames [T, 7] of a vehicle that hardly moves before the fourth, and may in it."""
+    frames = frames.copy()
+    frames[4:, :3] += frames[0, :3] - frames[3, :3]
+    frames[1:4, :3] = frames[0, :3] + np.array(((0.001, 0.002, 0.0003), (0.002, 0.002, 0.0), (0.012, 0.008, 0.0)))
+    return frames
+
+
+def pulls_as_told(frames: FloatArray, case: Window) -> Shares:
+    """Check gradient and Hessian at ``frames`` [T, 7], what does not depend on the steps held; returns this."""
+    model, free, fixed = case.model, case.seen.free, case.seen.fixed
+    blind = np.arange(len(frames)) == 3
+    shares = shares_of(frames, free, fixed, model.observer, model.odds)
 
     def energy(frames: FloatArray) -> float:
-        shares, told = shares_of(frames, free, model.observer, model.odds)
-        return told + level_deviance(frames, free, model.observer, shares[0])
+        told = shares_of(frames, free, fixed, model.observer, model.odds).deviance
+        return told + level_deviance(frames, free, blind, model.observer, shares)
 
-    shares, _ = shares_of(frames, free, model.observer, model.odds)
-    assert shares[law] > 1.0 - 1e-9
     gradient, hessian = np.zeros(frames.size), np.zeros((frames.size, frames.size))
-    add_observer(frames, free, model.observer, shares, gradient, hessian)
+    add_observer(frames, free, blind, model.observer, shares, gradient, hessian)
     numeric = slope_of(energy, frames).ravel()
     np.testing.assert_allclose(gradient, numeric, rtol=1e-5, atol=1e-4)
     assert np.linalg.eigvalsh(symmetric(hessian)).min() > -1e-6
+    return shares
+
+
+def test_standing_is_as_probable_as_all_ways_to_stand_and_move_say(window: Window) -> None:
+    """Against a sum over every way in which the steps may be standing or moving."""
+    case = under(window, VEHICLE)
+    frames, observer, odds = setting_off(shaken(case, VEHICLE).frames), case.model.observer, case.model.odds
+    count = len(frames) - 1
+    costs = [[of(frames, t + 1, observer) for of in (moving_deviance, standing_deviance)] for t in range(count)]
+    cost, ways = np.array(costs), np.array(list(product((0, 1), repeat=count)))
+    changes, least = np.count_nonzero(np.diff(ways, axis=1), axis=1), cost.min(axis=1).sum()
+    weight = 0.5 * np.exp(least - cost[np.arange(count), ways].sum(axis=1))
+    weight *= observer.leaving**changes * (1.0 - observer.leaving) ** (count - 1 - changes)
+    shares = shares_of(frames, np.ones(count + 1, np.bool_), np.zeros(count + 1, np.bool_), observer, odds)
+    np.testing.assert_allclose(shares.standing[1:], weight @ ways / weight.sum(), atol=1e-9)
+    told = least - np.log(weight.sum()) - cost[0, 0] - observer.odds[VEHICLE] - odds[VEHICLE]
+    assert shares.deviance == pytest.approx(told, abs=1e-6)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_two_frames_at_rest_tell_of_standing_if_they_are_known_but_not_of_the_law(window: Window, known: bool) -> None:
+    frames, observer = np.tile(window.point.frames[0], (2, 1)), window.model.observer
+    shares = shares_of(frames, np.ones(2, np.bool_), np.full(2, known), observer, np.zeros(LAWS))
+    np.testing.assert_allclose(shares.laws, np.exp(observer.odds), rtol=1e-9)
+    assert shares.standing[1] == pytest.approx(0.5) or (known and shares.standing[1] > 0.99)
+
+
+def test_a_vehicle_that_is_taken_to_move_stands_in_no_new_frame(window: Window) -> None:
+    frames, free = np.tile(window.point.frames[0], (6, 1)), np.arange(6) != 2
+    going = window.model.observer._replace(going=2)
+    standing = shares_of(frames, free, np.arange(6) < 2, going, np.zeros(LAWS)).standing
+    assert standing[1:4].min() > 0.1
+    assert standing[4:].max() < 1e-9
+
+
+def test_the_observer_is_pulled_to_rest_at_any_frame_rate(window: Window) -> None:
+    """A standing vehicle's step is never so wide that what a moving one's would pull more."""
+    walk = Settings().walk(1.0 / 60.0, cold=False)
+    observer, frames, free = Settings().observer(1.0 / 60.0, walk), np.zeros((2, FRAME)), np.ones(2, np.bool_)
+    shares = shares_of(frames, free, free, observer, np.log((1.0, 1e-9, 1e-9, 1e-9)))
+    gradient, hessian = np.zeros(frames.size), np.zeros((frames.size, frames.size))
+    add_observer(frames, free, ~free, observer, shares, gradient, hessian)
+    assert np.linalg.eigvalsh(symmetric(hessian)).min() > -1e-3
 
 
 def test_what_is_unknown_of_the_camera_is_pulled_to_the_calibration(window: Window) -> None:

@@ -16,8 +16,8 @@ from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drif
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, paper_for
 from vbbench_baselines.joint_map.real_camera.observer import (
     LAWS,
-    VEHICLE,
     Observer,
+    Shares,
     add_observer,
     level_deviance,
     shares_of,
@@ -49,6 +49,7 @@ class Seen(NamedTuple):
     given : [T, K, 2] places in m, NaN = not given.
     fixed : [T] whether the pose is given.
     free : [T] whether nothing measures the step into the frame surely.
+    blind : [T] whether nobody has a box.
     first, last : [K] frames between which a person is followed; last < first for nobody.
     motions : the observer's odometry.
     """
@@ -57,6 +58,7 @@ class Seen(NamedTuple):
     given: FloatArray
     fixed: BoolArray
     free: BoolArray
+    blind: BoolArray
     first: IntArray
     last: IntArray
     motions: Motions
@@ -85,7 +87,7 @@ class Point(NamedTuple):
 
 class System(NamedTuple):
     """The energy about a point: people eliminated, gradient [7T], Hessian [7T, 7T] (lower half, with `padded`
-    columns), and shares of laws.
+    columns), and what the steps tell of the laws.
 
     ``moving`` are the frames' numbers that are not given.
     """
@@ -94,7 +96,7 @@ class System(NamedTuple):
     gradient: FloatArray
     hessian: FloatArray
     moving: IntArray
-    shares: FloatArray
+    shares: Shares
 
 
 @kernel
@@ -109,8 +111,9 @@ def boxes_of(k: int, point: Point, seen: Seen, model: Model) -> tuple[FloatArray
 def deviance_of(point: Point, seen: Seen, model: Model) -> float:
     """−ln of the posterior density at a point, up to a constant; its variances are renewed."""
     frames = point.frames
-    shares, total = shares_of(frames, seen.free, model.observer, model.odds)
-    total += drift_deviance(frames, model.drift) + level_deviance(frames, seen.free, model.observer, shares[VEHICLE])
+    shares = shares_of(frames, seen.free, seen.fixed, model.observer, model.odds)
+    total = shares.deviance + drift_deviance(frames, model.drift)
+    total += level_deviance(frames, seen.free, seen.blind, model.observer, shares)
     for t in range(1, len(frames)):
         if measured(seen.motions.information[t]):
             error, _ = stray(frames[t - 1], frames[t], seen.motions.moved[t])
@@ -141,8 +144,8 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     frames = point.frames
     size = frames.size
     gradient, hessian = np.zeros(size), np.zeros((size, padded(size)))
-    shares, _ = shares_of(frames, seen.free, model.observer, model.odds)
-    add_observer(frames, seen.free, model.observer, shares, gradient, hessian)
+    shares = shares_of(frames, seen.free, seen.fixed, model.observer, model.odds)
+    add_observer(frames, seen.free, seen.blind, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)
     people, paper = [], paper_for(len(frames))
@@ -221,12 +224,12 @@ def solve_damped(system: System, damping: float) -> FloatArray:
 
 
 class Settled(NamedTuple):
-    """Where the descent ended, whether it had converged, the deviance there, and the shares of laws [4]."""
+    """Where the descent ended, whether it had converged, the deviance there, and what the steps tell of the laws."""
 
     point: Point
     converged: bool
     deviance: float
-    shares: FloatArray
+    shares: Shares
 
 
 @kernel
@@ -234,7 +237,8 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, tolerance: float
     """Descend in at most so many ``rounds``, to a step shorter than ``tolerance`` in m and rad."""
     damping, converged = DAMPING, False
     before = deviance_of(point, seen, model)
-    trial, longest, shares = point, np.inf, np.empty(LAWS)
+    trial, longest = point, np.inf
+    shares = Shares(np.empty(LAWS), np.empty(0), 0.0)
     for _ in range(rounds):
         system, lower = linearise(point, seen, model, damping), np.inf
         shares = system.shares

@@ -40,19 +40,23 @@ class Settings:
     pitch_step, roll_step, mount_step, offset_step : by how much these change in a frame, with ν = ``drift_nu``.
     walk_std, walk_nu, walk_people : σ in m, ν and a_0 of people's second differences (`joint_map.prior`).
     walk_growth : σ grows with dt to this power.
+    walk_b : b_1 and b_2 of these, at any frame rate: people come back to the way they were on (`joint_map.prior`).
     first_speed : in m/s, of a velocity component of somebody new.
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
-    drag : the weight of the last, as it is told in every frame anew.
+    drag : the weight of the last, as it is told anew in every frame that shows anybody.
     vehicle_speed : in m/s, of a first velocity.
+    still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn; at most half
+        of ``slow`` and ``turn``.
+    stay : in s, mean time for which a vehicle moves or stands before it does the other.
     heads : how a pedestrian's head turns; nothing else of this prior counts.
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
 
     window: int = 40
     noise: tuple[float, float, float] = (0.04, 0.012, 0.05)
-    memory: tuple[float, float, float] = (0.4, 20.0, 20.0)
+    memory: tuple[float, float, float] = (0.4, 6.0, 6.0)
     noise_nu: float = 6.0
     noise_spread: float = 0.7
     noise_staying: float = 4.0
@@ -67,12 +71,13 @@ class Settings:
     mount_step: float = 0.05
     offset_step: float = 0.0005
     drift_nu: float = 4.0
-    walk_std: float = 0.06
+    walk_std: float = 0.05
     walk_nu: float = 4.0
     walk_people: float = 20.0
     walk_growth: float = 1.3
+    walk_b: tuple[float, float] = (-0.35, -0.1)
     first_speed: float = 1.4
-    surge: float = 0.06
+    surge: float = 0.15
     sway: float = 0.012
     swerve: float = 0.003
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
@@ -81,6 +86,8 @@ class Settings:
     slow: float = 0.05
     drag: float = 0.3
     vehicle_speed: float = 4.0
+    still: tuple[float, float] = (0.004, 0.0006)
+    stay: float = 10.0
     laws: tuple[float, float, float] = (0.05, 0.25, 0.4)
     heads: Prior = field(default_factory=lambda: get_prior("default"))
 
@@ -111,7 +118,7 @@ class Settings:
         base, ratio = self.heads, dt / REFERENCE
         prior = Prior(
             dt=dt,
-            b=(0.0, 0.0),
+            b=self.walk_b,
             sigma=self.walk_std * ratio**self.walk_growth,
             nu=self.walk_nu,
             a0=self.walk_people,
@@ -127,15 +134,19 @@ class Settings:
         """How the camera moves; a pedestrian who carries it walks as others do."""
         ratio = dt / REFERENCE
         share = np.array((*self.laws, 1.0 - sum(self.laws)))
+        level = np.array((self.slip, self.turn, self.slow)) * ratio
         return Observer(
             change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
             nu=np.array(self.vehicle_nu),
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
-            level=np.array((self.slip, self.turn, self.slow)) * ratio,
+            level=level,
             drag=self.drag * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
             odds=np.log(share),
+            still=np.minimum(self.still, 0.5 * level[[2, 1]]),
+            leaving=1.0 - float(np.exp(-dt / self.stay)),
+            going=0,
         )
 
 

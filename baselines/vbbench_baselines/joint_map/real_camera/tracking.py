@@ -44,6 +44,12 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
+SET_OFF = (1, 3)
+"""For how many newest frames it is tried that a vehicle which seems to stand moves already."""
+
+SURER_BY = 40.0
+"""How much lower the deviance must be then: frames are not as independent as the model takes them to be."""
+
 TOO_MANY = 1e-6
 """So many changes at once are less probable than this, at the rate of changes so far: it is the pose that is wrong."""
 
@@ -161,11 +167,24 @@ class Tracking:
             starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
         ends = [self._settle_from(frames, seen, columns, rounds) for frames in starts]
         best = min(ends, key=lambda settled: settled.deviance)
+        if rounds == FIRST_ROUNDS and self.age > 2 and seems_to_stand(best, seen):
+            best = self._set_off(best, seen)
         rows.frames = best.point.frames
         rows.places[:, columns] = best.point.places
         rows.numbers[columns], rows.variances[columns] = best.point.people, best.point.variances
-        self._shares = best.shares
+        self._shares = best.shares.laws
         return best, seen, columns
+
+    def _set_off(self, best: Settled, seen: Seen) -> Settled:
+        """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer."""
+        model, ends = self.model, []
+        for frames in SET_OFF:
+            start = best.point._replace(variances=best.point.variances.copy())
+            going = model._replace(observer=model.observer._replace(going=frames))
+            tried = settle(start, seen, going, FIRST_ROUNDS + 1, TOLERANCE).point
+            ends.append(settle(tried, seen, model, FIRST_ROUNDS, TOLERANCE))
+        found = min(ends, key=lambda settled: settled.deviance)
+        return found if found.deviance < best.deviance - SURER_BY else best
 
     def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray, rounds: int) -> Settled:
         """Descend from ``frames`` [n, 7] and the places that are known."""
@@ -260,6 +279,12 @@ class Tracking:
         alone = frame[:2] + reach[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
         off = alone - rows.places[-1, columns]
         return np.asarray(off[:, :, None] * off[:, None, :])
+
+
+def seems_to_stand(settled: Settled, seen: Seen) -> bool:
+    """Whether a vehicle probably stands during the newest step, of which boxes alone tell."""
+    told = seen.fixed[-1] or seen.blind[-1] or not seen.free[-1]
+    return not told and min(settled.shares.laws[VEHICLE], settled.shares.standing[-1]) > 0.5
 
 
 def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatArray:

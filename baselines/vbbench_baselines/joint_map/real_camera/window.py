@@ -148,7 +148,8 @@ class Window:
         fixed[:held] = True
         motions = motions_of(self.motions[block], self.covariances[block])
         given = self.given[block].take(columns, axis=1)
-        return Seen(boxes, given, fixed, unmeasured(motions), first, last, motions), columns
+        blind = np.asarray(np.isnan(boxes.azimuth).all(axis=1))
+        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, motions), columns
 
 
 def last_before(azimuth: FloatArray) -> IntArray:
