@@ -84,6 +84,7 @@ def table(path: Path) -> dict[str, FloatArray]:
     return dict(zip(rows[0], np.array(rows[1:], float).T, strict=True))
 
 
+@pytest.mark.slow
 def test_the_map_is_where_everybody_was(made):
     walk, poses, people = crossing(), table(made / "poses.csv"), table(made / "positions.csv")
     assert poses["frame"].tolist() == list(range(40))

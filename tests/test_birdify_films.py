@@ -97,6 +97,7 @@ def check_map(out: Any, tolerance: float, every: int = 1) -> None:
     assert np.median(errors) < tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["video", "folder"])
 def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
     out, said = tmp_path / "map", []
@@ -115,6 +116,7 @@ def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
         assert pictures is None
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:frames are numbered in steps of 2")
 def test_every_second_frame_and_the_command(folder, tmp_path, capsys):
     out = tmp_path / "map"
@@ -141,6 +143,7 @@ def test_a_film_of_another_size_or_of_no_rate_is_one_clear_line(folder, tmp_path
         birdify_film(folder / "pictures", folder / "camera.toml", tmp_path / "map", FOUND)
 
 
+@pytest.mark.slow
 def test_boxes_stay_where_the_map_cannot_be_made(folder, tmp_path):
     with pytest.raises(VbbenchError, match="no solver is called 'nobody'"):
         birdify_film(folder / "pictures", folder / "timed.toml", tmp_path / "map", FOUND, solver="nobody", film=False)

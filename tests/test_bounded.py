@@ -65,6 +65,7 @@ def test_with_one_person_at_a_time_errors_stay_small_and_announced(solver: type[
     assert sum(missed) <= 0.05 * sum((error > ASTRAY).sum() for error in errors)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ego_prior", [True, False])
 @pytest.mark.parametrize("solver", CASCADE[:2])
 @pytest.mark.parametrize("speed", [0.0, 1.3])
@@ -154,6 +155,7 @@ def test_whatever_the_gaps_the_pose_is_within_reach_of_the_last_anchor(
         assert np.hypot(*(pose[:2] - away[0])) <= away[1] + 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["vb-cv", "vb-sf"])
 def test_a_session_of_an_hour_with_gaps_stays_within_reach(solver: str) -> None:
     round_trip = 300

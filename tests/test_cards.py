@@ -175,6 +175,7 @@ MADE: dict[str, Callable[[Path], Path]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MADE)
 def test_cards_of_what_is_generated(name: str, tmp_path: Path) -> None:
     check_cards(MADE[name](tmp_path))

@@ -193,6 +193,7 @@ def test_help_says_nothing_of_defaults_that_say_nothing(name: str) -> None:
     assert not re.search(r"\{None|\bNone\b|default: (False|True)?\)", text)
 
 
+@pytest.mark.slow
 def test_a_strangers_solver_is_found_where_the_user_stands(dataset: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
         "import numpy as np\n"

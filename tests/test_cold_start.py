@@ -83,6 +83,7 @@ HARD: dict[str, Callable[[Truth], Truth]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
 @pytest.mark.parametrize("start", HARD)
 @pytest.mark.parametrize("make", SOLVERS)

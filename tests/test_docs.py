@@ -79,6 +79,7 @@ def test_no_page_names_a_folder_of_the_writer() -> None:
         assert not re.search(r"/(work|root|home|tmp)/", page.read_text("utf-8")), page.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [page for page in PAGES if python_blocks(page)], ids=lambda page: page.name)
 def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each block by itself; README's in a process of its own, as whoever pastes it runs it."""

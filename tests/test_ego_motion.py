@@ -31,6 +31,7 @@ def random_terms(seed: int, people: int = 5, depth_std: float = 1.0) -> Factors:
     return Factors(relative, covariance, expected, rng.uniform(0.05, 0.3, people), pose + rng.normal(0, 0.3, 3), 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_the_pose_is_the_least_that_scipy_finds(seed: int) -> None:
     terms = random_terms(seed)

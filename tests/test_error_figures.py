@@ -152,6 +152,7 @@ def test_a_long_caution_is_whole_and_inside(figure: Figure):
         assert all(box.y1 <= axes.get_window_extent().y0 for axes in figure.axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ending", "begin"), [("png", b"\x89PNG\r\n\x1a\n"), ("pdf", b"%PDF-"), ("svg", b"<?xml")])
 def test_formats_by_ending_have_the_same_bytes_each_time(
     tables: ErrorTables, tmp_path: Path, ending: str, begin: bytes

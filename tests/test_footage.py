@@ -166,6 +166,7 @@ class Still:
         return FrameEstimate(pose=pose, positions=places)
 
 
+@pytest.mark.slow
 def test_odometry_reaches_solvers_frame_by_frame(tmp_path):
     motions = np.full((FRAMES, 3), np.nan)
     motions[1:] = np.arange(3 * (FRAMES - 1)).reshape(-1, 3)

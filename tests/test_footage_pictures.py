@@ -218,6 +218,7 @@ def test_a_pattern_that_names_no_path_is_one_clear_error(tmp_path):
         Backdrop(dataset, dataset.sequence(0))
 
 
+@pytest.mark.slow
 def test_render_footage_writes_a_film_and_goes_on_with_it(photographed, capsys, tmp_path):
     command = ["render", str(photographed.folder), "--sequence", "0", "--footage", "--out", str(tmp_path / "film")]
     assert main(command) == 0

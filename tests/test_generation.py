@@ -217,6 +217,7 @@ def test_a_sequence_larger_than_a_part_is_a_part() -> None:
     assert part_ranges(0, []) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_how_the_work_is_cut_shows_in_no_table_of_rows(
     made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int

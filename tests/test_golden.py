@@ -20,6 +20,7 @@ GOLDEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("split", GOLDEN)
 def test_one_step_figures(split: str, data_folder: Path, tmp_path: Path) -> None:
     limit, golden = GOLDEN[split]

@@ -38,6 +38,7 @@ def hotel(committed: Path, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return generate("hotel", tmp_path_factory.mktemp("golden") / "hotel", part)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", bundled_solvers())
 @pytest.mark.parametrize("protocol", ["one-step", "sequential"])
 def test_hotel_scores_as_committed(
@@ -59,6 +60,7 @@ def test_committed_results_are_sound(committed: Path) -> None:
     assert "no faults" in check(committed)
 
 
+@pytest.mark.slow
 def test_committed_results_of_hotel_are_sound(committed: Path, tmp_path: Path) -> None:
     shutil.copytree(committed / "hotel", tmp_path / "hotel")
     assert "no faults" in check(tmp_path)

@@ -66,6 +66,7 @@ def test_errors_are_as_large_as_is_said_where_the_model_holds(solver: type[Any],
     assert low < total < high, f"{total / SEQUENCES:.2f} a pose where 3 is expected"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("solver", "look"), [(MapCausal, "wander"), (MapBatch, "wander"), (MapBatch, "motion")])
 def test_errors_are_as_large_as_is_said_on_sim(tmp_path: Path, solver: type[Any], look: Look) -> None:
     """Sequences are the independent samples; the six means over them are within 95 % bands for all six at once."""
@@ -74,6 +75,7 @@ def test_errors_are_as_large_as_is_said_on_sim(tmp_path: Path, solver: type[Any]
         assert abs(np.mean(values) - 1.0) < band, f"{np.mean(values):.2f} ± {band:.2f}"
 
 
+@pytest.mark.slow
 def test_errors_are_no_larger_than_is_said_where_the_model_is_too_careful(tmp_path: Path) -> None:
     """A window of 12 frames says too little of heads that follow the path exactly and walkers who hardly stray."""
     for values in normalised_on_sim(tmp_path, MapCausal, "motion"):

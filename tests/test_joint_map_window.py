@@ -61,6 +61,7 @@ def test_what_is_kept_has_no_negative_curvature(pixel_std: float) -> None:
         problem = JointProblem(data, anchor_of(fixed, kept), numbers, unmeasured(len(poses)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("feet", [True, False])
 def test_a_cut_hessian_is_as_soft_as_the_whole_one(feet: bool) -> None:
     """What no box tells costs as little as it does uncut: a common motion of everybody."""

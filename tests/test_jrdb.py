@@ -88,6 +88,7 @@ def test_the_sample_is_a_dataset_whose_robot_stands(sample: Path, tmp_path: Path
         made(tmp_path / "e", sample, every=4)
 
 
+@pytest.mark.slow
 def test_a_recording_without_a_bag_is_relative_and_its_places_are_those_around_the_robot(
     files: Files, root: Path, tmp_path: Path
 ) -> None:
@@ -128,6 +129,7 @@ def test_hidden_people_are_not_seen_and_partly_hidden_ones_are_marked(files: Fil
     assert set(np.unique(sequence.visible[sequence.observed])) == {0.75, 1.0}
 
 
+@pytest.mark.slow
 def test_interpolated_boxes_can_be_left_out(root: Path, tmp_path: Path) -> None:
     """In the made-up recording these are the boxes of all odd frames."""
     whole, by_hand = made(tmp_path / "d", root, every=2), made(tmp_path / "e", root, every=2, interpolated=False)
@@ -217,6 +219,7 @@ def test_from_boxes_and_bag_to_scores(files: Files, root: Path, tmp_path: Path, 
         assert figures["dt"]["mean"] is not None
 
 
+@pytest.mark.slow
 @rosbags
 @pytest.mark.parametrize(
     "changes",

@@ -61,6 +61,7 @@ LABELS_2D, LABELS_3D = "labels/labels_2d_stitched/{}.json", "labels/labels_3d/{}
 TIMES, CLOUDS = "timestamps/{}/frames_img.json", "timestamps/{}/frames_pc.json"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "change", "said"),
     [
@@ -222,6 +223,7 @@ def test_bags_of_other_times_and_broken_ones(
     assert "is it the bag of another recording?" in refusal(capsys, tmp_path, root, "--bags", path.parent)
 
 
+@pytest.mark.slow
 def test_without_rosbags_the_extra_is_named(files: Files, root: Path, tmp_path: Path) -> None:
     (tmp_path / f"{files.name}.bag").write_bytes(b"")
     command: list[object] = ["generate", "jrdb", "--source", root, "--bags", tmp_path, "--out", tmp_path / "out"]

@@ -104,6 +104,7 @@ print(sum(twice.stats.cache_misses.values()))
 """
 
 
+@pytest.mark.slow
 def test_of_several_processes_one_compiles(kernel_script: list[str], tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     command = [sys.executable, "-c", COUNTED, str(tmp_path)]
@@ -116,6 +117,7 @@ def test_of_several_processes_one_compiles(kernel_script: list[str], tmp_path: P
     assert sum(compiled) == 2  # the float and the whole number
 
 
+@pytest.mark.slow
 def test_an_index_never_names_code_of_an_older_source(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     run = partial(subprocess.run, capture_output=True, text=True, env=environment)
@@ -128,6 +130,7 @@ def test_an_index_never_names_code_of_an_older_source(tmp_path: Path) -> None:
     assert run([sys.executable, "-c", call]).stdout == "4.0\n"
 
 
+@pytest.mark.slow
 def test_a_cache_that_names_a_class_that_has_moved_is_compiled_anew(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     pair = "from typing import NamedTuple\nclass Pair(NamedTuple):\n    left: float\n    right: float\n"

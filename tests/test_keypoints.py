@@ -105,6 +105,7 @@ def test_too_few_points_have_no_answer() -> None:
     np.testing.assert_allclose(translation_errors(views, poses, views.lengths), views.lengths)
 
 
+@pytest.mark.slow
 def test_figures(found: Keypoints) -> None:
     """Golden: mean errors in m of 12 trials at 2, 6 and 20 m; OpenCV's versions may differ in which sample is best."""
     means = {name: errors.translation.mean(axis=1) for name, errors in found.errors.items()}
@@ -183,6 +184,7 @@ def test_pictures_have_a_box_a_distance_and_every_line(found: Keypoints) -> None
     assert names == [one.reading.name for one in found.readings]
 
 
+@pytest.mark.slow
 def test_what_is_there_is_used_again(found: Keypoints, out: Path, no_data: Path) -> None:
     before = written(out)
     again = measure_keypoints(STUDY, out)
@@ -190,6 +192,7 @@ def test_what_is_there_is_used_again(found: Keypoints, out: Path, no_data: Path)
     assert again.lines == found.lines
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], no_data: Path) -> None:
     place = tmp_path / "out"
     asked = ["--trials", 2, "--split", "demo", "--tier", "ideal", "--solver", "cv", "--every", 12]

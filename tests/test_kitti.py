@@ -284,6 +284,7 @@ SHORT = {"label_02": Drive().labels()[:30], "oxts": Drive().oxts()[:6], "poses":
 PARTS = ("", "nan", "inf", "1e400", "-1", "9" * 30, "0x1", "\0", "é", " ", "\n", ",", "Car", "-1000", "0.5")
 
 
+@pytest.mark.slow
 @given(
     folder=st.sampled_from([*SHORT, "calib"]),
     cuts=st.lists(st.tuples(st.integers(0, 3000), st.integers(0, 12), st.sampled_from(PARTS)), min_size=1, max_size=4),

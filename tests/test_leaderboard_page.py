@@ -100,6 +100,7 @@ def test_the_page_leads_to_the_documentation_where_there_is_one() -> None:
     assert '<a href="../a&amp;b.html">Docs</a>' in pages(replace(site, docs="../a&b.html"))["index.html"]
 
 
+@pytest.mark.slow
 def test_the_first_page_is_small(committed: Path) -> None:
     first = Outline((committed / "index.html").read_text("utf-8"))
     board = first.values("data-first")[0]

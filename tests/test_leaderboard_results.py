@@ -222,6 +222,7 @@ def test_mixtures_are_refused_with_the_reason(results: Path, tmp_path: Path) -> 
         read_results(results)
 
 
+@pytest.mark.slow
 def test_published_results_are_small_and_found() -> None:
     folder = published_results()
     results = read_results(folder)

@@ -222,6 +222,7 @@ def test_smoothing_brings_tracks_nearer_to_the_truth() -> None:
     assert 0.5 < lifted.calibration.smoothing_residual_px / (0.2 * 18.0 * np.sqrt(2.0)) < 1.5
 
 
+@pytest.mark.slow
 def test_work_grows_with_the_boxes_and_calls_do_not_grow() -> None:
     noise = {"size_noise": 0.12, "jitter": 0.06, "key": 10}
     (_, some), (_, many) = (crowd(people=people, frames=400, **noise) for people in (100, 800))

@@ -17,6 +17,7 @@ def apart(places):
     return np.linalg.norm(places[:, first] - places[:, second], axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [Camera(), Camera(focal=1250.0, tilt=np.radians(22.0), height=9.0, roll=0.04)])
 def test_a_crowd_that_walks_all_ways_comes_back(camera: Camera) -> None:
     rng = np.random.default_rng(7)

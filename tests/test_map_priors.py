@@ -37,6 +37,7 @@ def made_scene(prior: Prior, people: int, frames: int, seed: int = 0) -> Scene:
     )
 
 
+@pytest.mark.slow
 def test_fit_finds_what_walks_were_made_of():
     fitted = fit_walks([gather([made_scene(MADE, 600, 25)])], Prior(), 3.0)
     assert fitted.b == pytest.approx(MADE.b, abs=0.03)
@@ -45,6 +46,7 @@ def test_fit_finds_what_walks_were_made_of():
     assert fitted.a0 == pytest.approx(MADE.a0, rel=0.25)
 
 
+@pytest.mark.slow
 def test_density_integrates_to_one():
     """Over the plane of a first second difference, whose logarithm's mean `log_likelihood` is."""
     edge = np.linspace(-4.0, 4.0, 161)
@@ -80,6 +82,7 @@ def test_cauchy_scale_is_found():
     assert fit_cauchy([0.05 * rng.standard_cauchy(20_000)]) == pytest.approx(0.05, rel=0.05)
 
 
+@pytest.mark.slow
 def test_interpolated_truth_is_not_believed():
     """Straight lines between key points: without the bound, ν falls as far as it can."""
     made = made_scene(MADE, 60, 31)
@@ -142,6 +145,7 @@ def test_command_writes_what_it_prints(capsys, tmp_path):
     assert tomllib.loads(text)["fitted_on"][0]["seed"] == 7
 
 
+@pytest.mark.slow
 def test_recordings_give_the_committed_values(data_folder):
     prior, facts = fit(["eth"])
     committed = (files("vbbench_baselines") / "joint_map" / "priors" / "without-hotel.toml").read_text("utf-8")

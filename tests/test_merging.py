@@ -147,6 +147,7 @@ DAMAGES: list[tuple[str, dict[str, object], str]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "damage", "problem"), DAMAGES)
 def test_nothing_that_a_partition_says_reaches_outside(
     whole: Dataset, spread: Path, tmp_path: Path, name: str, damage: dict[str, object], problem: str
@@ -211,6 +212,7 @@ def test_a_truth_that_is_kept_is_never_replaced_unasked(tmp_path: Path, place: s
     assert verify(out, f"{out}.truth")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["vb-cv", "cv", "tests.test_extras:Moody", "tests.test_extras:Reporting"])
 def test_submissions_merge_with_the_columns_that_any_part_has(
     whole: Dataset, tmp_path: Path, solver: str, monkeypatch: pytest.MonkeyPatch

@@ -49,6 +49,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("missing", "extra", "command"),
     [
@@ -75,6 +76,7 @@ def test_what_is_missing_is_one_line_that_names_the_extra(
     assert line.endswith(f"pip install 'vbbench[{extra}]'")
 
 
+@pytest.mark.slow
 def test_the_rest_works_without_any_of_them(dataset: Path, tmp_path: Path) -> None:
     answer = tmp_path / "answer"
     commands: list[list[object]] = [

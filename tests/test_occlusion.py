@@ -214,6 +214,7 @@ def test_the_benchmark_runs() -> None:
     assert observations_a_second(CAMERAS[0], repeats=1, frames=20) > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
 def test_visible_fractions_are_those_of_pictures(camera: Camera) -> None:
     from benchmarks.calibrate_occlusion import differences, samples

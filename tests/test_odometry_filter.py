@@ -71,6 +71,7 @@ def test_motions_from_frame_to_frame_add_up_to_the_poses_and_their_ellipses_hold
     assert 0.9 < np.mean(held) < 0.995
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [1, 6, 15])
 def test_motions_between_kept_frames_are_as_uncertain_as_they_are(every: int) -> None:
     """Slip lasts for many frames: errors that are alike do not average out."""

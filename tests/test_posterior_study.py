@@ -227,6 +227,7 @@ GOLDEN: dict[str, tuple[float, ...]] = {
 """Means over the frames of the first sequence: entropies and kurtosis to .02, the rest to .003."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GOLDEN)
 def test_figures_are_those_of_the_record(dataset: Dataset, name: str) -> None:
     table = PosteriorTable.of_rows(posterior_rows(dataset, text_reading() if name == "text" else name, 0, 1))

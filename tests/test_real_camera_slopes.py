@@ -17,19 +17,11 @@ from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals,
 from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance
 from vbbench_baselines.joint_map.real_camera.elimination import SOMEWHERE
 from vbbench_baselines.joint_map.real_camera.joint import Point, System, deviance_of, linearise
-from vbbench_baselines.joint_map.real_camera.observer import (
-    LAWS,
-    VEHICLE,
-    Shares,
-    add_observer,
-    level_deviance,
-    moving_deviance,
-    shares_of,
-    standing_deviance,
-    step_of,
-)
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, moving_deviance, standing_deviance, step_of
+from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.shares import Shares, shares_of
 
 STEP = 1e-6
 LAW_CHOSEN = 60.0

@@ -211,6 +211,7 @@ def relay(frames: int, people: int) -> FloatArray:
     return boxes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("forgets", [False, True])
 def test_memory_is_that_of_the_window(forgets: bool) -> None:
     frames, people = 500, 20

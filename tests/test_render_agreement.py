@@ -144,6 +144,7 @@ def backend(request: Any, scene: Scene) -> Iterator[Renderer]:
     renderer.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_ids_and_depth_are_those_of_ray_casting(
@@ -154,6 +155,7 @@ def test_ids_and_depth_are_those_of_ray_casting(
     compare(backend.render(2, CAMERAS[camera], POSES[pose]), ids, depth, resampled)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_colours_are_close_to_those_of_opengl(scene: Scene, camera: str) -> None:
     ours, theirs = (open_backend(name, scene) for name in ("raster", "moderngl"))
@@ -165,6 +167,7 @@ def test_colours_are_close_to_those_of_opengl(scene: Scene, camera: str) -> None
     assert np.abs(apart).mean() < 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_feet_and_heads_are_where_the_camera_projects_them(camera: str) -> None:
     azimuth, reach, heights = np.array([-0.5, -0.05, 0.6]), np.array([5.0, 7.0, 6.0]), np.array([1.6, 1.75, 1.9])

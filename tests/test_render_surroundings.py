@@ -24,6 +24,7 @@ def same(one: Mesh, other: Mesh) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in vars(one))
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_place_and_another_seed_another() -> None:
     first = built(STREET, 0)
     build_surroundings.cache_clear()
@@ -35,6 +36,7 @@ def test_the_same_seed_gives_the_same_place_and_another_seed_another() -> None:
     assert first.mesh.vertices.shape != other.mesh.vertices.shape or not same(first.mesh, other.mesh)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("area", AREAS)
 @pytest.mark.parametrize("seed", [0, 3])
 def test_nothing_stands_or_hangs_where_people_walk(area: tuple[float, float, float, float], seed: int) -> None:
@@ -59,6 +61,7 @@ def test_the_ground_lies_under_everybody(area: tuple[float, float, float, float]
         assert np.allclose(mesh.vertices[mesh.triangles[under], 2], 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("area", AREAS)
 @pytest.mark.parametrize("seed", [0, 3])
 def test_the_mesh_is_sound(area: tuple[float, float, float, float], seed: int) -> None:
@@ -86,6 +89,7 @@ def test_normals_and_windings_agree(seed: int) -> None:
     assert (along[real] > 0.0).mean() > 0.997  # a few leaves are bent away from the light that they are given
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("area", AREAS)
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_few_enough_triangles_for_a_software_renderer(area: tuple[float, float, float, float], seed: int) -> None:

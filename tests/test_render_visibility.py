@@ -86,6 +86,7 @@ def test_boxes_are_those_of_the_observation_model() -> None:
     assert (np.abs(seen.observations(LARGE)[:, 0] - boxes[:, 0]) <= 1.0 + 0.45 * LARGE.focal / relative[:, 1]).all()
 
 
+@pytest.mark.slow
 def test_visible_fraction_is_counted_against_the_picture_of_a_person_alone() -> None:
     scene = crowd([(3.0, 0.1), (5.0, 0.0), (7.0, -0.3), (9.0, 4.0)])
     picture, seen = look(scene, SMALL)

@@ -147,6 +147,7 @@ def test_a_folder_of_pictures_is_gone_on_with(panorama, tmp_path):
     assert (tmp_path / "film" / frame_name(2)).read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{"seed": 1}, {"surroundings": False}])
 def test_frames_of_another_command_are_made_anew(panorama, tmp_path, change):
     render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
@@ -156,6 +157,7 @@ def test_frames_of_another_command_are_made_anew(panorama, tmp_path, change):
     assert not (tmp_path / "film" / frame_name(9999)).exists()
 
 
+@pytest.mark.slow
 def test_an_estimate_makes_another_film(panorama, submission, tmp_path):
     render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
     render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT, submission=submission)
@@ -322,6 +324,7 @@ def test_of_boxes_that_overlap_only_the_best_is_kept_round_the_seam_too():
     assert suppress(boxes, np.array([1.0, 2.0, 0.5, 0.1]), 0.4).tolist() == [1, 2, 3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["raster"])
 def test_a_real_backend_makes_a_film(backend, panorama, tmp_path):
     from vbbench.registry import registered

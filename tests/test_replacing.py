@@ -52,6 +52,7 @@ from vbbench.cli import main
 sys.exit(max(main([*command, place]) for place in places.split()))"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("where", "places"), [("pipe", OWN), ("file", OWN), ("file", ["out.txt"])])
 def test_ones_own_output_is_written_in_order(room: Path, tmp_path: Path, where: str, places: list[str]) -> None:
     command = [sys.executable, "-c", IN_TURN, *score(room, " ".join(places))]

@@ -98,6 +98,7 @@ def test_what_was_missing_is_made_once_it_is_there(parts: dict[str, Part], count
     assert "Not made" not in html
 
 
+@pytest.mark.slow
 def test_a_real_study_on_the_page(tmp_path: Path) -> None:
     study = Table4Study(solvers=("cv",), jitter=(1.0,), sequences=1)
     part = Part(study=study, make=lambda out, making: table4_report(measure_table4(study, out, making)))

@@ -71,6 +71,7 @@ def spoil(result: Result) -> Result:
     return replace(result, score=changed, per_sequence=replace(result.per_sequence, figures=figures), version="0.0.1")
 
 
+@pytest.mark.slow
 def test_with_the_same_seed_drift_is_found_named_and_mended(remade: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = remade / "results" / KEPT
     before = path.read_bytes()
@@ -128,6 +129,7 @@ def better(result: Result) -> Result:
     return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
 
 
+@pytest.mark.slow
 def test_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vbbench_leaderboards.checks.making.is_diagnostic", lambda _: False)
     run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=1)
@@ -135,6 +137,7 @@ def test_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest
     assert states == ["as committed"] * (1 + len(PROTOCOLS))
 
 
+@pytest.mark.slow
 def test_several_results_at_a_time_are_the_same(remade: Path) -> None:
     run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=2)
     states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]

@@ -135,6 +135,7 @@ def means(row: Row) -> list[float]:
     return [one.mean for one in row.drifts if len(one.shift)]
 
 
+@pytest.mark.slow
 def test_figures_of_the_simulated_robot(found: Robot) -> None:
     """Golden: mean drift over 5 and 10 m, and Δx̃ in m; odometry and who has it drift least."""
     simulated, _ = found.courses

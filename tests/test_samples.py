@@ -129,6 +129,7 @@ def test_a_batch_is_padded_and_says_where(demo: Dataset) -> None:
     assert batch.seen.shape == (len(several), longest, fullest)
 
 
+@pytest.mark.slow
 def test_a_robot_tells_how_it_moved() -> None:
     options = replace(SMALL, observer="robot")
     sample = GeneratedSamples("sim", options, frames=12)[0]

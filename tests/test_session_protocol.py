@@ -51,6 +51,7 @@ def answers_of(session: Session, sequence: Sequence) -> list[SessionAnswer]:
     return answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_session_answers_as_solve_does(dataset: Dataset, solver: str, tmp_path: Path) -> None:
     submitted = SubmittedEstimates(dataset, solve(dataset, solver, "cold-start", tmp_path / solver))
@@ -79,6 +80,7 @@ def test_new_starts_leave_nobody_out(dataset: Dataset, solver: str) -> None:
         assert list(answer.positions) == sequence.tracks[observed].tolist()
 
 
+@pytest.mark.slow
 def test_a_step_loads_nothing() -> None:
     """Kernels are loaded or compiled when a session is made, and never while the robot moves; in a new process."""
     done = subprocess.run([sys.executable, "-m", "tests.late_session"], capture_output=True, text=True, check=True)

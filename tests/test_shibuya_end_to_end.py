@@ -70,6 +70,7 @@ def trip(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return Trip(recording=recording, made=Dataset(out))
 
 
+@pytest.mark.slow
 def test_the_horizon_comes_back(trip):
     assert abs(trip.calibration["horizon"]["value"] - trip.facts["camera"]["horizon"]) < 8.0
 

@@ -97,6 +97,7 @@ def test_the_spread_of_heights_changes_heights_alone() -> None:
         np.testing.assert_array_equal(exact.truth.poses, tall.truth.poses)
 
 
+@pytest.mark.slow
 def test_bytes_do_not_depend_on_jobs(tmp_path: Path) -> None:
     one = generate("sim", tmp_path / "one", Options(limit=70))
     two = generate("sim", tmp_path / "two", Options(limit=70), jobs=2)

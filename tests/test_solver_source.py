@@ -93,6 +93,7 @@ def test_registered_solvers_have_one_too() -> None:
     assert source_digest("vb-cv") != source_digest("nobody:Home")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isolate", [False, True])
 def test_a_changed_helper_starts_the_work_anew(folder: Path, monkeypatch: pytest.MonkeyPatch, isolate: bool) -> None:
     monkeypatch.setattr(vbbench.parallel.parts, "PATIENCE", 0.0)  # every part is kept

@@ -132,6 +132,7 @@ def test_the_batch_answers_one_step_as_the_causal_solver_does(out: Path, found: 
         assert score.summaries[metric] == summary
 
 
+@pytest.mark.slow
 def test_figures_on_hotel(hotel: SolverTable) -> None:
     """Golden: Δx in m over frames, and by how many times it is the paper's."""
     figures = {

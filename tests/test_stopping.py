@@ -105,6 +105,7 @@ def assert_nothing_left(process: "subprocess.Popen[str]") -> None:
     assert not [path.name for path in shared if re.search(rf"[-_]{process.pid}[-_]", path.name)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "receivers", "times", "jobs"),
     [
@@ -154,6 +155,7 @@ def test_workers_do_not_outlive_a_killed_command(begin: Callable[..., Any], tmp_
     assert_nothing_left(run)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("solver", "jobs"),
     [

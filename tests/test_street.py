@@ -132,6 +132,7 @@ def test_solvers_answer_tracks(tracked: Dataset, protocol: str, tmp_path: Path) 
         assert result.summaries["dx"].mean < 0.491  # Table 4 of the paper
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("split", ["street", "demo"])
 def test_the_bytes_do_not_depend_on_jobs(split: str, tmp_path: Path) -> None:
     options = Options(tier="tracked", limit=40, simulation=SMALL if split == "street" else None)

@@ -160,6 +160,7 @@ def test_added_twice(dataset: Dataset, mine: Path, mistake: Said) -> None:
     assert main([*add, "--overwrite"]) == 0
 
 
+@pytest.mark.slow
 def test_the_page_shows_ones_own_result_beside_the_published(
     dataset: Dataset, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -54,6 +54,7 @@ def test_inputs_are_lines_by_hand_and_tracks_by_the_papers_rule() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_figures_are_as_they_were(found: Table4) -> None:
     for source, golden in GOLDEN.items():
         own = found.figures("one-step", "vb-cv", source)

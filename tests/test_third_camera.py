@@ -89,6 +89,7 @@ def test_a_recording_is_seen_by_it(data_folder: Path, tmp_path: Path) -> None:
     verify(dataset.folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["vb-sf", "map-causal"])
 def test_solvers_err_as_with_bundled_cameras(datasets: dict[str, Dataset], solver: str, tmp_path: Path) -> None:
     def error(dataset: Dataset, name: str) -> float:
@@ -118,6 +119,7 @@ def test_it_tells_where_people_are_by_their_feet(pitch: float) -> None:
     np.testing.assert_allclose(camera.statures(boxes)[1], heights, atol=0.005)
 
 
+@pytest.mark.slow
 def test_isolated_solvers_get_it(datasets: dict[str, Dataset], tmp_path: Path) -> None:
     free, isolated = (
         solve(datasets["tracked"], "vb-sf", "sequential", tmp_path / str(alone), isolate=alone)
@@ -127,6 +129,7 @@ def test_isolated_solvers_get_it(datasets: dict[str, Dataset], tmp_path: Path) -
         assert (free / f"{table}.parquet").read_bytes() == (isolated / f"{table}.parquet").read_bytes()
 
 
+@pytest.mark.slow
 def test_plots_films_and_the_player_show_it(datasets: dict[str, Dataset], tmp_path: Path) -> None:
     dataset, board = datasets["ideal"], Board(split="sim", tier="ideal", protocol="sequential")
     shutil.copytree(dataset.folder, tmp_path / "datasets" / "sim-ideal")

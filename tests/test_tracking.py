@@ -290,6 +290,7 @@ def walkers(camera: Camera, frames: int = 60, people: int = 12) -> tuple[FloatAr
     return positions, random.normal(1.7, 0.07, people), np.zeros((frames, 3)), np.arange(people) * 3 + 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [PerspectiveCamera(), PanoramaCamera()], ids=lambda camera: camera.kind)
 def test_a_flawless_detector_gives_everybody_a_track_of_their_own(camera: Camera) -> None:
     positions, heights, poses, people = walkers(camera)

@@ -113,6 +113,7 @@ def test_what_is_there_is_taken_over_and_files_hold_every_number(
         assert f"| {spoken(one.case)} | {one.agreement.spearman.value:.2f} [" in printed
 
 
+@pytest.mark.slow
 def test_numbers_do_not_depend_on_the_number_of_processes(
     study: TransferStudy, found: list[Comparison], tmp_path: Path
 ) -> None:

@@ -341,6 +341,7 @@ def fill(disk: Path, left: int) -> Path:
     return disk / "ballast"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("left", [0, 4096, 40_000, 100_000])
 @pytest.mark.parametrize("patience", [-1.0, 5.0])
 def test_a_full_disk_costs_nothing_that_was_there(

@@ -14,15 +14,10 @@ from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, sol
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, paper_for
-from vbbench_baselines.joint_map.real_camera.observer import (
-    LAWS,
-    Observer,
-    Shares,
-    add_observer,
-    level_deviance,
-    shares_of,
-)
+from vbbench_baselines.joint_map.real_camera.observer import LAWS, Observer
+from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
 from vbbench_baselines.joint_map.real_camera.recovery import follow
+from vbbench_baselines.joint_map.real_camera.shares import Shares, shares_of
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
 """Dampings tried in a round, the longest step of a pose in m and rad, and the damping at first."""

@@ -16,14 +16,7 @@ from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
 from vbbench_baselines.joint_map.real_camera.cues import CUES
 from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.identity import expect, is_doubtful, likelihoods, tell_apart
-from vbbench_baselines.joint_map.real_camera.joint import (
-    Model,
-    Point,
-    Seen,
-    Settled,
-    boxes_of,
-    settle,
-)
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, Settled, boxes_of, settle
 from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
