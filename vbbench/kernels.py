@@ -5,7 +5,7 @@ in the order in which they are written, so that results depend neither on the wi
 threads, and neighbouring triangles share their edges to the last bit. The cache is beside the source, or in the user's
 cache folder if nothing can be written there. ``docs/development.md`` explains how to write kernels that compile fast.
 
-This is the only module of the core that imports numba.
+Only this module of the core and `vbbench.inner_kernels` import numba.
 """
 
 import errno
@@ -22,6 +22,8 @@ from numba import njit
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
+
+from vbbench.inner_kernels import KernelCompiler, leave_inner_kernels_unfinished
 
 try:
     import fcntl
@@ -48,8 +50,10 @@ def parallel_kernel(function: F) -> F:
 
 def _compiled(function: F, *, parallel: bool) -> F:
     _functions.add(function)
-    dispatcher = njit(cache=True, error_model="numpy", parallel=parallel)(function)
+    options: dict[str, Any] = {"error_model": "numpy", "parallel": parallel, "pipeline_class": KernelCompiler}
+    dispatcher = njit(cache=True, **options)(function)
     dispatcher._cache._cache_file.__class__ = _CacheFile
+    leave_inner_kernels_unfinished(dispatcher)
     dispatcher.compile = _one_process_at_a_time(dispatcher)
     return cast(F, dispatcher)
 

@@ -1,0 +1,110 @@
+"""Kernels that others call are compiled into these, and make no machine code of their own.
+
+Numba optimises every function that it meets, makes machine code of it and wraps it for Python, and does all this again
+in each function that calls it. Of a tree of kernels only the root is called from Python: the others are left as they
+are when translated, and optimised with the root. One that Python does call is compiled for itself then.
+Half the processor time of compiling is saved so.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import register_pass
+from numba.core.sigutils import normalize_signature
+from numba.core.typed_passes import NativeLowering
+
+_compiling: list[Any] = []
+"""Kernels that are being compiled, each called by the one before."""
+
+
+class _Unfinished(JITCodeLibrary):  # type: ignore[misc]
+    """The code of an inner kernel and of all that it calls."""
+
+    def finalize(self) -> None:
+        """Gather the code, which the root's library takes over; nothing else is done with it."""
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._final_module.verify()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):  # type: ignore[misc]
+    """Translates a kernel for LLVM."""
+
+    _name = "vbbench_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        if len(_compiling) < 2:
+            return bool(super().run_pass(state))
+        state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
+        state.library = _Unfinished(state.targetctx.codegen(), state.func_id.func_qualname)
+        super().run_pass(state)
+        callers_know_it_by = object()
+        state.targetctx.insert_user_function(callers_know_it_by, state["cr"].fndesc, [state.library])
+        state["cr"] = state["cr"]._replace(cfunc=callers_know_it_by)
+        return True
+
+
+class KernelCompiler(Compiler):  # type: ignore[misc]
+    """Numba's compiler, but for how it translates kernels."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Numba's list of passes, one replaced."""
+        pipelines: list[Any] = super().define_pipelines()
+        for passes in pipelines:
+            passes.passes = [(_Lowering if one is NativeLowering else one, why) for one, why in passes.passes]
+            passes.finalize()
+        return pipelines
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache, which keeps what has machine code."""
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Write the code of one signature to the disk."""
+        if not _is_inner(compiled):
+            super().save_overload(signature, compiled)
+
+
+def _is_inner(compiled: Any) -> bool:
+    """Whether what numba compiled cannot be called from Python."""
+    return isinstance(compiled.library, _Unfinished)
+
+
+def leave_inner_kernels_unfinished(dispatcher: Any) -> None:
+    """Make numba's ``dispatcher`` of a function, compiled by `KernelCompiler` and cached, tell root from inner."""
+    compile_here, add_overload = dispatcher.compile, dispatcher.add_overload
+    dispatcher._cache.__class__ = _Cache
+    dispatcher.compile = _counted(dispatcher, compile_here)
+    dispatcher.add_overload = lambda compiled: _add(dispatcher, add_overload, compiled)
+
+
+def _counted(dispatcher: Any, compile_here: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A dispatcher's ``compile`` that is known to be under way; only one thread compiles at a time."""
+
+    def compile_as_root_or_inner(signature: Any) -> Any:
+        if not _compiling:
+            arguments = tuple(normalize_signature(signature)[0])
+            if arguments in dispatcher.overloads and _is_inner(dispatcher.overloads[arguments]):
+                del dispatcher.overloads[arguments]
+        _compiling.append(dispatcher)
+        try:
+            return compile_here(signature)
+        finally:
+            _compiling.pop()
+
+    return compile_as_root_or_inner
+
+
+def _add(dispatcher: Any, add_overload: Callable[[Any], None], compiled: Any) -> None:
+    """Keep what was ``compiled``; only what has machine code is put where calls from Python look."""
+    if _is_inner(compiled):
+        dispatcher.overloads[tuple(compiled.signature.args)] = compiled
+    else:
+        add_overload(compiled)
