@@ -323,6 +323,7 @@ def test_closed_streams(monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["info", "nowhere"]) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "environment",
     [
@@ -349,6 +350,7 @@ def test_a_failure_of_the_program_stays_one(monkeypatch: pytest.MonkeyPatch) -> 
         main(["splits"])
 
 
+@pytest.mark.slow
 def test_a_device_takes_no_output() -> None:
     device = Path("/dev/full")
     if not (device.exists() and stat.S_ISCHR(device.stat().st_mode)):

@@ -96,6 +96,7 @@ def test_the_map_is_where_everybody_was(made):
     assert np.isfinite(people["std"][frame > 1]).all()
 
 
+@pytest.mark.slow
 def test_every_form_of_the_answer_says_the_same(made):
     for name in ("poses", "positions"):
         parquet, text = pq.read_table(made / f"{name}.parquet"), table(made / f"{name}.csv")
@@ -135,6 +136,7 @@ def test_the_report_says_how_sure_it_is(made):
         assert words in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wrong", "problem"),
     [
@@ -195,6 +197,7 @@ def test_numbers_of_frames_and_ids_are_those_of_the_file(tmp_path):
     assert set(people["id"]) == {float(k) for _, k, _ in walk.rows}
 
 
+@pytest.mark.slow
 def test_a_folder_is_whole_or_not_there(folder, tmp_path):
     arguments = folder / "boxes.csv", folder / "camera.toml"
     with pytest.raises(VbbenchError, match="no solver is called 'map-casual'; did you mean 'map-causal'"):

@@ -52,6 +52,7 @@ def unannounced(estimate: Estimate, truth: Truth) -> BoolArray:
     return np.asarray((errors > ASTRAY) & ((std < errors / 3.0) | estimate.converged))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", CASCADE)
 def test_with_one_person_at_a_time_errors_stay_small_and_announced(solver: type[Any]) -> None:
     # Before: vb-cv 141 m, vb-sf-literal 203 m, all of it unannounced.

@@ -59,6 +59,7 @@ def dx(room: Path, part: str) -> dict[str, float]:
     return {team: value for team, value in found.items() if value is not None}
 
 
+@pytest.mark.slow
 def test_the_whole_story(
     room: Path, tmp_path: Path, refused: Refused, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -193,6 +193,7 @@ def site_of(results: Path) -> Site:
     return Site(results=found, datasets=read_datasets(results), rankings={}, playable={})
 
 
+@pytest.mark.slow
 def test_lines_on_published_boards_are_commands(tmp_path: Path) -> None:
     for split in ("kitti", "sim"):
         (tmp_path / split).symlink_to(published_results() / split)
@@ -208,6 +209,7 @@ def test_lines_on_published_boards_are_commands(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_lines_on_other_boards_run_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     dataset = ["generate", "sim", "--tier", "noisy", "--sequences", "3", "--people", "4", "--out", "crowd"]
@@ -225,6 +227,7 @@ def test_lines_on_other_boards_run_as_they_are(tmp_path: Path, monkeypatch: pyte
     assert Dataset("sim-noisy").info.id == Dataset(tmp_path / "crowd").info.id
 
 
+@pytest.mark.slow
 def test_a_solver_is_tried_in_one_step(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

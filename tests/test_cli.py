@@ -64,6 +64,7 @@ def test_score_json_has_the_keys_of_the_contract(
     assert len(table.read_text().splitlines()) == 21
 
 
+@pytest.mark.slow
 def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset: Path, submission: Path) -> None:
     room = dataset.parent
     other = room / "cv"
@@ -218,6 +219,7 @@ def test_importing_vbbench_stays_light() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys\nfrom vbbench.cli import main\n"

@@ -24,6 +24,7 @@ def folders(tmp_path_factory) -> dict[str, Path]:
     return {path.name: path for path in root.iterdir()}
 
 
+@pytest.mark.slow
 def test_identical_submissions_do_not_differ(folders):
     result = compare(folders["poor"], folders["poor"], folders["data"])
     for difference in result.differences.values():

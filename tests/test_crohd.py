@@ -276,6 +276,7 @@ def dataset(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Datase
     return generate("shibuya01", tmp_path_factory.mktemp("made") / "s", Options(source=recording))
 
 
+@pytest.mark.slow
 def test_every_track_observes_once_and_all_others_are_seen(dataset: Dataset) -> None:
     heads = crowd()
     tracks, frames = np.unique(heads.track, return_counts=True)

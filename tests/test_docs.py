@@ -95,6 +95,7 @@ def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monke
             runpy.run_path(str(script), run_name="__main__")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("module", "name"), [("still", "StandStill"), ("line", "StraightLines")])
 @pytest.mark.parametrize("protocol", ["one-step", "sequential", "rollout"])
 def test_example_solvers_answer(

@@ -124,6 +124,7 @@ def test_a_simple_solver_writes_the_tables_of_the_contract_alone(dataset: Datase
     assert "fallback" not in result.table()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_what_is_reported_is_written_and_counted(dataset: Dataset, tmp_path: Path, jobs: int) -> None:
     out = solve(dataset, f"{__name__}:Reporting", "sequential", tmp_path / "out", jobs=jobs)

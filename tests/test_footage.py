@@ -108,6 +108,7 @@ def test_whole_footage_is_solved_and_scored_like_any_dataset(tmp_path):
         assert figures["dx"]["mean"] < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("known", "changes", "missing"),
     [

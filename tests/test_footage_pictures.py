@@ -85,6 +85,7 @@ def first(dataset: Dataset) -> int:
     return dataset.sequence(0).first_frame
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_errors_are_those_of_which_the_truth_is_known(datasets, answers, kind):
     _, answered = replays(datasets, answers, kind)
@@ -245,6 +246,7 @@ def test_a_renderer_needs_the_whole_truth(datasets, tmp_path, kind, capsys):
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_footage_with_the_whole_truth_can_be_rendered_too(datasets, tmp_path):
     backend = Backend(name="tests.flat_renderer:FlatRenderer")
     assert len(list(render_to_file(datasets["whole"], 0, tmp_path / "film", backend=backend).glob("*.png"))) == FRAMES

@@ -19,6 +19,7 @@ __all__ = ["photographed"]
 WALKER = "tests.test_footage_pictures:Walker"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")
 @pytest.mark.parametrize("kind", ["whole", "poses", "relative"])
 def test_the_player_shows_what_is_known_over_small_copies_of_the_pictures(tmp_path, photographed, kind):

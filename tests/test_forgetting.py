@@ -101,6 +101,7 @@ def test_absent_columns_change_nothing() -> None:
     np.testing.assert_array_equal(many.positions[:, 30:36], few.positions)
 
 
+@pytest.mark.slow
 def test_a_long_run_stays_sane_and_its_window_small() -> None:
     solver = MapCausal()
     poses = np.array([pose for _, pose in times(solver, people=12, columns=24, frames=600)])

@@ -45,6 +45,7 @@ def digests(folder: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_bytes_do_not_depend_on_jobs(made: Dataset, tmp_path: Path) -> None:
     again = generate("demo", tmp_path / "again", options(), jobs=2)
     assert digests(again.folder) == digests(made.folder)

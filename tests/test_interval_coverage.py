@@ -24,6 +24,7 @@ def test_intervals_hold_what_they_say(crowd: str, kind: str) -> None:
         assert found.width < 2.2
 
 
+@pytest.mark.slow
 def test_a_quick_look_at_coverage() -> None:
     random = np.random.default_rng(4)
     found = coverage(drawn(CROWDS["hotel"], random), KINDS["people"], 40, random)

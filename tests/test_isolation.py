@@ -154,6 +154,7 @@ ATTEMPTS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attempt", EVERYWHERE)
 def test_a_burglar_gets_nothing(attempt: str, loot: dict[str, str]) -> None:
     assert attempt not in loot, loot[attempt]
@@ -179,6 +180,7 @@ def test_a_pickle_is_not_loaded(place: Path, dataset: Dataset) -> None:
     assert not mark.exists()
 
 
+@pytest.mark.slow
 def test_the_solver_is_not_imported_where_truth_is(place: Path, dataset: Dataset) -> None:
     solve(dataset, "hostile:Honest", "one-step", place / "honest", isolate=True)
     assert "hostile" not in sys.modules
@@ -205,6 +207,7 @@ def test_what_is_no_answer_is_one_line(dataset: Dataset, name: str, says: str) -
     assert str(caught.value).isprintable()
 
 
+@pytest.mark.slow
 def test_the_sequence_that_a_solver_fails_at_is_named(place: Path, dataset: Dataset) -> None:
     assert len(dataset.sequence(1).tracks) < len(dataset.sequence(0).tracks)
     for name, says in {
@@ -228,6 +231,7 @@ def test_printing_does_not_disturb_answers(dataset: Dataset) -> None:
     np.testing.assert_array_equal(answer(dataset, "hostile:Chatty").poses, 0.0)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_loaded_is_said(place: Path) -> None:
     for name, says in {
         "hostile:Absent": "has no attribute 'Absent'",
@@ -311,6 +315,7 @@ def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Mo
     assert tmp_path.resolve() / "x.truth" in beside(tmp_path / "x")
 
 
+@pytest.mark.slow
 def test_where_files_stay_open_it_is_said(monkeypatch: pytest.MonkeyPatch, dataset: Dataset, tmp_path: Path) -> None:
     monkeypatch.setattr(solver_process, "landlock_version", lambda: 0)
     with pytest.warns(VbbenchWarning, match="this system cannot keep files from an isolated solver"):
@@ -386,6 +391,7 @@ def test_nothing_is_left_in_the_temporary_folder(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_modules_where_the_user_stands_do_not_pass_for_installed_ones(dataset: Dataset, tmp_path: Path) -> None:
     for name in ("tyro", "tqdm", "pyarrow", "joblib"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('imported where truth is')\n")

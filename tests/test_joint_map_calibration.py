@@ -50,6 +50,7 @@ def normalised(error: FloatArray, covariance: FloatArray) -> float:
     return float(error @ np.linalg.solve(covariance, error))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("protocol", ["one-step", pytest.param("sequential", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("solver", [MapCausal, MapBatch])
 def test_errors_are_as_large_as_is_said_where_the_model_holds(solver: type[Any], protocol: str) -> None:

@@ -166,6 +166,7 @@ def test_a_missing_frame_is_a_gap_and_not_a_leap_in_time(files: Files, root: Pat
     assert bounds[1][0] == 31
 
 
+@pytest.mark.slow
 def test_recordings_that_stand_have_poses_and_others_take_them_away(files: Files, root: Path, tmp_path: Path) -> None:
     assert SAMPLE in STANDING
     for kind in ("2d_stitched", "3d"):
@@ -254,6 +255,7 @@ def test_start_of_the_clock_is_a_real_one() -> None:
     assert np.spacing(START) < 1e-6
 
 
+@pytest.mark.slow
 def test_boxes_of_a_detector_are_linked_and_matched_across_the_seam(root: Path, files: Files, tmp_path: Path) -> None:
     labelled = read_recording(find_recordings(root)[0])
     rng = np.random.default_rng(3)

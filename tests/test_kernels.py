@@ -74,6 +74,7 @@ def test_compiling_is_said_once_on_a_terminal_and_not_where_the_cache_has_it(
     assert MESSAGE not in on_terminal(kernel_script, tmp_path / "cache")
 
 
+@pytest.mark.slow
 def test_nothing_is_said_where_nobody_reads_it(kernel_script: list[str], tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     run = subprocess.run(kernel_script, capture_output=True, text=True, check=True, env=environment)
@@ -143,3 +144,51 @@ def test_a_cache_that_names_a_class_that_has_moved_is_compiled_anew(tmp_path: Pa
         (tmp_path / "sums.py").write_text(f"from {place} import Pair\n{total}")
         done = run(cwd=tmp_path)
         assert done.stdout == "5.0\n", done.stderr
+
+
+TREE = """
+from vbbench.kernels import kernel
+
+@kernel
+def leaf(value):
+    if value < 0.0:
+        raise ValueError("negative")
+    return 2.0 * value
+
+@kernel
+def branch(value):
+    return leaf(value) + leaf(value + 1.0)
+
+@kernel
+def root(value):
+    return branch(value) + leaf(value)
+"""
+
+
+@pytest.mark.slow
+def test_inner_kernels_have_no_code_of_their_own_until_python_calls_them(tmp_path: Path) -> None:
+    (tmp_path / "tree.py").write_text(TREE)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    run = partial(subprocess.run, capture_output=True, text=True, cwd=tmp_path, env=environment)
+
+    def tried(*calls: str) -> list[str]:
+        misses = "print(*(sum(f.stats.cache_misses.values()) for f in (root, branch, leaf)))"
+        code = "\n".join(["import sys; sys.path.insert(0, '.')", "from tree import *", *calls, misses])
+        done = run([sys.executable, "-c", code])
+        assert done.returncode == 0, done.stderr
+        cached = {path.name.split(".")[1].split("-")[0] for path in (tmp_path / "cache").rglob("*.nbc")}
+        return [*sorted(cached), done.stdout.strip()]
+
+    assert tried("assert root(1.0) == 8.0") == ["root", "1 1 1"]
+    refused = "try: leaf(-1.0)\nexcept ValueError as error: assert str(error) == 'negative'\nelse: assert False"
+    assert tried("assert root(1.0) == 8.0", "assert leaf(1.0) == 2.0", refused) == ["leaf", "root", "0 0 1"]
+    assert tried("assert branch(1.0) == 6.0", "assert root(1.0) == 8.0") == ["branch", "leaf", "root", "0 1 0"]
+    assert tried("assert leaf(1.0) == 2.0", "assert branch(2.0) == 10.0") == ["branch", "leaf", "root", "0 0 0"]
+
+
+def test_a_kernel_called_first_by_another_and_then_by_python_is_compiled_for_both(tmp_path: Path) -> None:
+    (tmp_path / "tree.py").write_text(TREE)
+    code = "import sys; sys.path.insert(0, '.'); from tree import *; print(root(1.0), leaf(1.0), branch(1), root(2.0))"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=environment)
+    assert done.stdout == "8.0 2.0 6.0 14.0\n", done.stderr

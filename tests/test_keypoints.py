@@ -123,6 +123,7 @@ GOLDEN = {
 }
 
 
+@pytest.mark.slow
 def test_trials_do_not_depend_on_processes(found: Keypoints, tmp_path: Path, no_data: Path) -> None:
     study = KeypointsStudy(distances=(2.0, 6.0), trials=12, people=People(splits=(), solvers=("cv",)))
     again = measure_keypoints(study, tmp_path / "out", Making(jobs=2))

@@ -85,6 +85,7 @@ def test_all_is_well(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert err == ""
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 @pytest.mark.parametrize("name", ["tiny/sequential-ideal/vb-cv.json", "tiny/ideal.json"])

@@ -39,6 +39,7 @@ def printed(capsys: pytest.CaptureFixture[str], results: Path, form: str, *board
     return capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_csv_has_a_row_per_result_with_every_digit(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rows = list(csv.DictReader(io.StringIO(printed(capsys, results, "csv"))))
     found = read_results(results)
@@ -109,6 +110,7 @@ def test_every_public_source_has_its_entry(split: str) -> None:
         assert set(cited(citation)) <= set(known_references())
 
 
+@pytest.mark.slow
 def test_the_page_offers_every_board_in_every_format(results: Path, tmp_path: Path) -> None:
     site = build(tmp_path / "site", results)
     records = read_datasets(results)

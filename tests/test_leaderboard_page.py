@@ -110,6 +110,7 @@ def test_the_first_page_is_small(committed: Path) -> None:
     assert size < AIM < FIRST_PAGE
 
 
+@pytest.mark.slow
 def test_every_board_has_its_file_and_its_link(committed: Path) -> None:
     keys = Outline((committed / "index.html").read_text("utf-8")).values("data-boards")[0].split()
     assert set(keys) == {f"{s}/{p}-{t}" for s, t, protocols in BOARDS for p in protocols}

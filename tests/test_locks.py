@@ -91,6 +91,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.slow
 def test_the_second_command_ends_at_once_in_one_line(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -148,6 +149,7 @@ def test_many_at_once_make_it_once(room: Path, tmp_path: Path) -> None:
     assert names(tmp_path) == ["out"]
 
 
+@pytest.mark.slow
 def test_threads_exclude_one_another_too(tmp_path: Path) -> None:
     inside, most, outcomes = [0], [0], []
 

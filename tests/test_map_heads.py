@@ -184,6 +184,7 @@ def test_a_head_that_follows_tells_of_the_path(protocol: str) -> None:
     assert errors[1] < 0.9 * errors[0]
 
 
+@pytest.mark.slow
 def test_a_wandering_head_is_told_from_a_following_one() -> None:
     """Where the head has nothing to do with the path, believing that it may costs little."""
     errors = np.zeros((24, 2))

@@ -58,6 +58,7 @@ def test_density_integrates_to_one():
     assert np.sum(density) * (edge[1] - edge[0]) ** 2 == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_walk_begins_as_it_goes_on():
     """Innovations in units of their scale have the same spread in a walk's first steps as later."""
     walks = gather([made_scene(replace(MADE, nu=100.0, a0=200.0), 20_000, 5)])

@@ -56,6 +56,7 @@ def read(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     return rows
 
 
+@pytest.mark.slow
 def test_parts_are_cut_by_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     parts: list[Part] = []
     for module, name in ((generation, "_build_part"), (solving, "_solve_part")):
@@ -71,6 +72,7 @@ def test_parts_are_cut_by_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     assert dataset.info.counts["observations"] > 15 * BUDGET
 
 
+@pytest.mark.slow
 def test_tables_are_read_some_sequences_at_a_time(tmp_path: Path, read: list[int]) -> None:
     dataset = write_dataset(crowd(), tmp_path / "data")
     for _ in dataset.sequences():

@@ -196,6 +196,7 @@ def test_what_is_no_partition_stays_in_the_folder(whole: Dataset, spread: Path) 
     assert digests(spread).items() >= digests(whole.folder).items()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["in place", "elsewhere"])
 def test_a_truth_that_is_kept_is_never_replaced_unasked(tmp_path: Path, place: str) -> None:
     again = {"scheduler": "tcp://nowhere", "withhold_truth": True}

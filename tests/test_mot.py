@@ -189,6 +189,7 @@ def test_what_was_exported_comes_back(dataset, files, tmp_path):
         np.testing.assert_array_equal(made.truth(after).poses, dataset.truth(before).poses)
 
 
+@pytest.mark.slow
 def test_the_new_dataset_is_solved_and_scored(dataset, files, tmp_path):
     made = import_mot(files, dataset, tmp_path / "back", pixel_std=0.0)
     one, other = (
@@ -242,6 +243,7 @@ def test_results_beside_the_exported_folders_are_what_counts(dataset, files, tmp
     np.testing.assert_array_equal(made.truth(made.sequence(0)).poses, dataset.truth(dataset.sequence(3)).poses)
 
 
+@pytest.mark.slow
 def test_another_file_is_another_dataset_and_the_same_file_the_same(dataset, files, tmp_path):
     first = import_mot(files, dataset, tmp_path / "a").info.id
     assert import_mot(files, dataset, tmp_path / "b").info.id == first

@@ -204,6 +204,7 @@ def test_without_a_source_it_says_where_to_get_it(tmp_path):
         motsynth.plan(options(tmp_path, bags=tmp_path))
 
 
+@pytest.mark.slow
 def test_the_command_makes_it_and_pictures_are_found(tmp_path):
     source = write(tmp_path / "s", recording())
     (source / "frames" / "000" / "rgb").mkdir(parents=True)

@@ -194,6 +194,7 @@ def test_the_tier_is_the_ideal_one_with_people_hidden(camera: Camera) -> None:
     assert fewer > 0
 
 
+@pytest.mark.slow
 def test_datasets_say_how_people_hide_one_another(tmp_path: Path) -> None:
     made = generate("demo", tmp_path / "one", Options(tier="occluded", limit=40))
     assert made.info.definition["hiding"] == {

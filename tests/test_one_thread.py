@@ -27,6 +27,7 @@ class ThreadCounter:
         return FrameEstimate(pose=np.full(3, float(threads)), positions=np.zeros((self._people, 2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [{}, {"isolate": True}, {"jobs": 2}], ids=str)
 def test_a_solver_has_one_thread(tmp_path: Path, how: dict[str, Any]) -> None:
     folder = generate("sim", tmp_path / "sim", Options(limit=2), jobs=1).folder

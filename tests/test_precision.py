@@ -66,6 +66,7 @@ def test_it_costs_a_third_of_the_bytes(pair: tuple[Dataset, Dataset]) -> None:
     assert rounded < 0.6 * exact  # these sequences are short; a long one of hundreds of people comes to 0.35
 
 
+@pytest.mark.slow
 def test_solvers_do_not_feel_it(pair: tuple[Dataset, Dataset], tmp_path: Path) -> None:
     figures = []
     for name, dataset in zip(("a", "b"), pair, strict=True):

@@ -77,6 +77,7 @@ def scenes(draw: st.DrawFn) -> tuple[list[tuple[int, int, float, float]], int]:
     return draw(st.permutations(rows)), step
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(scenes())
 @pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")

@@ -72,6 +72,7 @@ def test_solvers_are_what_the_reading_says(one: Reading) -> None:
     assert solver.ego_prior == one.ego_prior
 
 
+@pytest.mark.slow
 def test_figures_on_hotel(found: Readings) -> None:
     """Golden: Δx in m over sequences."""
     measured = {(row.reading.protocol, row.reading.heights): row.summaries["hotel"]["dx"].mean for row in found.rows}
@@ -122,6 +123,7 @@ def test_the_picture_has_a_point_a_reading_and_the_papers_line(found: Readings) 
     assert len(axes.get_yticklabels()) == len(own)
 
 
+@pytest.mark.slow
 def test_the_command_takes_over_what_is_there(
     data_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -29,6 +29,7 @@ def committed() -> Mapping[Board, tuple[Result, ...]]:
     return read_results(published_results())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}-{row[1]}")
 def test_row_is_as_committed(row: tuple[str, ...], committed: Mapping[Board, tuple[Result, ...]]) -> None:
     split, tier, *cells = row

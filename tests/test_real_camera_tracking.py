@@ -258,6 +258,7 @@ def definite(covariances: FloatArray) -> None:
     assert (values.min(axis=-1) > -1e-12 * values.max(axis=-1)).all()
 
 
+@pytest.mark.slow
 def test_covariances_are_definite_and_as_large_as_the_errors() -> None:
     """The mean squared error in units of the covariance, per degree of freedom, is about one."""
     poses, places = [], []

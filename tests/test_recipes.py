@@ -186,6 +186,7 @@ def test_source_sums_are_those_of_the_recipe(data_folder: Path) -> None:
     assert load_scenes(recipe, data_folder, seed=0).files == [(source.path, source.sha256) for source in recipe.sources]
 
 
+@pytest.mark.slow
 def test_resampled_students_follow_from_the_seed(data_folder: Path) -> None:
     recipe = get_recipe("students-resampled")
     first, again, other = (load_scenes(recipe, data_folder, seed=seed).scenes for seed in (0, 0, 1))

@@ -85,6 +85,7 @@ def test_the_question_is_asked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert choose_backend() == first
 
 
+@pytest.mark.slow
 def test_auto_draws_and_says_with_what_and_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     broken_module(tmp_path, monkeypatch, "raise OSError('no EGL')")
     scene = Scene(name="one", dt=0.1, people=[3], positions=np.array([[[0.0, 3.0]]]), heights=[1.7])

@@ -268,6 +268,7 @@ def test_refined_triangles_cover_the_same_ground_without_cracks() -> None:
     assert 1600 - np.pi * 1.6**2 - 1e-3 <= area.sum() <= 1600 + 1e-3
 
 
+@pytest.mark.slow
 def test_a_gpu_samples_surroundings_finely_and_shows_the_same_surfaces(
     draw: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

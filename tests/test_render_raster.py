@@ -78,6 +78,7 @@ def draw(corners: list[list[float]], camera: Camera, pose: np.ndarray = ORIGIN) 
     return drawer.draw(0, camera.focal, scene, None, camera, pose)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_shared_edges_leave_no_hole_and_sides_are_culled(camera: Camera) -> None:
     rng = np.random.default_rng(4)
@@ -158,6 +159,7 @@ def test_nobody_at_all(camera: Camera) -> None:
     assert np.isfinite(picture.depth[-1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_pictures_do_not_depend_on_threads_or_on_what_was_drawn_before(camera: Camera) -> None:
     rng = np.random.default_rng(2)

@@ -48,6 +48,7 @@ def test_nothing_stands_or_hangs_where_people_walk(area: tuple[float, float, flo
     assert not inside.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("area", AREAS)
 def test_the_ground_lies_under_everybody(area: tuple[float, float, float, float]) -> None:
     mesh = plain_surroundings(area).mesh

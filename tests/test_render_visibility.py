@@ -56,6 +56,7 @@ def project_points(points: Any, camera: Camera) -> Any:
     return camera.project(relative, 2.0 * points[:, 2])[:, :2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [LARGE, PanoramaCamera()], ids=["perspective", "panorama"])
 def test_boxes_are_where_bodies_project_to(camera: Camera) -> None:
     reach, bearing = np.array([4.0, 6.0, 9.0, 13.0, 18.0, 25.0]), np.radians([-30.0, -12.0, 3.0, 14.0, 24.0, 34.0])

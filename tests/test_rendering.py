@@ -61,6 +61,7 @@ def read_back(path: Path) -> tuple[list[Any], float]:
         pictures.append(picture[..., ::-1])
 
 
+@pytest.mark.slow
 def test_an_mp4_has_every_frame_at_real_time(dataset, tmp_path):
     out = render_to_file(dataset, 0, tmp_path / "film.mp4", backend=BY_FLAT, codec="mpeg4")
     pictures, fps = read_back(out)
@@ -134,6 +135,7 @@ def test_frames_are_made_one_at_a_time_and_forgotten(panorama):
     assert renderer.most <= 2
 
 
+@pytest.mark.slow
 def test_a_folder_of_pictures_is_gone_on_with(panorama, tmp_path):
     count = panorama.sequence(0).frames
     render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)

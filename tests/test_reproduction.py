@@ -55,6 +55,7 @@ def test_the_study_is_the_papers() -> None:
     assert (study.sequences, study.protocol, study.tier, study.camera) == (500, "one-step", "ideal", None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", [AS_IT_IS, PRIOR, FREE])
 @pytest.mark.parametrize("sigma_h", STUDY.sigmas)
 def test_points_are_plain_groups_of_the_scored_sequences(
@@ -198,6 +199,7 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     assert path.read_text("utf-8") == "mine"
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "figure"
     arguments = ["reproduce", "figure-sigma", "--out", out, "--sequences", 2, "--solver", "vb-cv", "cv"]

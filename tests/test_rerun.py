@@ -91,6 +91,7 @@ def test_with_the_same_seed_drift_is_found_named_and_mended(remade: Path, capsys
     assert path.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_another_seed_is_drawn_each_time_and_the_results_stand(
     remade: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,6 +107,7 @@ def test_another_seed_is_drawn_each_time_and_the_results_stand(
     assert before == {path: path.read_bytes() for path in (remade / "results").rglob("*.json")}
 
 
+@pytest.mark.slow
 def test_figures_that_no_seed_explains_are_drift_and_all_of_a_dataset_is_written(
     remade: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -168,6 +170,7 @@ def test_a_run_that_was_stopped_goes_on_with_its_seed(
     assert not (remade / "work/again/unfinished-seed").exists()
 
 
+@pytest.mark.slow
 def test_damaged_files_are_drift_and_mended(remade: Path, capsys: pytest.CaptureFixture[str]) -> None:
     paths = [remade / "results" / KEPT, remade / "results/sim/ideal.json"]
     before = [path.read_bytes() for path in paths]

@@ -151,6 +151,7 @@ def test_figures_of_the_simulated_robot(found: Robot) -> None:
     assert figures == pytest.approx({PAPER: 0.914, ALONE: 0.513, WITH: 0.321}, rel=0.05)
 
 
+@pytest.mark.slow
 def test_figures_of_the_car(found: Robot) -> None:
     """The reference drifts by the 1.5 m in 48 m that were made, and there is nobody with odometry."""
     _, car = found.courses
@@ -188,6 +189,7 @@ def test_what_is_there_is_taken_over(
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")} == before
 
 
+@pytest.mark.slow
 def test_the_report_has_a_row_a_way_and_every_number(found: Robot, tmp_path: Path) -> None:
     report = robot_report(found)
     paths = {path.name for path in write_report(report, tmp_path)}
@@ -225,6 +227,7 @@ def test_the_picture_has_maps_drift_and_five_instants(found: Robot) -> None:
         assert around.start <= frames[2] < around.stop <= sequence.frames
 
 
+@pytest.mark.slow
 def test_without_kitti_it_is_said_to_be_missing(
     no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -238,6 +241,7 @@ def test_without_kitti_it_is_said_to_be_missing(
     assert not (tmp_path / "out" / "figure-robot-kitti.png").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.extra("rosbags")
 def test_jrdb_is_measured_where_bags_tell_its_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files = recording(robot=MadeRobot(seconds=25.0))

@@ -75,6 +75,7 @@ def test_the_horizon_comes_back(trip):
     assert abs(trip.calibration["horizon"]["value"] - trip.facts["camera"]["horizon"]) < 8.0
 
 
+@pytest.mark.slow
 def test_the_camera_s_height_comes_back(trip):
     assert trip.calibration["camera_height"]["value"] == pytest.approx(OPTIONS.camera_height, rel=0.05)
 
@@ -104,6 +105,7 @@ def test_everybody_who_counts_is_on_the_ground(trip):
     assert heights.mean() == pytest.approx(1.70, abs=0.03)
 
 
+@pytest.mark.slow
 def test_each_of_them_is_once_the_observer(trip):
     plan = load("generator", "shibuya01").plan(Options(source=trip.recording))
     positions = trip.made.scene(0)[1]
@@ -135,6 +137,7 @@ def homography(camera: SurveillanceCamera) -> np.ndarray:
     return np.linalg.svd(np.array(equations))[2][-1].reshape(3, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("facing", [90.0, 0.0])
 def test_a_crowd_that_walks_one_way_leaves_the_stretch_open(facing, tmp_path):
     crowd = make_crowd(tmp_path, one_way(), people=100)
@@ -148,6 +151,7 @@ def test_a_crowd_that_walks_one_way_leaves_the_stretch_open(facing, tmp_path):
     assert stretch["high"] > 1.5 * stretch["low"]
 
 
+@pytest.mark.slow
 def test_round_heads_are_no_reason_to_lose_the_horizon(trip, tmp_path):
     crowd = Dataset(trip.recording.parent / "crowd")
     recording = export_heads(crowd, tmp_path / "HT21-03", replace(OPTIONS, round_heads=True), seed=7)

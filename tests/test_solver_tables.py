@@ -84,6 +84,7 @@ def frame_means(dataset: Path, submission: Path) -> dict[str, pd.Series]:
     return {"dt": poses["dt"], **{name: people.groupby(keys)[name].mean() for name in ("dx", "dx_rel")}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 @pytest.mark.parametrize("sigma_h", [0.0, SIGMA_H])
 def test_the_papers_way_is_a_plain_mean_over_frames(
@@ -158,6 +159,7 @@ def test_figures_on_hotel(hotel: SolverTable) -> None:
     assert np.isnan(hotel.one("hotel", "sequential", SIGMA_H, "cv").times_the_paper("dt"))
 
 
+@pytest.mark.slow
 def test_the_report_quotes_the_paper_beside_ours(hotel: SolverTable, tmp_path: Path) -> None:
     report = solver_table_report(hotel)
     printed = shown(report, write_report(report, tmp_path))

@@ -64,6 +64,7 @@ def test_without_torch_one_line_says_how_to_get_it() -> None:
     assert done.stderr.strip().endswith("vbbench.training.torch needs torch: python -m pip install 'vbbench[torch]'")
 
 
+@pytest.mark.slow
 def test_the_plain_stream_does_not_import_torch() -> None:
     code = "import sys\nfrom vbbench.generation.stream import stream\nnext(stream())\nsys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

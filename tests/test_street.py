@@ -143,6 +143,7 @@ def test_the_bytes_do_not_depend_on_jobs(split: str, tmp_path: Path) -> None:
     assert "as written" in verify(tmp_path / "1")
 
 
+@pytest.mark.slow
 def test_short_recordings_may_have_no_track_at_all(tmp_path: Path) -> None:
     made = demo.plan(Options(tier="tracked"))
     counts = [made.build(index).sequence.observed.sum() for index in range(0, len(made), 5)]

@@ -38,6 +38,7 @@ def cells(found: Table1, title: str) -> list[list[str]]:
     return rows[first : first + 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("split", "options"),
     [

@@ -61,6 +61,7 @@ def test_figures_are_as_they_were(found: Table4) -> None:
         assert [own[metric].mean for metric in COLUMNS] == pytest.approx(golden, rel=0.02, abs=2e-5), source.name
 
 
+@pytest.mark.slow
 def test_the_tracker_costs_much_beside_exact_lines_and_little_beside_rough_ones_with_true_ids(found: Table4) -> None:
     exact, rough, linked = (
         found.times("one-step", "vb-cv", tracked, line)["dx"]["sequences"]
@@ -138,6 +139,7 @@ def test_the_picture_shows_both_inputs_and_a_panel_a_metric(found: Table4) -> No
     assert [text.get_text() for text in axes["dx"].texts] == ["× 1.08"]
 
 
+@pytest.mark.slow
 def test_the_command_reuses_what_is_there(capsys: pytest.CaptureFixture[str], found: Table4, folder: Path) -> None:
     command = ["reproduce", "table4", "--sequences", "1", "--solver", "vb-cv", "--jitter", "0", "2"]
     status, printed, _ = run(capsys, *command, "--out", str(folder))

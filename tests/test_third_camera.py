@@ -68,6 +68,7 @@ def test_it_is_registered_and_survives_files() -> None:
     assert camera_from_dict(camera_to_dict(camera)) == camera
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_its_name(tmp_path: Path) -> None:
     words = ["generate", "sim", "--camera", "fisheye", "--sequences", "1", "--people", "6", "--out", tmp_path / "sim"]
     command = start(*words)

@@ -31,6 +31,7 @@ def lengths(data: SequenceData) -> list[int]:
     return data.sequence.observed.sum(axis=0).tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tier", ["tracked", "field"])
 def test_longer_tracks_are_the_same_tracks_without_the_shorter(tier: str) -> None:
     usual, long = plan(tier).build(0), plan(tier, least_track=20).build(0)
@@ -110,6 +111,7 @@ def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_tracks_of_others_count_from_as_many_frames(tmp_path: Path) -> None:
     tracked = generate("street", tmp_path / "tracked", Options(tier="tracked", simulation=FEW))
     plain = generate("street", tmp_path / "plain", Options(simulation=FEW))

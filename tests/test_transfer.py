@@ -52,6 +52,7 @@ def found(study: TransferStudy, out: Path) -> list[Comparison]:
     return measure_transfer(study, out)
 
 
+@pytest.mark.slow
 def test_every_case_is_compared(found: list[Comparison]) -> None:
     cases = [(1, protocol, metric) for protocol in ("sequential", "one-step") for metric in ("dx", "dt")]
     assert [tuple(one.case) for one in found] == cases
@@ -93,6 +94,7 @@ def test_who_goes_astray_counts_as_the_cap(out: Path, found: list[Comparison]) -
     np.testing.assert_array_equal(errors.values[0], np.minimum(figures["dx"], CAP))
 
 
+@pytest.mark.slow
 def test_what_is_there_is_taken_over_and_files_hold_every_number(
     study: TransferStudy, found: list[Comparison], out: Path
 ) -> None:

@@ -135,6 +135,7 @@ def test_a_cluster_keeps_the_seed_apart_too(challenge: Path, tmp_path: Path, mon
     assert not (tmp_path / "spread" / "partitioned").exists()
 
 
+@pytest.mark.slow
 def test_workers_open_withheld_truth(challenge: Path, tmp_path: Path) -> None:
     opened = Dataset(challenge, challenge.with_name("challenge.truth"))
     for jobs in (1, 2):
