@@ -4,6 +4,7 @@
 # make test-under-load   make test ten times on a busy machine, every second time in reverse order
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
+# make packages   all that the tests need
 # make wheel-test   the built wheel in an empty environment, from another folder
 # make browser   the leaderboard's pages in a real browser     make chromium  installs one, on Debian, as root
 PYTHON ?= python3
@@ -18,7 +19,7 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 PARALLEL := --numprocesses logical --maxprocesses 4 --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences browser chromium clean
+.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -87,6 +88,8 @@ site: $(VENV)/.docs
 
 sequences: $(VENV)/.runtime
 	$(BIN)/vbbench leaderboard rerun --split $(PLAYED) --tier field --seed $(SEED) --together --jobs 2
+
+packages: $(VENV)/.extras $(VENV)/.docs chromium
 
 browser: $(VENV)/.dev chromium site
 	$(BIN)/python -m pytest tests/browser --no-skips --durations 5
