@@ -174,9 +174,10 @@ class Tracking:
         for frames in SET_OFF:
             start = best.point._replace(variances=best.point.variances.copy())
             going = model._replace(observer=model.observer._replace(going=frames))
-            tried = settle(start, seen, going, FIRST_ROUNDS + 1, TOLERANCE).point
-            ends.append(settle(tried, seen, model, FIRST_ROUNDS, TOLERANCE))
-        found = min(ends, key=lambda settled: settled.deviance)
+            tried = settle(start, seen, going, FIRST_ROUNDS + 1, TOLERANCE)
+            if tried.deviance < best.deviance:
+                ends.append(settle(tried.point, seen, model, FIRST_ROUNDS, TOLERANCE))
+        found = min(ends, key=lambda settled: settled.deviance, default=best)
         return found if found.deviance < best.deviance - SURER_BY else best
 
     def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray, rounds: int) -> Settled:
