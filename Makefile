@@ -1,5 +1,5 @@
 # make demo   first result      make check   lint, types, import contracts, dependencies, results
-# make test   all but slow tests and pages; what is missing skips      make test-slow   the slow ones
+# make test   all but slow tests and pages; what is missing skips      make test-slow, test-kills   the slow ones
 # make test-extras   installs the extras and runs their tests          make test-all    every test
 # make test-under-load   make test ten times on a busy machine, every second time in reverse order
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
@@ -16,10 +16,11 @@ SITE ?= out/site
 PLAYED ?= sim street
 WORK := out/leaderboard/again
 SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/field.json)
+KILLS := tests/test_kills.py tests/test_work_folder.py
 PARALLEL := --numprocesses logical --maxprocesses 4 --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium clean
+.PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -29,7 +30,10 @@ test: $(VENV)/.dev
 	$(BIN)/python -m pytest $(QUICK)
 
 test-slow: $(VENV)/.dev
-	$(BIN)/python -m pytest -m 'slow and not extra' $(PARALLEL)
+	$(BIN)/python -m pytest -m 'slow and not extra' $(PARALLEL) $(addprefix --ignore ,$(KILLS))
+
+test-kills: $(VENV)/.extras
+	$(BIN)/python -m pytest -m 'slow and not extra' $(PARALLEL) $(KILLS)
 
 test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips

@@ -12,9 +12,6 @@ from hypothesis import settings
 
 Report = pytest.CollectReport | pytest.TestReport
 pytest_plugins = ["pytester"]
-
-FORKING = ("test_kills.py", "test_work_folder.py")
-"""Files that fork hundreds of times: they come first, while this process has little memory to share with a child."""
 settings.load_profile("ci")  # the same examples in every run, however long one takes
 
 
@@ -24,7 +21,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: item.path.name not in FORKING)
     if config.getoption("reverse"):
         items.reverse()
     for item in items:

@@ -13,8 +13,8 @@ import pytest
 from tests.commands import wait_until
 
 ROOT = Path(__file__).parents[1]
-TARGETS = ("demo", "test", "packages", "test-extras", "check", "bench-summary", "test-slow")
-ASIDE, UNTIL = ("wheel-test", "browser"), "check"
+TARGETS = ("demo", "test", "packages", "test-extras", "check", "test-kills", "bench-summary", "test-slow")
+ASIDE, UNTIL = ("browser", "wheel-test"), "test-kills"
 """The targets that run one after the other beside others, from ``test-extras`` on, and the last of those."""
 A_FRESH_MACHINE = {"PATH", "HOME", "LANG", "VBBENCH_DATA"}
 SHELL_AND_MAKE = {"_", "PWD", "OLDPWD", "SHLVL", "MAKELEVEL", "MAKEFLAGS", "MFLAGS", "MAKE_TERMOUT", "MAKE_TERMERR"}
