@@ -3,7 +3,7 @@
 Numba optimises every function that it meets, makes machine code of it and wraps it for Python, and does all this again
 in each function that calls it. Of a tree of kernels only the root is called from Python: the others are left as they
 are when translated, and optimised with the root. One that Python does call is compiled for itself then.
-Half the processor time of compiling is saved so.
+Nearly half the processor time of compiling is saved so.
 """
 
 from collections.abc import Callable
