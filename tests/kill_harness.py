@@ -8,7 +8,9 @@ point: a file that ends in its middle.
 Everything runs in forks of one warm process (`Stage`), so that a run costs some hundredths of a second.
 """
 
+import gc
 import os
+import re
 import shlex
 import shutil
 import stat
@@ -27,6 +29,9 @@ from tests.system_calls import TAKE_SPACE, WRITES, Answer, Call, run_alone, run_
 
 Tree = dict[str, tuple[int, bytes]]
 """All below a folder, by relative path: mode, and the file's bytes or the link's target."""
+
+Likeness = set[tuple[str, tuple[int, bytes]]]
+"""The entries of a tree, but for what differs from run to run."""
 
 Command = str | Callable[[], int]
 """A command line of vbbench, or a function that runs one in its own way and returns the exit status."""
@@ -110,6 +115,12 @@ def differences(tree: Tree, wanted: Tree) -> list[str]:
     return sorted(missing + stray + other)
 
 
+def without_chance(tree: Tree) -> Likeness:
+    """What is in a tree, its temporary names all alike, without what locks say of processes and times."""
+    names = {name: re.sub(r"\.vbbench-(done-)?[0-9a-f]+", ".vbbench-", name) for name in tree}
+    return {(names[name], entry) for name, entry in tree.items() if not name.endswith(".vbbench-lock")}
+
+
 class Stage:
     """Runs commands, each in a fork of one warm process, in a folder that holds what it is to find.
 
@@ -168,6 +179,8 @@ def _make_scenery(scenery: dict[str, str]) -> dict[str, Tree]:
                 raise RuntimeError(f"{command} ended with status {status}")
         whole = read_tree(root)
         os.chdir("/")
+    gc.collect()
+    gc.freeze()  # a fork whose collector looks at what is here copies all of it
     return {name: below(whole, name) for name in {path.split("/")[0] for path in whole}}
 
 

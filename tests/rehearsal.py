@@ -1,9 +1,9 @@
 """What must hold wherever a command is killed, or the disk is full: checked at each of its steps."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from tests.kill_harness import Command, Point, Run, Stage, Tree, below, differences
+from tests.kill_harness import Command, Likeness, Point, Run, Stage, Tree, below, differences, without_chance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +32,8 @@ class Rehearsal:
     scenario: Scenario
     found: Tree
     run: Run
+    _judged: list[tuple[Likeness, list[str]]] = field(default_factory=list, init=False, repr=False)
+    """What was left on the disk, and what is wrong with it: many moments leave the same."""
 
     @classmethod
     def of(cls, stage: Stage, scenario: Scenario) -> "Rehearsal":
@@ -60,10 +62,17 @@ class Rehearsal:
 
     def faults_when_killed(self, points: Sequence[Point]) -> list[str]:
         """What is wrong at these moments, and after the same command."""
-        return [f"{point.what}: {fault}" for point in points for fault in self._faults_at(point)]
+        return [f"{point.what}: {fault}" for point in points for fault in self._faults_after(point.left)]
 
-    def _faults_at(self, point: Point) -> list[str]:
-        return [*self._faults_left(point.left), *self._faults_of_another_try(point.left)]
+    def _faults_after(self, left: Tree) -> list[str]:
+        """What is wrong with what is on the disk, and after the same command."""
+        found = without_chance(left)
+        for known, faults in self._judged:
+            if known == found:
+                return faults
+        faults = [*self._faults_left(left), *self._faults_of_another_try(left)]
+        self._judged.append((found, faults))
+        return faults
 
     def faults_on_a_full_disk(self, points: Sequence[Point]) -> list[str]:
         """What is wrong when the disk is full from these moments on, and after the same command with space again."""
@@ -73,11 +82,7 @@ class Rehearsal:
         stopped = self.stage.fill_disk(self.scenario.command, self.found, point.number)
         if stopped.status == 0:
             return differences(stopped.left, self.run.left)
-        return [
-            *_faults_of_words(stopped),
-            *self._faults_left(stopped.left),
-            *self._faults_of_another_try(stopped.left),
-        ]
+        return [*_faults_of_words(stopped), *self._faults_after(stopped.left)]
 
     def _faults_left(self, left: Tree) -> list[str]:
         found = self._faults_of_the_whole(left) if self.scenario.whole else self._faults_of_single_files(left)

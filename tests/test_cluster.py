@@ -290,9 +290,10 @@ def test_workers_that_may_not_start_processes_isolate_solvers(single: Dataset, t
 @pytest.mark.slow
 def test_work_that_kills_its_workers_is_given_up(single: Dataset, tmp_path: Path) -> None:
     """On a cluster of its own: workers that still have such work when it is given up die later."""
-    with started(tmp_path) as doomed, pytest.raises(VbbenchError, match="died again and again") as caught:
+    with started(tmp_path) as doomed:
         address = doomed.of(5)  # more than die before dask gives up
-        solve(single, "tests.slow_split:DeadlySolver", "rollout", tmp_path / "out", scheduler=address)
+        with pytest.raises(VbbenchError, match="died again and again") as caught:
+            solve(single, "tests.slow_split:DeadlySolver", "rollout", tmp_path / "out", scheduler=address)
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "out").exists()
 

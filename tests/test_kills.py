@@ -6,7 +6,6 @@ at which the disk can fill up, are ``slow``.
 
 import os
 import random
-import re
 import signal
 import subprocess
 import sys
@@ -22,7 +21,7 @@ from pathlib import Path
 import pytest
 
 from tests.challenges import withheld_challenge
-from tests.kill_harness import Command, Point, Stage, Tree, read_tree
+from tests.kill_harness import Command, Point, Stage, read_tree, without_chance
 from tests.rehearsal import Rehearsal, Scenario
 from tests.system_calls import why_not
 from tests.test_cluster import wait_until
@@ -275,12 +274,6 @@ def test_a_kill_leaves_what_was_recorded(stage: Stage, name: str) -> None:
         killed = stage.kill(rehearsal.scenario.command, rehearsal.found, point.number)
         assert killed.status == -signal.SIGKILL
         assert without_chance(killed.left) == without_chance(point.left), point.what
-
-
-def without_chance(tree: Tree) -> Tree:
-    """A tree whose temporary names are all alike, without what locks say of processes and times."""
-    names = {name: re.sub(r"\.vbbench-(done-)?[0-9a-f]+", ".vbbench-", name) for name in tree}
-    return {names[name]: entry for name, entry in tree.items() if not name.endswith(".vbbench-lock")}
 
 
 @pytest.mark.slow

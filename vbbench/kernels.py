@@ -142,9 +142,10 @@ event.register("numba:compile", _ANNOUNCER)
 
 def _announce() -> None:
     event.unregister("numba:compile", _ANNOUNCER)
-    if sys.stderr is not None and sys.stderr.isatty() and _is_first(sys.stderr.fileno()):
-        sys.stderr.write(f"\r\x1b[K{MESSAGE}\n")  # over a progress bar, which is drawn again below
-        sys.stderr.flush()
+    terminal = sys.__stderr__  # also where a worker's progress is not shown
+    if terminal is not None and terminal.isatty() and _is_first(terminal.fileno()):
+        terminal.write(f"\r\x1b[K{MESSAGE}\n")  # over a progress bar, which is drawn again below
+        terminal.flush()
 
 
 def _is_first(terminal: int) -> bool:

@@ -1,5 +1,7 @@
 """The demo: all steps from trajectories to numbers and pictures, in one folder."""
 
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 
 from vbbench.files.dataset import Dataset
@@ -10,6 +12,7 @@ from vbbench.folders.work_folder import check_free
 from vbbench.generation import generate
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
+from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
@@ -40,16 +43,32 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
             write_text_atomically(out / PAGE, "# vbbench demo\n\nIt was interrupted; run it again.\n")
         split = REAL if all(map(is_here, real.card.sources)) else SYNTHETIC
         dataset = generate(split, out / "dataset", Options(), jobs=jobs, overwrite=True)
-        scores = []
-        for protocol in PROTOCOLS:
-            for solver in sorted(registered("solver")):
-                submission = solve(dataset, solver, protocol, out / f"{protocol}-{solver}", jobs=jobs, overwrite=True)
-                scores.append(score(submission, dataset.folder))
-        facts, table = describe(dataset.info), score_table(scores)
+        facts, table = describe(dataset.info), score_table(_scores(dataset, out, jobs))
         pictures = [_draw(dataset, protocol, out) for protocol in PROTOCOLS]
         shown = "\n\n".join(f"## {one.stem}, {DRAWN_SOLVER}\n\n![{one.stem}]({one.name})" for one in pictures)
         write_text_atomically(out / PAGE, f"# vbbench demo\n\n```\n{facts}\n```\n\n{table}\n\n{shown}\n")
     return f"{facts}\n\n{table}\n\nPictures and files: {out / PAGE}"
+
+
+def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
+    """Of every solver under every protocol, the protocols in order.
+
+    Processes solve the dataset with one solver each: they compile other kernels then, and need not wait for each other.
+    """
+    solvers = sorted(registered("solver"))
+    calls = [(dataset, solver, protocol, out) for solver in solvers for protocol in PROTOCOLS]
+    with progress_bar(len(calls), "solve", unit="submission") as bar:
+        found = {}
+        for (_, solver, protocol, _), submission in zip(calls, in_parallel(_solve, calls, jobs), strict=True):
+            found[protocol, solver] = score(submission, dataset.folder)
+            bar.update()
+    return [found[protocol, solver] for protocol in PROTOCOLS for solver in solvers]
+
+
+def _solve(dataset: Dataset, solver: str, protocol: str, out: Path) -> Path:
+    """A submission; its progress would be drawn over that of the demo."""
+    with redirect_stderr(StringIO()):
+        return solve(dataset, solver, protocol, out / f"{protocol}-{solver}", overwrite=True)
 
 
 def score_table(scores: list[Score]) -> str:

@@ -12,7 +12,7 @@ import re
 import sys
 import sysconfig
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from importlib.util import find_spec
@@ -84,18 +84,28 @@ def _imports(path: Path) -> set[str]:
     """Top-level names that a Python file imports anywhere, or seems to: a false match does no harm."""
     if path.suffix != ".py" or not path.is_file():
         return set()
-    found = IMPORT.findall(path.read_text("utf-8", "replace"))
+    return set(_imported(path.read_bytes()))
+
+
+@lru_cache(maxsize=4096)
+def _imported(source: bytes) -> frozenset[str]:
+    found = IMPORT.findall(source.decode("utf-8", "replace"))
     names = [name for one, several in found for name in (one, *several.split(","))]
-    return {name.split()[0].partition(".")[0] for name in names if name.strip()}
+    return frozenset(name.split()[0].partition(".")[0] for name in names if name.strip())
 
 
 def _is_own(name: str) -> bool:
     """Whether a module is neither Python's nor an installed package's."""
     if name in sys.stdlib_module_names:
         return False
-    installed = [Path(sysconfig.get_path(kind)).resolve() for kind in ("stdlib", "platstdlib", "purelib", "platlib")]
     places = [place.resolve() for place in _places(_spec(name))]
-    return bool(places) and not any(place.is_relative_to(folder) for place in places for folder in installed)
+    return bool(places) and not any(place.is_relative_to(folder) for place in places for folder in _installed())
+
+
+@cache
+def _installed() -> tuple[Path, ...]:
+    """The folders of Python's modules and of packages."""
+    return tuple(Path(sysconfig.get_path(kind)).resolve() for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
 
 
 def _spec(name: str) -> ModuleSpec | None:
