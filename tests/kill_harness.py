@@ -9,6 +9,7 @@ Everything runs in forks of one warm process (`Stage`), so that a run costs some
 """
 
 import gc
+import io
 import os
 import re
 import shlex
@@ -17,9 +18,9 @@ import stat
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
@@ -171,6 +172,7 @@ def _make_scenery(scenery: dict[str, str]) -> dict[str, Tree]:
     """Run here, in the process that is forked later: what is imported and compiled now is so in every fork."""
     _keep_every_part()
     _be_the_cluster()
+    _understand_each_command_once()
     with _folder({}, "scenery") as root:
         os.chdir(root)
         for command in scenery.values():
@@ -179,8 +181,6 @@ def _make_scenery(scenery: dict[str, str]) -> dict[str, Tree]:
                 raise RuntimeError(f"{command} ended with status {status}")
         whole = read_tree(root)
         os.chdir("/")
-    gc.collect()
-    gc.freeze()  # a fork whose collector looks at what is here copies all of it
     return {name: below(whole, name) for name in {path.split("/")[0] for path in whole}}
 
 
@@ -206,12 +206,44 @@ def _be_the_cluster() -> None:
     cluster.on_cluster = one_by_one
 
 
+def _understand_each_command_once() -> None:
+    """A command line that was read here is not read again in forks, where that is a third of the work."""
+    from vbbench import cli
+
+    read, calls = cli.parse, {}
+
+    def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) -> Callable[[], Any]:
+        words = tuple(arguments)
+        if words not in calls:
+            calls[words] = read(commands, arguments)
+        return calls[words]
+
+    cli.parse = parse
+
+
+_rehearsed: set[str] = set()
+
+
+def _rehearse(command: Command, found: Tree) -> None:
+    """Run a command line here, once, in a folder of its own: what is imported and compiled then is so in every fork."""
+    if isinstance(command, str) and command not in _rehearsed:
+        _rehearsed.add(command)
+        with _folder(found, "rehearsal") as root, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            os.chdir(root)
+            _perform(command)
+            os.chdir("/")
+        gc.collect()
+        gc.freeze()  # a fork whose collector looks at what is here copies all of it
+
+
 def _run(command: Command, found: Tree) -> Run:
+    _rehearse(command, found)
     with _folder(found) as root:
         return _heard(command, root, run_alone)
 
 
 def _record(command: Command, found: Tree) -> Run:
+    _rehearse(command, found)
     with _folder(found) as root:
         recorder = _Recorder(root)
         run = _heard(command, root, lambda work: run_watched(work, root, recorder))
