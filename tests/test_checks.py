@@ -13,9 +13,9 @@ import pytest
 from tests.commands import wait_until
 
 ROOT = Path(__file__).parents[1]
-TARGETS = ("demo", "test", "packages", "test-extras", "check", "test-kills", "bench-summary", "test-slow")
-ASIDE, UNTIL = ("browser", "wheel-test"), "test-kills"
-"""The targets that run one after the other beside others, from ``test-extras`` on, and the last of those."""
+TARGETS = ("demo", "test", "packages", "check", "test-kills", "test-slow", "bench-summary")
+ASIDE, UNTIL = ("test-extras", "browser", "wheel-test"), "test-slow"
+"""The targets that run one after the other beside others, from ``check`` on, and the last of those."""
 A_FRESH_MACHINE = {"PATH", "HOME", "LANG", "VBBENCH_DATA"}
 SHELL_AND_MAKE = {"_", "PWD", "OLDPWD", "SHLVL", "MAKELEVEL", "MAKEFLAGS", "MFLAGS", "MAKE_TERMOUT", "MAKE_TERMERR"}
 GETTING_PACKAGES = ("PIP_", "SSL_CERT_", "http_proxy", "https_proxy", "no_proxy")
@@ -86,11 +86,11 @@ def test_a_stage_that_fails_beside_others_ends_the_checks_when_these_have_ended(
 
 
 def test_what_runs_beside_a_stage_that_fails_is_ended(clone: Path) -> None:
-    (clone / "no-test-extras").touch()
+    (clone / "no-check").touch()
     makefile = clone / "Makefile"
     waiting = "\t@echo $$$$ > ../../../waiting; exec sleep 600\n"
     text = makefile.read_text("utf-8").replace(f"{ASIDE[0]}:\n", f"{ASIDE[0]}:\n{waiting}")
-    text = text.replace("test-extras:\n", "test-extras:\n\t@until test -s ../../../waiting; do sleep 0.05; done\n")
+    text = text.replace("\ncheck:\n", "\ncheck:\n\t@until test -s ../../../waiting; do sleep 0.05; done\n")
     makefile.write_text(text, "utf-8")
     subprocess.run(
         ["git", "-c", "user.name=t", "-c", "user.email=t@t", "commit", "-qam", "wait"], cwd=clone, check=True

@@ -145,6 +145,9 @@ SCENARIOS: dict[str, Scenario] = {
     "solve --overwrite": making_answers("solve data --solver cv --out out --overwrite", out="others"),
     "solve --covariance": making_answers("solve data --solver vb-cv --covariance --protocol sequential --out out"),
     "solve --scheduler": making_answers("solve data --solver cv --scheduler here --out out"),
+    "solve --scheduler --overwrite": making_answers(
+        "solve data --solver cv --scheduler here --out out --overwrite", out="others"
+    ),
     "merge": making_data("merge out", out="parts"),
     "merge --out": making_data("merge parts --out out", parts="parts"),
     "merge withheld truth": making_secrets("merge out", out="mystery"),

@@ -1,4 +1,7 @@
-"""Kills at every step, strangers' folders, links and full disks: nothing is destroyed, and the same command goes on."""
+"""Other commands after a kill, strangers' folders, links, full disks: nothing is destroyed, and what is asked is made.
+
+That the same command goes on after a kill at any step of it is shown in `tests.test_kills`.
+"""
 
 import os
 import shutil
@@ -18,9 +21,8 @@ from tests.test_merging import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.submission import SubmissionInfo
 from vbbench.files.verification import verify
-from vbbench.folders.swapping import DONE, JOURNAL, MARK, finish_swaps
+from vbbench.folders.swapping import DONE, JOURNAL, MARK
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
@@ -51,7 +53,6 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cluster, "on_cluster", last_part_first)
         generate_partitioned("demo", folder / "spread", OPTIONS, scheduler="tcp://nowhere")
-        generate_partitioned("demo", folder / "spread-apart", OPTIONS, scheduler="tcp://nowhere", withhold_truth=True)
     return folder
 
 
@@ -69,23 +70,6 @@ def put(room: Path, place: Path, **copies: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("before", ["nothing", "another"])
-def test_dataset_and_truth_change_together_or_not_at_all(room: Path, tmp_path: Path, before: str) -> None:
-    out, truth = tmp_path / "at" / "out", tmp_path / "at" / "out.truth"
-    copies = {"out": "old-apart", "out_truth": "old-apart.truth"} if before == "another" else {}
-    command = partial(generate, "demo", out, OPTIONS, withhold_truth=True, overwrite=before == "another")
-    for _ in stopped_at_every_step(command, lambda: put(room, out.parent, **copies)):
-        if out.exists() or truth.exists() or (out.parent / "out.partial" / JOURNAL).exists():
-            assert "truth is the published one" in verify(out, truth)
-        else:
-            assert before == "nothing"
-        command()
-        assert names(out.parent) == ["out", "out.truth"]
-        assert contents(out) == contents(room / "new-apart")
-        assert contents(truth) == contents(room / "new-apart.truth")
-
-
-@pytest.mark.slow
 def test_truth_alone_is_put_right_when_it_is_opened(room: Path, tmp_path: Path) -> None:
     """The dataset lies elsewhere, too: whoever opens the truth finishes the swap."""
     out, truth = tmp_path / "at" / "out", tmp_path / "at" / "out.truth"
@@ -98,42 +82,6 @@ def test_truth_alone_is_put_right_when_it_is_opened(room: Path, tmp_path: Path) 
             assert Dataset(room / "new-apart", truth).has_truth
             assert (out.parent / "out.partial" / DONE).exists()
     assert decided > 3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("withheld", [False, True])
-@pytest.mark.parametrize("place", ["in place", "elsewhere"])
-def test_a_merge_is_stopped_at_every_step(room: Path, tmp_path: Path, place: str, withheld: bool) -> None:
-    apart = "-apart" if withheld else ""
-    folder, out = tmp_path / "at" / "spread", None if place == "in place" else tmp_path / "at" / "out"
-    command, made = partial(merge, folder, out), out or folder
-    for _ in stopped_at_every_step(command, lambda: put(room, folder.parent, spread=f"spread{apart}")):
-        command()
-        assert contents(made) == contents(room / f"new{apart}")
-        assert set(names(folder.parent)) <= {"spread", "out", f"{made.name}.truth"}
-        if withheld:
-            assert contents(made.with_name(f"{made.name}.truth")) == contents(room / "new-apart.truth")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scheduler", [None, "tcp://nowhere"])
-@pytest.mark.parametrize("overwrite", [False, True])
-def test_solve_is_stopped_at_every_step(room: Path, tmp_path: Path, overwrite: bool, scheduler: str | None) -> None:
-    dataset, out = Dataset(room / "new"), tmp_path / "at" / "out"
-    whole, old = solve(dataset, "cv", "rollout", tmp_path / "whole"), tmp_path / "old"
-    solve(dataset, "cv", "one-step", old)
-    command = partial(solve, dataset, "cv", "rollout", out, overwrite=overwrite, scheduler=scheduler)
-    prepare = partial(put, tmp_path, out.parent, **({"out": "old"} if overwrite else {}))
-    for _ in stopped_at_every_step(command, prepare):
-        if overwrite:
-            finish_swaps(out)
-            assert (out / "partitioned" / "layout.json").is_file() or SubmissionInfo.read(out).solver == "cv"
-        command()
-        assert names(out.parent) == ["out"]
-        if scheduler:
-            merge(out)
-        for table in ("poses.parquet", "positions.parquet"):
-            assert (out / table).read_bytes() == (whole / table).read_bytes()
 
 
 @pytest.mark.slow
