@@ -17,7 +17,8 @@ PLAYED ?= sim street
 WORK := out/leaderboard/again
 SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/field.json)
 KILLS := tests/test_kills.py tests/test_work_folder.py
-PARALLEL := --numprocesses logical --maxprocesses 4 --dist loadfile
+WORKERS := --numprocesses logical --maxprocesses 4
+PARALLEL := $(WORKERS) --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
 .PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium clean
@@ -33,7 +34,7 @@ test-slow: $(VENV)/.dev
 	$(BIN)/python -m pytest -m 'slow and not extra' $(PARALLEL) $(addprefix --ignore ,$(KILLS))
 
 test-kills: $(VENV)/.extras
-	$(BIN)/python -m pytest -m 'slow and not extra' $(PARALLEL) $(KILLS)
+	$(BIN)/python -m pytest -m 'slow and not extra' $(WORKERS) --dist worksteal $(KILLS)
 
 test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips
