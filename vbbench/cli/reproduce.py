@@ -51,6 +51,7 @@ def transfer(
     out: Path = Path("transfer"),
     every: tuple[int, ...] = (4, 1),
     split: str = "eth-15fps",
+    smooth: float = 0.0,
     protocol: tuple[ProtocolName, ...] = ("sequential", "one-step"),
     solver: tuple[str, ...] = (),
     limit: int = 60,
@@ -66,6 +67,7 @@ def transfer(
         out: Folder for transfer.md, .json and .png, and for datasets and submissions; what it holds is reused.
         every: Every how many frames of KITTI: 4, 1, or both.
         split: Whose people tier field shows; where KITTI's frames lie between theirs, they follow smooth curves.
+        smooth: Metres (root mean square) by which people may leave where they were recorded, so that walks are smooth.
         protocol: Which truth a solver is given, and when.
         solver: Further solvers to rank beside the installed ones and their variants: names or module:attribute.
         limit: Most sequences of tier field.
@@ -84,6 +86,7 @@ def transfer(
         variants=variants,
         every=every,
         split=split,
+        smooth=smooth,
         protocols=protocol,
         limit=limit,
         seed=seed,

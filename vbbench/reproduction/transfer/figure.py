@@ -55,11 +55,17 @@ def transfer_report(study: TransferStudy, found: Sequence[Comparison]) -> Report
     )
     return Report(
         name=NAME,
-        title=f"Does tier field rank as KITTI does? {len(study.variants)} solvers and variants, seed {study.seed}",
+        title=_title(study),
         tables=[ranks, errors],
         values=transfer_values(study, found),
         pictures={"": plot_transfer(study, found)},
     )
+
+
+def _title(study: TransferStudy) -> str:
+    asked = f"{len(study.variants)} solvers and variants, seed {study.seed}"
+    walks = f", walks smoothed by up to {study.smooth:g} m" if study.smooth else ""
+    return f"Does tier field rank as KITTI does? {asked}{walks}"
 
 
 def _agreement_row(one: Comparison) -> list[str]:
@@ -83,6 +89,7 @@ def transfer_values(study: TransferStudy, found: Sequence[Comparison]) -> dict[s
     return {
         "variants": {name: asdict(variant) for name, variant in study.variants.items()},
         "seed": study.seed,
+        "smooth": study.smooth,
         "cases": [_case_values(study, one) for one in found],
     }
 

@@ -23,7 +23,7 @@ from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Generator, Options
-from vbbench.geometry import BoolArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
 from vbbench.reproduction.asked import check_names
@@ -52,6 +52,7 @@ class TransferStudy:
     variants : by name.
     every : every how many of KITTI's frames; the made datasets have the same seconds a frame.
     split : whose people the made datasets show; between their frames people follow smooth curves.
+    smooth : m by which people may walk beside where they were recorded, root mean square, so that walks are smooth.
     protocols : names of protocols.
     limit : most sequences of a made dataset.
     seed : of the made datasets.
@@ -62,6 +63,7 @@ class TransferStudy:
     variants: Mapping[str, Variant] = field(default_factory=registered_variants)
     every: Sequence[int] = (4, 1)
     split: str = "eth-15fps"
+    smooth: float = 0.0
     protocols: Sequence[str] = PROTOCOLS
     limit: int | None = 60
     seed: int = 0
@@ -81,8 +83,10 @@ class TransferStudy:
         Raises
         ------
         VbbenchError
-            If a solver, a protocol or a number of frames cannot be.
+            If a solver, a protocol, a number of frames or a distance cannot be.
         """
+        if not 0.0 <= self.smooth < np.inf:
+            raise VbbenchError(f"people walk some m beside where they were recorded, or 0, not {self.smooth}")
         if len(self.variants) < 3:
             raise VbbenchError(f"{len(self.variants)} solvers have no ranks to compare; name at least three")
         for every in self.every:
@@ -168,28 +172,40 @@ def _score(dataset: Dataset, protocol: str, making: Making, solver: str) -> Scor
 
 
 def _people(study: TransferStudy, every: int, out: Path) -> tuple[str, Options]:
-    """The split and the options of a made dataset; where the study's split has other frames, of a file made of it."""
+    """The split and the options of a made dataset; of a file made of the split if frames or walks are to differ."""
     generator: Generator = load("generator", study.split)
     scene, dt = generator.plan(Options(seed=study.seed)).scenes[0], every * DT
-    if abs(scene.dt - dt) < 1e-6:
+    if abs(scene.dt - dt) < 1e-6 and not study.smooth:
         return study.split, study.made
-    path, text = out / f"{study.split}-{every}.txt", people_as_text(scene, dt)
+    path, text = out / f"{study.split}-{every}.txt", people_as_text(scene, dt, study.smooth)
     if not path.is_file() or path.read_text("utf-8") != text:
         write_text_atomically(path, text)
     return "custom", replace(study.made, source=path, dt=dt)
 
 
-def people_as_text(scene: Scene, dt: float) -> str:
-    """A scene at frames of ``dt`` s, a line ``frame id x y`` for each person, on cubic splines through their places."""
-    from scipy.interpolate import CubicSpline
+def people_as_text(scene: Scene, dt: float, smooth: float = 0.0) -> str:
+    """A scene at frames of ``dt`` s, a line ``frame id x y`` for each person, on cubic splines through their places.
 
-    times, lines = scene.dt * np.arange(scene.frames), []
+    With ``smooth`` the splines may leave x and y by so many m, root mean square, where five places or more are known.
+    """
+    times: FloatArray = scene.dt * np.arange(scene.frames)
+    lines = []
     for column, person in enumerate(scene.people.tolist()):
         for run in runs_of(scene.present[:, column]):
             wanted = np.arange(np.ceil(times[run][0] / dt - 1e-9), times[run][-1] / dt + 1e-9)
-            places = CubicSpline(times[run], scene.positions[run, column])(wanted * dt)
+            places = _on_splines(times[run], scene.positions[run, column], wanted * dt, smooth)
             lines += [f"{frame:.0f} {person} {x:.4f} {y:.4f}" for frame, (x, y) in zip(wanted, places, strict=True)]
     return "\n".join(lines) + "\n"
+
+
+def _on_splines(times: FloatArray, places: FloatArray, wanted: FloatArray, smooth: float) -> FloatArray:
+    """Where somebody is at the ``wanted`` times [W], of ``places`` [N, 2] at ``times`` [N]: [W, 2]."""
+    from scipy.interpolate import CubicSpline, UnivariateSpline
+
+    if not smooth or len(times) < 5:
+        return np.asarray(CubicSpline(times, places)(wanted))
+    beside = len(times) * smooth**2
+    return np.stack([UnivariateSpline(times, one, s=beside)(wanted) for one in places.T], axis=-1)
 
 
 def runs_of(present: BoolArray) -> list[slice]:
