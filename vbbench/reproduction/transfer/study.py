@@ -188,7 +188,7 @@ def people_as_text(scene: Scene, dt: float, smooth: float = 0.0) -> str:
 
     With ``smooth`` the splines may leave x and y by so many m, root mean square, where five places or more are known.
     """
-    times: FloatArray = scene.dt * np.arange(scene.frames)
+    times = np.asarray(scene.dt * np.arange(scene.frames), np.float64)
     lines = []
     for column, person in enumerate(scene.people.tolist()):
         for run in runs_of(scene.present[:, column]):
