@@ -9,12 +9,14 @@ parts in order. The cuts depend on the work alone, and are visible only as row g
 import json
 import os
 import signal
+import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr
 from dataclasses import dataclass
 from functools import partial
+from io import StringIO
 from itertools import chain, islice
 from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
@@ -82,6 +84,15 @@ def progress_bar(total: int, label: str, *, done: int = 0, unit: str = "seq") ->
     from tqdm import tqdm
 
     return tqdm(total=total, initial=done, desc=label, unit=unit, disable=None)
+
+
+@contextmanager
+def without_bars() -> Iterator[None]:
+    """Nothing is drawn in the block, where bars of several processes would cover each other; words come at its end."""
+    said = StringIO()
+    with redirect_stderr(said):
+        yield
+    sys.stderr.write(said.getvalue())
 
 
 def write_in_parts(

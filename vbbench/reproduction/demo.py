@@ -1,7 +1,5 @@
 """The demo: all steps from trajectories to numbers and pictures, in one folder."""
 
-from contextlib import redirect_stderr
-from io import StringIO
 from pathlib import Path
 
 from vbbench.files.dataset import Dataset
@@ -12,7 +10,7 @@ from vbbench.folders.work_folder import check_free
 from vbbench.generation import generate
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
-from vbbench.parallel.parts import in_parallel, progress_bar
+from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS
 from vbbench.registry import load, registered
@@ -66,8 +64,8 @@ def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
 
 
 def _solve(dataset: Dataset, solver: str, protocol: str, out: Path) -> Path:
-    """A submission; its progress would be drawn over that of the demo."""
-    with redirect_stderr(StringIO()):
+    """A submission, without a progress bar of its own."""
+    with without_bars():
         return solve(dataset, solver, protocol, out / f"{protocol}-{solver}", overwrite=True)
 
 

@@ -80,11 +80,11 @@ def _content(path: Path) -> bytes:
         return b"unreadable"
 
 
-def _imports(path: Path) -> set[str]:
+def _imports(path: Path) -> frozenset[str]:
     """Top-level names that a Python file imports anywhere, or seems to: a false match does no harm."""
     if path.suffix != ".py" or not path.is_file():
-        return set()
-    return set(_imported(path.read_bytes()))
+        return frozenset()
+    return _imported(path.read_bytes())
 
 
 @lru_cache(maxsize=4096)

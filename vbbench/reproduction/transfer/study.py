@@ -5,10 +5,7 @@ a vehicle's camera in tier `field` at the same frame times. `vbbench.reproductio
 they rank.
 """
 
-import io
-import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import redirect_stderr
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import starmap
@@ -24,7 +21,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Generator, Options
 from vbbench.geometry import BoolArray, FloatArray
-from vbbench.parallel.parts import in_parallel, progress_bar
+from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.registry import load
 from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.making import Making
@@ -163,11 +160,9 @@ def _scores(dataset: Dataset, solvers: list[str], protocol: str, making: Making)
 
 
 def _score(dataset: Dataset, protocol: str, making: Making, solver: str) -> Score:
-    """One solver's score, without a progress bar of its own; what is said else is said when it is done."""
-    said = io.StringIO()
-    with redirect_stderr(said):
+    """One solver's score, without a progress bar of its own."""
+    with without_bars():
         ((_, found),) = making.scores(dataset, [solver], protocol)
-    sys.stderr.write(said.getvalue())
     return found
 
 
