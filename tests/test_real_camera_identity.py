@@ -13,7 +13,7 @@ from vbbench_baselines.common.bearings import FEET_CUT
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera.cues import residuals_of, whiten
-from vbbench_baselines.joint_map.real_camera.identity import tell_apart
+from vbbench_baselines.joint_map.real_camera.identity import expect, is_doubtful, tell_apart
 from vbbench_baselines.joint_map.real_camera.window import SOMEBODY
 
 FRAMES, CHANGE = 20, 10
@@ -77,6 +77,27 @@ def test_people_whose_tracks_change_hands_stay_where_they_are(solver: type) -> N
     assert np.median(off) < 0.5
 
 
+def test_who_was_believed_elsewhere_is_expected_where_it_is_told_that_they_were() -> None:
+    """And the noise of their last box is what it is there, not what it would have been."""
+    window = made_window()
+    k, newest = int(np.argmax(window.seen.last - window.seen.first)), len(window.point.frames) - 1
+    seen = window.seen._replace(first=window.seen.first.copy(), given=window.seen.given.copy())
+    place = window.point.places[newest - 1, k].copy()
+    seen.first[k], seen.given[newest - 1, k] = newest - 1, place
+    seen.boxes.azimuth[newest] = np.nan
+
+    def expected(share: float) -> tuple[FloatArray, FloatArray]:
+        """With the person believed to be at so many times the distance."""
+        places, camera = window.point.places.copy(), window.point.frames[newest - 1, :2]
+        places[newest - 1, k] = camera + share * (place - camera)
+        found = expect(window.point._replace(places=places), seen, window.model)
+        return found.place[k], found.behind[k]
+
+    for share in (0.7, 1.5):
+        for far, near in zip(expected(share), expected(1.0), strict=True):
+            np.testing.assert_allclose(far, near, atol=0.02)
+
+
 def test_a_box_that_ends_at_the_border_puts_nobody_at_the_camera() -> None:
     """How near somebody is whose feet are cut is known to a factor or so."""
     window = made_window()
@@ -92,3 +113,12 @@ def test_a_box_that_ends_at_the_border_puts_nobody_at_the_camera() -> None:
 
     assert deviance(0.2) > deviance(1.0) + 1.0
     assert deviance(0.8) < deviance(1.0) + 0.5
+
+
+def test_what_is_left_of_a_cut_box_does_not_tell_whom_it_shows() -> None:
+    window = made_window()
+    seen = window.seen
+    moved = seen.boxes._replace(azimuth=seen.boxes.azimuth + 0.5 * (np.arange(len(seen.boxes.azimuth)) == 6)[:, None])
+    whole, cut = (moved._replace(cut=np.full_like(moved.cut, flag)) for flag in (0, FEET_CUT))
+    assert is_doubtful(window.point, seen._replace(boxes=whole), window.model).any()
+    assert not is_doubtful(window.point, seen._replace(boxes=cut), window.model).any()

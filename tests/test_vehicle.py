@@ -101,6 +101,20 @@ def test_the_crowd_is_ahead_at_the_distance_of_the_model() -> None:
         assert MODEL.nearest_crowd <= relative[0, 1] <= MODEL.farthest_crowd
 
 
+def test_the_nearest_person_is_as_far_as_the_model_says() -> None:
+    """Not as far as people stay in view for longest."""
+    made = plan(Options(tier="noisy", observer="vehicle", limit=60))
+    nearest = np.array([np.nanmedian(_nearest(made.build(index))) for index in range(len(made))])
+    farthest = MODEL.farthest_person
+    assert np.mean((nearest > MODEL.nearest_person - 0.5) & (nearest < farthest + 0.5)) > 0.9
+    assert np.mean(nearest) == pytest.approx(0.5 * (MODEL.nearest_person + farthest), abs=0.6)
+
+
+def _nearest(data: SequenceData) -> FloatArray:
+    """[T] m to the nearest person who is seen."""
+    return np.nanmin(np.where(data.sequence.observed, reach(data), np.nan), axis=1)
+
+
 def test_in_a_dense_crowd_it_stands_aside_and_sees_everybody() -> None:
     grid = np.stack(np.meshgrid(np.arange(-30.0, 31, 3), np.arange(-30.0, 31, 3)), axis=-1).reshape(-1, 2)
     crowd = np.broadcast_to(grid, (12, len(grid), 2)).copy()

@@ -1,8 +1,10 @@
 """A vehicle that stands or drives among the people of a scene and carries the camera, in place of one of them.
 
-Its speed v and yaw rate ω are Ornstein–Uhlenbeck processes. The way that they make is laid so that at a time drawn at
-random the middle of the crowd is straight ahead, at a distance and from a side that are drawn, too. It is cut to the
-longest run of frames in which enough people are in view and nobody is run over.
+Its speed v and yaw rate ω are Ornstein–Uhlenbeck processes. The way that they make is laid in many places: at a time
+drawn at random the middle of the crowd is straight ahead, at a distance and from a side that are drawn, too. There it
+is cut to the longest run of frames in which enough people are in view and nobody is run over. Of the places where such
+runs are long, the one is taken where the nearest person is about as far away as a distance that is drawn as well: long
+runs alone are found far from everybody, where no box reaches the picture's border.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -45,6 +47,8 @@ class VehicleModel:
     yaw_rate_time: Seconds
     nearest_crowd: Metres
     farthest_crowd: Metres
+    nearest_person: Metres
+    farthest_person: Metres
     clearance: Metres
     horizon: Metres
     fewest: Count
@@ -53,6 +57,7 @@ class VehicleModel:
     stride: Count
     tries: Count
     places: Count
+    long_enough: Annotated[float, Within(0.0, 1.0)]
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -140,15 +145,30 @@ def drive(
     people = crowd.sum(axis=1)
     wanted = min(model.fewest, int(people.max(initial=1)))
     shortest = min(model.shortest, int((people >= wanted).sum()))
+    away = rng.uniform(model.nearest_person, model.farthest_person)
     for _ in range(model.tries):
         ways = _lay(_draw_way(len(places), dt, model, rng), places, crowd, model, rng)
-        runs = [_longest_run(good) for good in _good(places, crowd, ways, wanted, camera, model)]
-        best = int(np.argmax([last - first for first, last in runs]))
-        first, last = runs[best]
+        best, first, last = _choose(*_look_round(places, crowd, ways, wanted, _limits(camera, model)), away, model)
         if last - first >= shortest:
             return first, ways[best, first:last]
     first, last = _longest_run(people >= wanted)
     return first, np.tile(_aside(places[crowd], camera, model, rng), (last - first, 1))
+
+
+def _choose(good: BoolArray, nearest: FloatArray, away: float, model: VehicleModel) -> tuple[int, int, int]:
+    """The way of several that is taken, and its frames first ≤ t < last.
+
+    Of the ways whose longest run of ``good`` [P, T] frames is nearly the longest of all, the one where the median
+    distance of the ``nearest`` [P, T] person comes closest to ``away``.
+    """
+    runs = [_longest_run(frames) for frames in good]
+    longest = max(last - first for first, last in runs)
+    off = [
+        abs(np.median(distances[first:last]) - away) if last - first >= max(model.long_enough * longest, 1) else np.inf
+        for distances, (first, last) in zip(nearest, runs, strict=True)
+    ]
+    best = int(np.argmin(off))
+    return best, *runs[best]
 
 
 def _draw_way(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
@@ -187,21 +207,23 @@ def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generato
     return speeds, np.where(speeds > 0.0, turns, 0.0)
 
 
-def _good(
-    places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, camera: Camera, model: VehicleModel
-) -> BoolArray:
-    """[P, T] whether enough people are in view along each of the ``ways`` [P, T, 3], and nobody is in the way."""
+def _limits(camera: Camera, model: VehicleModel) -> tuple[float, float, float, float]:
+    """What `_look_round` asks for: azimuths of the view's borders, and the farthest and nearest distance."""
     left, right = (-np.pi, np.pi) if camera.view is None else camera.view
-    return _look_round(places, crowd, ways, wanted, (left, right, model.horizon, model.clearance))
+    return left, right, model.horizon, model.clearance
 
 
 @kernel
 def _look_round(
     places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
-) -> BoolArray:
-    """See `_good`; ``limits`` are the azimuths of the view's borders, and the farthest and nearest distance."""
+) -> tuple[BoolArray, FloatArray]:
+    """What is seen along each of the ``ways`` [P, T, 3].
+
+    Returns [P, T] whether enough people are in view and nobody is in the way, and the distance in m of the nearest in
+    view, or the horizon's.
+    """
     left, right, horizon, clearance = limits
-    good = np.empty(ways.shape[:2], np.bool_)
+    good, nearest = np.empty(ways.shape[:2], np.bool_), np.full(ways.shape[:2], horizon)
     for p in range(ways.shape[0]):
         for t in range(ways.shape[1]):
             x, y, yaw = ways[p, t]
@@ -211,9 +233,11 @@ def _look_round(
                 away = np.hypot(ahead, aside)
                 clear &= not away < clearance
                 azimuth = (yaw - np.arctan2(aside, ahead) + np.pi) % (2.0 * np.pi) - np.pi
-                seen += crowd[t, k] and away < horizon and left < azimuth < right
+                if crowd[t, k] and away < horizon and left < azimuth < right:
+                    seen += 1
+                    nearest[p, t] = min(nearest[p, t], away)
             good[p, t] = clear and seen >= wanted
-    return good
+    return good, nearest
 
 
 def _longest_run(good: BoolArray) -> tuple[int, int]:

@@ -16,7 +16,7 @@ from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.motion.walks import REACH, innovation, reweigh
 from vbbench_baselines.joint_map.real_camera.certainty import own_spread
 from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, residuals_of, whiten
-from vbbench_baselines.joint_map.real_camera.elimination import eliminate, paper_for
+from vbbench_baselines.joint_map.real_camera.elimination import Paper, Person, eliminate, paper_for
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, boxes_of
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 from vbbench_baselines.joint_map.real_camera.window import SOMEBODY
@@ -36,6 +36,9 @@ BESIDE = 1.5
 
 HEAVY = 6.0
 """Degrees of freedom of how boxes are off."""
+
+EXPECTING, SHORT = 4, 0.05
+"""Most rounds of foreseeing somebody, and the step in m that is the last."""
 
 TOLD = 0.25
 """The share of changes of hands that lead to a given one of the people around."""
@@ -70,25 +73,14 @@ def expect(point: Point, seen: Seen, model: Model) -> Expected:
     known, place, numbers = np.zeros(people, np.int64), np.empty((people, 2)), np.empty((people, PERSON))
     alone, by_numbers, inner = np.empty((people, 2, 2)), np.empty((people, 2, PERSON)), np.empty((people, 2, 2))
     behind, fresh = np.zeros((people, CUES)), np.ones((people, CUES))
-    still, paper = np.zeros(point.frames.shape), paper_for(len(point.frames))
+    paper = paper_for(len(point.frames))
     for k in range(people):
         first = int(seen.first[k])
         if int(seen.last[k]) != newest or first >= newest:
             continue
-        track, found = boxes_of(k, point, seen, model)
-        for i in range(1, len(track)):
-            if np.isnan(track[i, 0]):
-                track[i] = track[i - 1]
-        weights = np.zeros(len(track))
-        reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
-        white, given = whiten(found, model.noise, model.dt), seen.given[first:, k].copy()
-        start = point.people[k].copy()
-        person, _ = eliminate(
-            k, first, track, given, start, found, white, weights, model.walk, model.people, 0.0, paper
-        )
-        moved, taller = follow(person, still)
+        track, numbers[k], person = _foresee(k, point, seen, model, paper)
         across, spread = own_spread(person, newest - first)
-        place[k], numbers[k] = track[-1] + moved[-1], start + taller
+        place[k], found = track[-1], person.found
         known[k] = int(np.isfinite(place[k]).all())
         alone[k], by_numbers[k], inner[k] = spread, across, person.inner
         if len(found.frame) > 0:
@@ -98,6 +90,40 @@ def expect(point: Point, seen: Seen, model: Model) -> Expected:
                     rho = np.exp(-apart * model.dt / model.noise.tau[j])
                     behind[k, j], fresh[k, j] = rho * found.value[-1, j], 1.0 - rho * rho
     return Expected(known, place, numbers, alone, by_numbers, inner, behind, fresh)
+
+
+@kernel
+def _foresee(k: int, point: Point, seen: Seen, model: Model, paper: Paper) -> tuple[FloatArray, FloatArray, Person]:
+    """The track [n, 2] of person ``k``, its numbers [2], and it eliminated about them, up to the newest frame.
+
+    Where somebody was may have been told since it was believed, and then all that was believed of them is another.
+    """
+    first, last = int(seen.first[k]), int(seen.last[k])
+    track, numbers, given = (
+        point.places[first : last + 1, k].copy(),
+        point.people[k].copy(),
+        seen.given[first:, k].copy(),
+    )
+    for i in range(len(track)):
+        if not np.isnan(given[i, 0]):
+            track[i] = given[i]
+        elif i > 0 and np.isnan(track[i, 0]):
+            track[i] = track[i - 1]
+    weights, still = np.zeros(len(track)), np.zeros(point.frames.shape)
+    for i in range(EXPECTING):
+        found = residuals_of(k, first, seen.boxes, point.frames, track, numbers, model.noise)
+        white = whiten(found, model.noise, model.dt)
+        weights[:] = 0.0
+        reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
+        person, _ = eliminate(
+            k, first, track, given, numbers, found, white, weights, model.walk, model.people, 0.0, paper
+        )
+        moved, taller = follow(person, still)
+        track += moved
+        numbers += taller
+        if i == EXPECTING - 1 or not max(np.abs(moved).max(), np.abs(taller).max()) > SHORT:
+            break
+    return track, numbers, person
 
 
 @kernel
@@ -189,13 +215,16 @@ def _density(
         off[j] = found.value[0, j] - (behind[j] if count == 1.0 else 0.0)
         spread[j, j] += fresh[j] if count == 1.0 else 1.0 / max(count, 1e-6)
     weighed = np.linalg.solve(spread, off)
-    away = off @ weighed
-    return float(-0.5 * np.log(np.linalg.det(spread)) - 0.5 * (HEAVY + CUES) * np.log(1.0 + away / HEAVY))
+    away, volume = off @ weighed, np.log(found.scale[0]).sum() + 0.5 * np.log(np.linalg.det(spread))
+    return float(-volume - 0.5 * (HEAVY + CUES) * np.log(1.0 + away / HEAVY))
 
 
 @kernel
 def is_doubtful(point: Point, seen: Seen, model: Model) -> BoolArray:
-    """[K] whose newest boxes are not where those before would have them, or who have only these."""
+    """[K] whose newest boxes are whole and not where those before would have them, or who have only these.
+
+    What the picture's border leaves of a box is off by more than a share of it, and does not tell whom it shows.
+    """
     doubtful, newest = np.zeros(len(seen.first), np.bool_), len(point.frames) - 1
     for k in range(len(doubtful)):
         if np.isnan(seen.boxes.azimuth[newest, k]) or not np.isnan(seen.given[newest, k, 0]):
@@ -206,7 +235,7 @@ def is_doubtful(point: Point, seen: Seen, model: Model) -> BoolArray:
             off += found.counts[-1, j] * found.value[-1, j] ** 2
         if len(track) > 2:
             off += innovation(track, len(track) - 1, model.walk) / point.variances[k]
-        doubtful[k] = len(found.frame) < 2 or off > DOUBT
+        doubtful[k] = len(found.frame) < 2 or (off > DOUBT and seen.boxes.cut[newest, k] == 0)
     return doubtful
 
 
