@@ -1,6 +1,6 @@
 """What the tier `field` shows of each split, and how its detector and tracker do: the tables of docs/tiers.md.
 
-python -m benchmarks.field_table hotel students --every 8
+python -m benchmarks.field_table hotel students --every 8 --observer vehicle
 """
 
 import argparse
@@ -17,6 +17,7 @@ from vbbench_generators.tiers.field.recipe import get_field
 from vbbench_generators.tiers.field.tier import field_tier
 
 SPLITS = ("hotel", "eth", "students", "street")
+OBSERVERS: tuple[Observer, ...] = ("walker", "vehicle")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,10 +116,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("splits", nargs="*", default=SPLITS)
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--observer", nargs="+", choices=OBSERVERS, default=OBSERVERS)
     asked = parser.parse_args()
     for split in asked.splits:
-        observers: tuple[Observer, ...] = ("walker", "vehicle")
-        for observer in observers:
+        for observer in asked.observer:
             seen = sights(split, observer, asked.every)
             print(f"{split}, {observer}\n  drawn: {drawn_row(seen)}\n  found: {tracked_row(seen)}", flush=True)
 

@@ -103,11 +103,10 @@ def test_the_crowd_is_ahead_at_the_distance_of_the_model() -> None:
 
 def test_the_nearest_person_is_as_far_as_the_model_says() -> None:
     """Not as far as people stay in view for longest."""
-    made = plan(Options(tier="noisy", observer="vehicle", limit=60))
-    nearest = np.array([np.nanmedian(_nearest(made.build(index))) for index in range(len(made))])
-    farthest = MODEL.farthest_person
-    assert np.mean((nearest > MODEL.nearest_person - 0.5) & (nearest < farthest + 0.5)) > 0.9
-    assert np.mean(nearest) == pytest.approx(0.5 * (MODEL.nearest_person + farthest), abs=0.6)
+    made = sim.plan(Options(observer="vehicle", simulation=Simulation(sequences=40, people=(20,))))
+    nearest = np.array([np.median(_nearest(made.build(index))) for index in range(len(made))])
+    assert np.mean((nearest > MODEL.nearest_person - 0.5) & (nearest < MODEL.farthest_person + 0.5)) > 0.8
+    assert np.mean(nearest) == pytest.approx(0.5 * (MODEL.nearest_person + MODEL.farthest_person), abs=0.8)
 
 
 def _nearest(data: SequenceData) -> FloatArray:
