@@ -86,8 +86,10 @@ class Judge:
     def _record_differences(self, kept: BoardDataset | str, record: BoardDataset, dataset: Dataset) -> list[str]:
         if isinstance(kept, str):
             return [kept]
-        same = kept.id == record.id
-        return [*(record_faults(kept, dataset.folder) if same else record_disagreements(kept, record))]
+        if kept.id == record.id:
+            return [*record_faults(kept, dataset.folder)]
+        another = [f"was {kept.id}, is {record.id} with the same seed: it is made in another way now"]
+        return [*(another if kept.seed == record.seed else []), *record_disagreements(kept, record)]
 
     def _result_differences(self, fresh: Result) -> tuple[list[str], bool]:
         """How a fresh result differs from the committed one, and whether that is of another dataset."""
