@@ -239,6 +239,16 @@ def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
     assert "$.counts.observations: was 1" in next(run.boards(["sim"], ["cv"], ["ideal"])).text
 
 
+@pytest.mark.parametrize(("seed", "found"), [(0, True), (17, False)])
+def test_a_dataset_that_the_same_seed_makes_in_another_way_is_drift(remade: Path, seed: int, found: bool) -> None:
+    """However well figures on it agree: nobody could make it again."""
+    kept = read_dataset(remade / "results/sim/ideal.json")
+    write_dataset(replace(kept, id="0123456789abcdef"), remade / "results")
+    run = Rerun(results=remade / "results", work=remade / "work", seed=seed, together=True)
+    said = next(run.boards(["sim"], ["cv"], ["ideal"])).text
+    assert (f"was 0123456789abcdef, is {kept.id} with the same seed" in said) == found
+
+
 def with_dx(result: Result, change: Any) -> Result:
     figures = dict(result.per_sequence.figures)
     figures["dx"] = change(figures["dx"])
