@@ -17,7 +17,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
-from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
@@ -155,20 +155,20 @@ def drive(
     return first, np.tile(_aside(places[crowd], camera, model, rng), (last - first, 1))
 
 
-def _choose(good: BoolArray, nearest: FloatArray, away: float, model: VehicleModel) -> tuple[int, int, int]:
+def _choose(runs: IntArray, nearest: FloatArray, away: float, model: VehicleModel) -> tuple[int, int, int]:
     """The way of several that is taken, and its frames first ≤ t < last.
 
-    Of the ways whose longest run of ``good`` [P, T] frames is nearly the longest of all, the one where the median
-    distance of the ``nearest`` [P, T] person comes closest to ``away``.
+    Of the ways whose ``runs`` [P, 2] are nearly as long as the longest of all, the one where the median distance of the
+    ``nearest`` [P, T] person comes closest to ``away``.
     """
-    runs = [_longest_run(frames) for frames in good]
-    longest = max(last - first for first, last in runs)
-    off = [
-        abs(np.median(distances[first:last]) - away) if last - first >= max(model.long_enough * longest, 1) else np.inf
-        for distances, (first, last) in zip(nearest, runs, strict=True)
-    ]
+    lengths, frames, ways = runs[:, 1] - runs[:, 0], np.arange(nearest.shape[1]), np.arange(len(runs))
+    inside = (runs[:, :1] <= frames) & (frames < runs[:, 1:])
+    ordered = np.sort(np.where(inside, nearest, np.inf), axis=1)
+    lower, upper = np.maximum((lengths - 1) // 2, 0), np.minimum(lengths // 2, len(frames) - 1)
+    off = np.abs(0.5 * (ordered[ways, lower] + ordered[ways, upper]) - away)
+    off[lengths < max(model.long_enough * lengths.max(), 1)] = np.inf
     best = int(np.argmin(off))
-    return best, *runs[best]
+    return best, int(runs[best, 0]), int(runs[best, 1])
 
 
 def _draw_way(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
@@ -216,28 +216,40 @@ def _limits(camera: Camera, model: VehicleModel) -> tuple[float, float, float, f
 @kernel
 def _look_round(
     places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
-) -> tuple[BoolArray, FloatArray]:
+) -> tuple[IntArray, FloatArray]:
     """What is seen along each of the ``ways`` [P, T, 3].
 
-    Returns [P, T] whether enough people are in view and nobody is in the way, and the distance in m of the nearest in
-    view, or the horizon's.
+    Returns [P, 2] the longest run of frames first ≤ t < last in which enough people are in view and nobody is in the
+    way, the first of several, and [P, T] the distance in m of the nearest in view, or the horizon's.
     """
     left, right, horizon, clearance = limits
-    good, nearest = np.empty(ways.shape[:2], np.bool_), np.full(ways.shape[:2], horizon)
+    all_around, narrow = right - left >= 2.0 * np.pi, max(-left, right) < 0.5 * np.pi
+    beyond = max(horizon, clearance) ** 2
+    runs, nearest = np.zeros((len(ways), 2), np.int64), np.full(ways.shape[:2], horizon)
     for p in range(ways.shape[0]):
+        begun = 0
         for t in range(ways.shape[1]):
             x, y, yaw = ways[p, t]
-            seen, clear = 0, True
+            sin, cos, seen, clear = np.sin(yaw), np.cos(yaw), 0, True
             for k in range(places.shape[1]):
-                ahead, aside = places[t, k, 0] - x, places[t, k, 1] - y
-                away = np.hypot(ahead, aside)
-                clear &= not away < clearance
-                azimuth = (yaw - np.arctan2(aside, ahead) + np.pi) % (2.0 * np.pi) - np.pi
-                if crowd[t, k] and away < horizon and left < azimuth < right:
-                    seen += 1
-                    nearest[p, t] = min(nearest[p, t], away)
-            good[p, t] = clear and seen >= wanted
-    return good, nearest
+                east, north = places[t, k, 0] - x, places[t, k, 1] - y
+                squared = east * east + north * north
+                if not squared < beyond:
+                    continue
+                away = np.sqrt(squared)
+                clear &= away >= clearance
+                if crowd[t, k] and away < horizon:
+                    aside, ahead = sin * east - cos * north, cos * east + sin * north
+                    if narrow and ahead <= 0.0:
+                        continue
+                    if all_around or left < np.arctan2(aside, ahead) < right:
+                        seen += 1
+                        nearest[p, t] = min(nearest[p, t], away)
+            if not clear or seen < wanted:
+                begun = t + 1
+            elif t + 1 - begun > runs[p, 1] - runs[p, 0]:
+                runs[p, 0], runs[p, 1] = begun, t + 1
+    return runs, nearest
 
 
 def _longest_run(good: BoolArray) -> tuple[int, int]:
