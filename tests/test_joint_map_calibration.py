@@ -21,6 +21,8 @@ from vbbench_baselines.joint_map.prior import Prior
 
 PRIOR = Prior(nu=1e9, a0=1e9, yaw_scale=0.05)
 SEQUENCES, FRAMES, PEOPLE = 60, 10, 6
+ON_SIM = 300
+"""Sequences of Sim: bands of 60 were so wide that two sequences with large errors decided."""
 
 OF_SIX = norm.ppf(1.0 - 0.05 / 2 / 6)
 """Standard errors in a band that holds all six means on Sim at once in 95 %: poses and places of three runs."""
@@ -85,7 +87,7 @@ def test_errors_are_no_larger_than_is_said_where_the_model_is_too_careful(tmp_pa
 
 def normalised_on_sim(tmp_path: Path, solver: type[Any], look: Look) -> tuple[list[float], list[float]]:
     """Squared errors of the last pose and of one person's last place, normalised, a degree of freedom."""
-    data = Dataset(generate("sim", tmp_path / "sim", Options(tier="noisy", look=look, limit=SEQUENCES), jobs=1).folder)
+    data = Dataset(generate("sim", tmp_path / "sim", Options(tier="noisy", look=look, limit=ON_SIM), jobs=1).folder)
     poses, places = [], []
     for sequence in data.sequences():
         problem = data.problem(sequence, covariances=True)

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from tests.rough_crowd import made_window
 from vbbench.geometry import FloatArray
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON, Noise, Residuals, whiten
-from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
+from vbbench_baselines.joint_map.real_camera.joint import boxes_of
+from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, residual_densities
 
 DT = 0.4
 NORMAL = 1e9
@@ -104,7 +106,7 @@ def test_noise_is_found_from_errors() -> None:
         boxes, told = found(list(range(30)), errors / shares), np.zeros((CUES, len(SIGMAS), len(TAUS)))
         boxes.scale[:] = shares
         for i in range(30):
-            densities(boxes, np.full(30, size), i, learner.noise.nu, DT, told)
+            densities(boxes, i, size, size, learner.noise.nu, DT, told)
         learner.learn(told)
     np.testing.assert_allclose(np.log(learner.noise.sigma), np.log(sigma), atol=0.6 * GRID)
     assert learner.noise.tau.tolist() == list(tau)
@@ -120,10 +122,21 @@ def test_nothing_told_is_what_was_believed() -> None:
 def test_cut_boxes_teach_nothing() -> None:
     boxes, told = found([0, 1], np.ones((2, CUES))), np.zeros((CUES, len(SIGMAS), len(TAUS)))
     boxes.counts[1] = (1.0, 1e-3, 0.0)
-    densities(boxes, np.full(2, 100.0), 1, np.full(CUES, 6.0), DT, told)
+    densities(boxes, 1, 100.0, 100.0, np.full(CUES, 6.0), DT, told)
     assert np.all(told[0] != 0.0)
     assert np.all(told[1:] == 0.0)
 
 
-def test_sizes_are_those_of_the_person_s_frames() -> None:
-    assert sizes_of(np.arange(10.0), 3, np.array((0, 2))).tolist() == [3.0, 5.0]
+def test_a_frame_teaches_by_its_boxes_and_those_before_them() -> None:
+    window = made_window()
+    point, seen, model = window.point, window.seen, window.model
+    frame, told = 4, np.zeros((CUES, len(SIGMAS), len(TAUS)))
+    for k in np.flatnonzero(~np.isnan(seen.boxes.azimuth[frame])).tolist():
+        _, residuals = boxes_of(k, point, seen, model)
+        i = residuals.frame.tolist().index(frame - seen.first[k])
+        assert i > 0
+        own, before = (seen.boxes.size[seen.first[k] + residuals.frame[j], k] for j in (i, i - 1))
+        densities(residuals, i, own, before, model.noise.nu, model.dt, told)
+    assert np.all(told != 0.0)
+    np.testing.assert_allclose(residual_densities(point, seen, model, frame), told, rtol=1e-12)
+    assert np.all(residual_densities(point, seen, model, -1) == 0.0)

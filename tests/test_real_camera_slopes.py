@@ -12,6 +12,7 @@ from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import add_walk, reweigh
+from vbbench_baselines.joint_map.real_camera.certainty import MODEL_ERROR, spread_of
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance
@@ -329,6 +330,24 @@ def test_eliminating_people_is_schur_s_complement_of_everything(window: Window) 
     followed = [follow(person, step.reshape(-1, FRAME)) for person in system.people]
     together = np.concatenate([np.concatenate((track.ravel(), numbers)) for track, numbers in followed])
     np.testing.assert_allclose(together, others, atol=1e-4)
+
+
+def test_covariances_are_blocks_of_the_inverse_of_everything(window: Window) -> None:
+    case, newest = under(window, 0), len(window.point.frames) - 1
+    point = shaken(case, 5, 0.5)
+    inverse = np.linalg.inv(dense(case, point)[1])
+    poses, places = spread_of(linearise(point, case.seen, case.model, 0.0), case.seen, newest)
+    here = slice(FRAME * newest, FRAME * newest + 3)
+    np.testing.assert_allclose(poses, MODEL_ERROR[0] * inverse[None, here, here], rtol=1e-3, atol=1e-9)
+    at, shown = point.frames.size, ~np.isnan(case.seen.boxes.azimuth[newest])
+    assert shown.any()
+    for k, (first, last) in enumerate(zip(case.seen.first, case.seen.last, strict=True)):
+        if shown[k]:
+            own = slice(at + 2 * (newest - first), at + 2 * (newest - first) + 2)
+            np.testing.assert_allclose(places[0, k], MODEL_ERROR[1] * inverse[own, own], rtol=1e-3, atol=1e-9)
+        else:
+            assert np.isnan(places[0, k]).all()
+        at += 2 * (last - first + 1) + 2
 
 
 def test_given_poses_do_not_move(window: Window) -> None:

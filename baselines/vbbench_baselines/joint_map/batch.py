@@ -6,7 +6,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import given_at
@@ -15,6 +15,7 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_lost
 from vbbench_baselines.joint_map.measurement.boxes import (
     BoxHeights,
     Eye,
@@ -77,7 +78,7 @@ class MapBatch:
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
-        start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet)
+        start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet, rests=False)
         if not np.isnan(given.poses[:-1, 2]).any():
             return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, observations))
         answer = self._descend(replace(start, window=START_WINDOW, rounds=START_ROUNDS), task)
@@ -103,19 +104,20 @@ class MapBatch:
         poses, fixed = unwrapped(causal.poses), ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]
         relative, information = (np.stack(rows) for rows in zip(*informed, strict=True))
-        unmeasured = ~motions.information[1:].any(axis=(1, 2))
+        waits = np.where(motions.information.any(axis=(1, 2)), 0.0, task.problem.dt)
+        waits[0] = 0.0
+        seen = ~np.isnan(relative[..., 0])
         if cold:
-            seen = ~np.isnan(relative[..., 0])
             new = np.count_nonzero(seen & (np.cumsum(seen, axis=0) == 2), axis=1)
             motions = let_stand(motions, poses, np.count_nonzero(seen, axis=1), new, walk, task.problem.dt)
         data = gather(relative, information, task.given.positions, task.statures)
         joint = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), walk, motions)
         nowhere = np.full_like(causal.positions, np.nan)
         settled = settle(poses, nowhere, joint, self.rounds, self.tolerance, self.certain)
+        lost = seconds_lost(seen, ~np.isnan(task.given.positions[..., 0]), fixed, waits)
         answer = _answer_of(settled, joint, causal.positions, task.problem.covariances)
-        if cold:
-            answer.add_drift(np.cumsum(np.where(unmeasured, task.problem.dt, 0.0)))
-        return answer
+        answer.add_drift(np.cumsum(waits) if cold else beyond_patience(lost))
+        return replace(answer, converged=settled.converged & (lost <= PATIENCE))
 
 
 def _motions(given: Given) -> Motions:
@@ -141,21 +143,23 @@ class _Answer:
     Attributes
     ----------
     settled : where the descent ended.
+    converged : [T] whether it had, and the observer is not lost.
     places : [T, K, 2] in m, of everybody and always.
     deviance : of where it ended.
     poses, people : covariances [T, 3, 3] and [T, K, 2, 2], if they are wanted.
     """
 
     settled: Settled
+    converged: BoolArray
     places: FloatArray
     deviance: float
     poses: FloatArray | None
     people: FloatArray | None
 
     def add_drift(self, seconds: FloatArray) -> None:
-        """Add what cold starts leave open to the covariances from frame 1 on, ``seconds`` [T − 1] without odometry."""
+        """Add what a cold start or being lost leaves open to the covariances, ``seconds`` [T] of it by then."""
         if self.poses is not None and self.people is not None:
-            add_drift(self.poses[1:], self.people[1:], seconds)
+            add_drift(self.poses, self.people, seconds)
 
     def estimate(self, heights: Report) -> Estimate:
         """The whole estimate, with a report of ``heights``."""
@@ -164,7 +168,7 @@ class _Answer:
         return Estimate(
             poses=poses,
             positions=self.places,
-            converged=np.full(len(poses), self.settled.converged),
+            converged=self.converged,
             pose_covariances=self.poses,
             position_covariances=self.people,
             **heights,
@@ -180,7 +184,14 @@ def _answer_of(settled: Settled, joint: JointProblem, causal: FloatArray, covari
         sigma = pose_covariance_of(state, joint)
         poses = np.stack([block_of(sigma, t, t) for t in range(len(state.poses))])
         people = place_covariances(state, joint.walk, sigma, 0)
-    return _Answer(settled, places, float(deviance_of(state, state.data)), poses, people)
+    return _Answer(
+        settled,
+        np.full(len(state.poses), settled.converged),
+        places,
+        float(deviance_of(state, state.data)),
+        poses,
+        people,
+    )
 
 
 def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:

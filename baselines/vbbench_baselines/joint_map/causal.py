@@ -17,10 +17,11 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
+from vbbench_baselines.joint_map.lost import FOUND, PATIENCE, seconds_after
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen, nothing_continued
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
-from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
+from vbbench_baselines.joint_map.motion.walks import Walk, let_stand, walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.optimiser.covariance import block_of, place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle
@@ -54,6 +55,8 @@ class MapCausal:
     feet : whether a box's bottom gives its distance; otherwise its height does.
     real : what is assumed of a camera that is known only roughly, which is then solved by `joint_map.real_camera`;
         ``None`` takes every camera for exact, as the two options above do if off.
+    rests : whether, where too few people are seen, nobody is expected to keep a velocity for ever (`joint_map.lost`);
+        nothing is expected of the observer without ``ego_prior``.
     learns : whether the true past that one-step gives also teaches how people walk.
     window : frames that are solved together; in crowds no more than `CROWDED_WINDOW`.
     rounds : maximum number of descent steps per frame.
@@ -67,6 +70,7 @@ class MapCausal:
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     ego_prior: bool = True
     feet: bool = True
+    rests: bool = True
     learns: bool = True
     window: int = 12
     rounds: int = 30
@@ -79,16 +83,16 @@ class MapCausal:
         people = len(problem.tracks)
         self._problem, self._eye, self._heights = problem, Eye(problem, self.feet), BoxHeights(problem)
         self._ground = GroundCheck(problem) if self.feet else None
-        self._walk = walk_of(self.prior, problem.dt, self.ego_prior)
+        self._known, self._unknown = (walk_of(self.prior, problem.dt, self.ego_prior, cold) for cold in (False, True))
         self.statures = statures_of(problem, self.feet)
         self._size = min(self.window, CROWDED_WINDOW) if people > CROWD else self.window
         self._rows = Window(self._size, people)
         self._boxes: deque[FloatArray] = deque(maxlen=self._size)
-        self._lessons = nothing_learned(people, self._walk, self.prior)
+        self._lessons = nothing_learned(people, self._known, self.prior)
         self._kept, self._continued = NOTHING_KEPT, nothing_continued(people)
         self._covariances = problem.covariances
         self._cold = self._picks = False
-        self._astray = 0.0
+        self._astray = self._lost = 0.0
         self._roughly = RoughCamera(self.settings, problem)
 
     @property
@@ -128,11 +132,12 @@ class MapCausal:
         """The answer for the next frame, from the rays of its boxes and what `Frame.given` holds."""
         rows = self._rows
         if begins_cold(given, rows.frames):
-            self._walk = walk_of(self.prior, self._problem.dt, self.ego_prior, cold=True)
             self._cold = self._picks = True
         rows.push(seen, self.statures, given)
-        if rows.frames > 1 and np.isnan(rows.motions[-1, 0]):
-            self._astray += self._problem.dt
+        passed = self._problem.dt if rows.frames > 1 and np.isnan(rows.motions[-1, 0]) else 0.0
+        self._astray += passed
+        shown, told = ~np.isnan(rows.relative[-1, :, 0]), ~np.isnan(rows.given[rows.filled, :, 0])
+        self._lost = seconds_after(self._lost, shown, told, not math.isnan(rows.given_poses[-1, 0]), passed)
         learns = self.learns and not math.isnan(rows.given_poses[-2, 0])
         picked = rows.present() if self._picks and not learns else None
         located = self._locate(seen, picked, learns)
@@ -143,6 +148,21 @@ class MapCausal:
             self._kept, self._continued = NOTHING_KEPT, nothing_continued(len(self._problem.tracks))
         report = self._report_located(located, picked) if self._covariances else {}
         return FrameEstimate(pose=located.pose, positions=rows.places[-1].copy(), converged=True, **report)
+
+    @property
+    def _is_lost(self) -> bool:
+        return self._lost > PATIENCE
+
+    @property
+    def _is_adrift(self) -> bool:
+        """Whether the observer is lost, sees too few to keep to a way, and is expected to slow down then."""
+        seen = int(np.count_nonzero(~np.isnan(self._rows.relative[-1, :, 0])))
+        return self.rests and self.ego_prior and self._is_lost and seen < FOUND
+
+    @property
+    def _walk(self) -> Walk:
+        """How everybody walks: nobody keeps a velocity for ever that nothing confirms."""
+        return self._unknown if self._cold or self._is_adrift else self._known
 
     def _look_at_ground(self, observations: FloatArray, given: Given) -> None:
         """After a cold start, go over from feet to box heights for good as soon as the ground is not what feet need."""
@@ -185,13 +205,13 @@ class MapCausal:
             keep(self._continued, continued, picked)
         pose, now = rows.poses[-1].copy(), rows.places[-1].copy()
         report = self._report_settled(settled, problem, picked) if self._covariances else {}
-        return FrameEstimate(pose=pose, positions=now, converged=bool(settled.converged), **report)
+        return FrameEstimate(pose=pose, positions=now, converged=settled.converged and not self._is_lost, **report)
 
     def _motions(self, used: slice) -> Motions:
         """What is measured of the observer's motions into the rows ``used``, and after a cold start expected."""
         rows = self._rows
         motions = motions_of(rows.motions[used], rows.covariances[used])
-        if not self._cold:
+        if not self._cold and not self._is_adrift:
             return motions
         seen = np.count_nonzero(~np.isnan(rows.relative[used, :, 0]), axis=1)
         return let_stand(motions, rows.poses[used], seen, rows.new[used], self._walk, self._problem.dt)
@@ -212,8 +232,8 @@ class MapCausal:
         """Covariances [3, 3] of the pose and of the places [M, 2, 2] of the people ``picked``."""
         everyone = np.full((len(self._problem.tracks), 2, 2), np.nan)
         everyone[_columns(picked)] = places
-        if self._cold:
-            add_drift(pose, everyone, np.array(self._astray))
+        if self._cold or self._is_lost:
+            add_drift(pose, everyone, np.array(self._astray if self._cold else self._lost))
         return {"pose_covariance": pose, "position_covariances": everyone}
 
 

@@ -8,7 +8,7 @@ from vbbench_baselines.joint_map.optimiser.banded import solve
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, gram, padded
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, PERSON
 from vbbench_baselines.joint_map.real_camera.elimination import Person
-from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, linearise
+from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Seen, System
 from vbbench_baselines.joint_map.real_camera.spreading import weigh
 
 LEAST = 1e-12
@@ -23,9 +23,14 @@ values over KITTI 0015, 0017 and 0019 and over tier `field` of Hotel, ETH, Stude
 
 
 @kernel
-def covariances_of(point: Point, seen: Seen, model: Model, since: int) -> tuple[FloatArray, FloatArray]:
-    """[n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on, NaN where no box is."""
-    system, frames, people = linearise(point, seen, model, 0.0), len(point.frames), len(seen.first)
+def spread_of(system: System, seen: Seen, since: int) -> tuple[FloatArray, FloatArray]:
+    """Covariances [n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on.
+
+    They are of the point that the ``system`` is about, NaN where no box is.
+    """
+    if since == len(seen.fixed):
+        return np.zeros((0, POSE, POSE)), np.zeros((0, 0, 2, 2))
+    frames, people = len(seen.fixed), len(seen.first)
     lower = factor_softly(system.hessian)
     poses, places = np.zeros((frames - since, POSE, POSE)), np.full((frames - since, people, 2, 2), np.nan)
     for t in range(since, frames):

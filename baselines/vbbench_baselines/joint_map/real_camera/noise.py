@@ -6,10 +6,11 @@ first. The estimate is the mean of ln σ, and the τ that is most probable.
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.cues import CUES, PIXEL, Noise, Residuals
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, boxes_of
 
 SIGMAS = np.geomspace(0.01, 0.16, 11)
 """σ that are weighed, as shares of a box."""
@@ -46,8 +47,10 @@ class NoiseLearner:
 
 
 @kernel
-def densities(found: Residuals, sizes: FloatArray, i: int, nu: FloatArray, dt: float, told: FloatArray) -> None:
-    """Add the log densities [3, σ, τ] of box ``i``, given the one before it; ``sizes`` [m] in px."""
+def densities(
+    found: Residuals, i: int, size: float, size_before: float, nu: FloatArray, dt: float, told: FloatArray
+) -> None:
+    """Add the log densities [3, σ, τ] of box ``i``, given the one before it, and the heights of both in px."""
     for j in range(CUES):
         if found.counts[i, j] != 1.0:
             continue
@@ -56,8 +59,8 @@ def densities(found: Residuals, sizes: FloatArray, i: int, nu: FloatArray, dt: f
         if paired:
             before = found.value[i - 1, j] * found.scale[i - 1, j]
         for a in range(len(SIGMAS)):
-            now = np.sqrt(SIGMAS[a] ** 2 + (PIXEL / sizes[i]) ** 2)
-            then = np.sqrt(SIGMAS[a] ** 2 + (PIXEL / sizes[i - 1]) ** 2) if paired else 1.0
+            now = np.sqrt(SIGMAS[a] ** 2 + (PIXEL / size) ** 2)
+            then = np.sqrt(SIGMAS[a] ** 2 + (PIXEL / size_before) ** 2) if paired else 1.0
             for b in range(len(TAUS)):
                 rho = np.exp(-(found.frame[i] - found.frame[i - 1]) * dt / TAUS[b]) if paired else 0.0
                 spread = np.sqrt(1.0 - rho * rho)
@@ -66,9 +69,16 @@ def densities(found: Residuals, sizes: FloatArray, i: int, nu: FloatArray, dt: f
 
 
 @kernel
-def sizes_of(size: FloatArray, first: int, frame: IntArray) -> FloatArray:
-    """[m] box heights in px of one person's rows ``size`` [T]."""
-    sizes = np.empty(len(frame))
-    for i in range(len(frame)):
-        sizes[i] = size[first + frame[i]]
-    return sizes
+def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatArray:
+    """The log densities [3, σ, τ] of what the boxes of frame ``t`` add, see `densities`."""
+    told = np.zeros((CUES, len(SIGMAS), len(TAUS)))
+    for k in range(len(seen.first)):
+        first, last = int(seen.first[k]), int(seen.last[k])
+        if t < 0 or not first <= t <= last or np.isnan(seen.boxes.azimuth[t, k]):
+            continue
+        _, found = boxes_of(k, point, seen, model)
+        i = int(np.searchsorted(found.frame, t - first))
+        size = seen.boxes.size[t, k]
+        before = seen.boxes.size[first + found.frame[i - 1], k] if i > 0 else size
+        densities(found, i, size, before, model.noise.nu, model.dt, told)
+    return told

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, strays
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
@@ -94,6 +94,16 @@ def surprise(frames: FloatArray, t: int, observer: Observer, told: FloatArray) -
     """
     told[VEHICLE] += min(moving_deviance(frames, t, observer), standing_deviance(frames, t, observer))
     add_pedestrian_deviances(frames, t, observer, told)
+
+
+@kernel
+def surprises(frames: FloatArray, free: BoolArray, until: int, observer: Observer) -> FloatArray:
+    """`surprise` [4] of the steps into all ``free`` frames before the frame ``until``."""
+    told = np.zeros(LAWS)
+    for t in range(2, until):
+        if free[t]:
+            surprise(frames, t, observer, told)
+    return told
 
 
 @kernel

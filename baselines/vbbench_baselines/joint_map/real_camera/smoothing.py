@@ -8,10 +8,11 @@ from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, FrameEstimate, Problem
 from vbbench.solving.runner import given_at
+from vbbench_baselines.joint_map.lost import PATIENCE, seconds_lost
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
-from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
+from vbbench_baselines.joint_map.real_camera.descent import settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
-from vbbench_baselines.joint_map.real_camera.joint import Point, settle
+from vbbench_baselines.joint_map.real_camera.joint import Point
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import HELD, Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
@@ -19,8 +20,8 @@ from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 BLOCK, STRIDE = 80, 40
 """Frames that are solved together, and from one block to the next."""
 
-ROUNDS, TOLERANCE = 20, 1e-4
-"""Of the descent, as of `Tracking`."""
+ROUNDS = 20
+"""Most rounds of a block's descent."""
 
 
 def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
@@ -59,12 +60,13 @@ def _settle_blocks(
         places = rows.places[block].take(chosen, axis=1)
         fill(places, rows.frames[block], seen, rows.numbers[chosen])
         point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
-        settled = settle(point, seen, tracking.model, ROUNDS, TOLERANCE)
+        since = 0 if problem.covariances else len(seen.fixed)
+        settled = settle(point, seen, tracking.model, ROUNDS, since)
         rows.frames[block], rows.numbers[chosen] = settled.point.frames, settled.point.people
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
         converged[block] = settled.converged
         if problem.covariances:
-            spread[block], own = covariances_of(settled.point, seen, tracking.model, 0)
+            spread[block], own = settled.pose_covariances, settled.place_covariances
             order = np.full(rows.places.shape[1] + 1, NOBODY)
             order[chosen] = np.arange(len(chosen))
             for t in range(block.start, block.stop):
@@ -74,6 +76,10 @@ def _settle_blocks(
         if block.stop == size:
             break
         first += STRIDE
+    shown, told = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
+    waits = np.where(np.isnan(rows.motions[:, 0]), problem.dt, 0.0)
+    lost = seconds_lost(shown, told, ~np.isnan(rows.given_poses[:, 0]), waits)
+    converged &= lost <= PATIENCE
     poses, positions, heights = rows.frames[:, :3].copy(), np.full((size, people, 2), np.nan), np.full(people, np.nan)
     poses[:, 2] = wrap_angle(poses[:, 2])
     for t in range(size):
@@ -82,6 +88,6 @@ def _settle_blocks(
         heights[here] = np.exp(rows.numbers[columns[t, here], 0])
     report = {}
     if problem.covariances:
-        tracking.add_drift(spread, places_spread)
+        tracking.add_drift(spread, places_spread, lost)
         report = {"pose_covariances": spread, "position_covariances": places_spread}
     return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)

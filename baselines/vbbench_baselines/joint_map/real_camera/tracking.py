@@ -12,19 +12,16 @@ from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
-from vbbench_baselines.joint_map.real_camera.certainty import covariances_of
-from vbbench_baselines.joint_map.real_camera.cues import CUES
+from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
+from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.identity import expect, is_doubtful, likelihoods, tell_apart
-from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, Settled, boxes_of, settle
-from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner, densities, sizes_of
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
+from vbbench_baselines.joint_map.real_camera.newest import solve_newest
+from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, SOMEBODY, Window, last_before
-
-FIRST_ROUNDS, ROUNDS, TOLERANCE = 2, 8, 1e-3
-"""Of a frame's descent: rounds before boxes are asked whom they show, most after it, and the step in m and rad that is
-short enough."""
 
 HELD = 2
 """Frames at the beginning of a window that has left others behind whose poses stay as they were found."""
@@ -36,12 +33,6 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 """In m/s forward: starts of the first frames after a cold start."""
 
 COLD_FRAMES = 5
-
-SET_OFF = (1, 3)
-"""For how many newest frames it is tried that a vehicle which seems to stand moves already."""
-
-SURER_BY = 40.0
-"""How much lower the deviance must be then: frames are not as independent as the model takes them to be."""
 
 TOO_MANY = 1e-6
 """So many changes at once are less probable than this, at the rate of changes so far: it is the pose that is wrong."""
@@ -71,7 +62,7 @@ class Tracking:
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
         self._settings, self._problem = settings, problem
-        self._cold, self.age, self._astray = False, 0, 0.0
+        self._cold, self.age, self._astray, self._lost = False, 0, 0.0, 0.0
         self._odds = np.zeros(LAWS)
         self.bearings = NOTHING
         self._doubts, self._changes_seen, self._boxes_seen = np.zeros(len(problem.tracks)), 0, 0
@@ -114,17 +105,19 @@ class Tracking:
         self.bearings = bearings_of(self._problem.camera, boxes)
         rows.push(self.bearings, given, self._expected())
         self.age += 1
-        if self.age > 1 and (given.odometry is None or np.isnan(given.odometry.motions[-1, 0])):
-            self._astray += self._problem.dt
+        passed = self._problem.dt if self.age > 1 and np.isnan(rows.motions[-1, 0]) else 0.0
+        self._astray += passed
+        shown, placed = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
+        self._lost = seconds_after(self._lost, shown[-1], placed, not self._nothing_given(-1), passed)
         before = rows.places.copy(), rows.numbers.copy(), rows.variances.copy()
-        settled, seen, columns = self._settle(FIRST_ROUNDS)
-        changed = self._changes(Point(rows.frames, *before), settled, seen, columns)
+        point, seen, columns = self._begin()
+        changed = self._changes(Point(rows.frames, *before), point, seen, columns)
         if changed:
             rows.reseat(changed)
-        if changed or not settled.converged:
-            settled, seen, columns = self._settle(ROUNDS)
+            self._begin()
+        settled, seen, columns = self._settle()
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
-        return self._answer(settled, seen, columns)
+        return self._answer(settled, columns)
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people."""
@@ -151,42 +144,43 @@ class Tracking:
                 start[:2] += frames[-1, :2] - frames[-2, :2]
         return start
 
-    def _settle(self, rounds: int) -> tuple[Settled, Seen, IntArray]:
-        """Solve the window; what is found is kept in its rows."""
-        rows = self.rows
-        seen, columns = rows.seen(held=HELD if self.age > rows.size else 0)
-        starts = [rows.frames]
+    def _begin(self) -> tuple[Point, Seen, IntArray]:
+        """Solve the newest frames; what is found is kept in the window's rows."""
+        seen, columns = self.rows.seen(held=self._held)
+        starts = [self.rows.frames]
         if self._cold and 1 < self.age <= COLD_FRAMES:
             starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
-        ends = [self._settle_from(frames, seen, columns, rounds) for frames in starts]
-        best = min(ends, key=lambda settled: settled.deviance)
-        if rounds == FIRST_ROUNDS and self.age > 2 and seems_to_stand(best, seen):
-            best = self._set_off(best, seen)
-        rows.frames = best.point.frames
-        rows.places[:, columns] = best.point.places
-        rows.numbers[columns], rows.variances[columns] = best.point.people, best.point.variances
-        self._shares = best.shares.laws
-        return best, seen, columns
+        points = [self._point(frames, seen, columns) for frames in starts]
+        found = solve_newest(points, seen, self.model, from_rest=self.age > 2)
+        self._keep(found, columns)
+        return found, seen, columns
 
-    def _set_off(self, best: Settled, seen: Seen) -> Settled:
-        """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer."""
-        model, ends = self.model, []
-        for frames in SET_OFF:
-            start = best.point._replace(variances=best.point.variances.copy())
-            going = model._replace(observer=model.observer._replace(going=frames))
-            tried = settle(start, seen, going, FIRST_ROUNDS + 1, TOLERANCE)
-            if tried.deviance < best.deviance:
-                ends.append(settle(tried.point, seen, model, FIRST_ROUNDS, TOLERANCE))
-        found = min(ends, key=lambda settled: settled.deviance, default=best)
-        return found if found.deviance < best.deviance - SURER_BY else best
+    def _settle(self) -> tuple[Settled, Seen, IntArray]:
+        """A round over the window; what is found is kept in its rows. With the newest covariances, if asked for."""
+        seen, columns = self.rows.seen(held=self._held)
+        size = len(self.rows.frames)
+        since = size - 1 if self._problem.covariances else size
+        settled = settle(self._point(self.rows.frames, seen, columns), seen, self.model, 1, since)
+        self._keep(settled.point, columns)
+        self._shares = settled.shares.laws
+        return settled, seen, columns
 
-    def _settle_from(self, frames: FloatArray, seen: Seen, columns: IntArray, rounds: int) -> Settled:
-        """Descend from ``frames`` [n, 7] and the places that are known."""
+    @property
+    def _held(self) -> int:
+        return HELD if self.age > self.rows.size else 0
+
+    def _point(self, frames: FloatArray, seen: Seen, columns: IntArray) -> Point:
+        """``frames`` [n, 7] with what is known or guessed of people."""
         rows = self.rows
         places = rows.places.take(columns, axis=1)
         fill(places, frames, seen, rows.numbers[columns])
-        point = Point(frames.copy(), places, rows.numbers[columns], rows.variances[columns])
-        return settle(point, seen, self.model, rounds, TOLERANCE)
+        return Point(frames.copy(), places, rows.numbers[columns], rows.variances[columns])
+
+    def _keep(self, point: Point, columns: IntArray) -> None:
+        rows = self.rows
+        rows.frames = point.frames
+        rows.places[:, columns] = point.places
+        rows.numbers[columns], rows.variances[columns] = point.people, point.variances
 
     def _at_speed(self, speed: float) -> FloatArray:
         """The frames as of an observer who goes straight ahead at ``speed`` m/s from the first on."""
@@ -197,15 +191,15 @@ class Tracking:
         frames[:, 2] = yaw
         return frames
 
-    def _changes(self, before: Point, settled: Settled, seen: Seen, columns: IntArray) -> dict[int, int]:
+    def _changes(self, before: Point, point: Point, seen: Seen, columns: IntArray) -> dict[int, int]:
         """Tracks whose newest boxes show somebody else than those before: which column, or `SOMEBODY`.
 
         ``before`` is what was believed before the newest boxes came, about the frames as they are known now.
         """
-        rows, newest, boxes = self.rows, len(settled.point.frames) - 1, seen.boxes
+        rows, newest, boxes = self.rows, len(point.frames) - 1, seen.boxes
         self._doubts[:] = 0.0
         shown = ~np.isnan(boxes.azimuth[-1])
-        asked = is_doubtful(settled.point, seen, self.model)
+        asked = is_doubtful(point, seen, self.model)
         self._boxes_seen += int(np.count_nonzero(shown))
         if newest == 0 or not asked.any():
             return {}
@@ -214,9 +208,9 @@ class Tracking:
         hidden = boxes._replace(azimuth=np.concatenate((boxes.azimuth[:-1], np.full((1, len(columns)), np.nan))))
         past = seen._replace(boxes=hidden, last=np.where(candidate, newest, -1))
         places = before.places.take(columns, axis=1)
-        point = Point(before.frames, places, before.people[columns], before.variances[columns])
-        fill(places, point.frames, past, point.people)
-        expected = expect(point, past, self.model)
+        believed = Point(before.frames, places, before.people[columns], before.variances[columns])
+        fill(places, believed.frames, past, believed.people)
+        expected = expect(believed, past, self.model)
         likely, anew = likelihoods(point, seen, self.model, expected, asked)
         asking = np.flatnonzero(asked)
         whom, doubts = tell_apart(likely, anew, asking, self._changing)
@@ -236,7 +230,8 @@ class Tracking:
         """The share of boxes at which tracks change hands, by what was seen so far."""
         return float((CHANGING * CHANGING_WEIGHT + self._changes_seen) / (CHANGING_WEIGHT + self._boxes_seen))
 
-    def _answer(self, settled: Settled, seen: Seen, columns: IntArray) -> FrameEstimate:
+    def _answer(self, settled: Settled, columns: IntArray) -> FrameEstimate:
+        """What is reported of the newest frame, of whose people the ``columns`` are."""
         rows, column = self.rows, self.rows.column
         pose = rows.frames[-1, :3].copy()
         pose[2] = wrap_angle(pose[2])
@@ -248,21 +243,17 @@ class Tracking:
         places[here] = rows.places[-1, column[here]]
         report: dict[str, Any] = {}
         if self._problem.covariances:
-            report = self._covariances(settled, seen, columns, here)
-        return FrameEstimate(pose=pose, positions=places, converged=settled.converged, heights=heights, **report)
+            spread, everyone = settled.pose_covariances[0], np.full((len(column), 2, 2), np.nan)
+            everyone[here] = settled.place_covariances[0, np.searchsorted(columns, column[here])]
+            everyone[here] += self._doubts[here, None, None] * self._apart(here)
+            self.add_drift(spread, everyone, np.array(self._lost))
+            report = {"pose_covariance": spread, "position_covariances": everyone}
+        converged = settled.converged and self._lost <= PATIENCE
+        return FrameEstimate(pose=pose, positions=places, converged=converged, heights=heights, **report)
 
-    def add_drift(self, poses: FloatArray, places: FloatArray) -> None:
-        """Add to covariances what a cold start leaves open, up to the newest frame."""
-        if self._cold:
-            add_common_drift(poses, places, np.array(self._astray))
-
-    def _covariances(self, settled: Settled, seen: Seen, columns: IntArray, here: IntArray) -> dict[str, Any]:
-        pose, some = (rows[0] for rows in covariances_of(settled.point, seen, self.model, len(self.rows.frames) - 1))
-        everyone = np.full((len(self.rows.column), 2, 2), np.nan)
-        everyone[here] = some[np.searchsorted(columns, self.rows.column[here])]
-        everyone[here] += self._doubts[here, None, None] * self._apart(here)
-        self.add_drift(pose, everyone)
-        return {"pose_covariance": pose, "position_covariances": everyone}
+    def add_drift(self, poses: FloatArray, places: FloatArray, lost: FloatArray) -> None:
+        """Add to covariances what a cold start leaves open up to the newest frame, or being ``lost`` [...] seconds."""
+        add_common_drift(poses, places, np.full_like(lost, self._astray) if self._cold else beyond_patience(lost))
 
     def _apart(self, tracks: IntArray) -> FloatArray:
         """[M, 2, 2] in m², how far ``tracks`` are from where their newest boxes alone would have them, squared."""
@@ -273,24 +264,3 @@ class Tracking:
         alone = frame[:2] + reach[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
         off = alone - rows.places[-1, columns]
         return np.asarray(off[:, :, None] * off[:, None, :])
-
-
-def seems_to_stand(settled: Settled, seen: Seen) -> bool:
-    """Whether a vehicle probably stands during the newest step, of which boxes alone tell."""
-    told = seen.fixed[-1] or seen.blind[-1] or not seen.free[-1]
-    return not told and min(settled.shares.laws[VEHICLE], settled.shares.standing[-1]) > 0.5
-
-
-def residual_densities(point: Point, seen: Seen, model: Model, t: int) -> FloatArray:
-    """The log densities of what the boxes of frame ``t`` add, see `noise.densities`."""
-    told = np.zeros((CUES, len(SIGMAS), len(TAUS)))
-    for k in range(len(seen.first)):
-        first, last = int(seen.first[k]), int(seen.last[k])
-        if t < 0 or not first <= t <= last or np.isnan(seen.boxes.azimuth[t, k]):
-            continue
-        _, found = boxes_of(k, point, seen, model)
-        sizes = sizes_of(seen.boxes.size[:, k], first, found.frame)
-        for i in range(len(found.frame)):
-            if first + found.frame[i] == t:
-                densities(found, sizes, i, model.noise.nu, model.dt, told)
-    return told

@@ -149,7 +149,8 @@ class Window:
         motions = motions_of(self.motions[block], self.covariances[block])
         given = self.given[block].take(columns, axis=1)
         blind = np.asarray(np.isnan(boxes.azimuth).all(axis=1))
-        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, motions), columns
+        sure = np.zeros(len(columns), np.bool_)
+        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, sure, motions), columns
 
 
 def last_before(azimuth: FloatArray) -> IntArray:

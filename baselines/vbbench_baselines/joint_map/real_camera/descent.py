@@ -1,0 +1,149 @@
+"""The descent to the minimum of the joint problem: Levenberg and Marquardt's on the frames."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+from vbbench_baselines.joint_map.real_camera.certainty import spread_of
+from vbbench_baselines.joint_map.real_camera.cholesky import factor, padded, solve
+from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON
+from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, System, deviance_of, linearise
+from vbbench_baselines.joint_map.real_camera.recovery import follow
+from vbbench_baselines.joint_map.real_camera.shares import Shares
+
+TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
+"""Dampings tried in a round, the longest step of a pose in m and rad, and the damping at first."""
+
+EDGES = (-0.2, 1.0)
+"""In m; no part of a body is farther from its middle."""
+
+SHORT, SETTLED = 1e-3, 0.1
+"""A round is the last whose step is shorter, in m and rad, or that lowers the deviance by less."""
+
+CLOSE = 0.02
+"""A descent whose last round lowered it by less for each box moved what they tell of by about a fifth of a standard
+deviation."""
+
+
+@kernel
+def solve_damped(system: System, damping: float) -> FloatArray:
+    """The step [7T] that minimises the model, NaN if the damped Hessian is not positive definite."""
+    step, moving = -system.gradient, system.moving
+    n = len(moving)
+    lower, right = np.zeros((n, padded(n))), np.empty(n)
+    for i in range(n):
+        target, row = lower[i], system.hessian[moving[i]]
+        for j in range(i + 1):
+            target[j] = row[moving[j]]
+        target[i] += damping * target[i] + SOFTEST
+        right[i] = -system.gradient[moving[i]]
+    possible = factor(lower)
+    solve(lower, right)
+    for i in range(n):
+        step[moving[i]] = right[i] if possible else np.nan
+    return step
+
+
+class Round(NamedTuple):
+    """A round of the descent.
+
+    Attributes
+    ----------
+    point, deviance : where it led; infinite if nothing lowers the deviance.
+    system : the energy about the point before.
+    longest : how far a pose was to move at most, in m or rad.
+    damping : for the next round.
+    """
+
+    point: Point
+    deviance: float
+    system: System
+    longest: float
+    damping: float
+
+
+@kernel
+def descend(point: Point, seen: Seen, model: Model, deviance: float, damping: float) -> Round:
+    """A round from a point of this ``deviance``, with more damping until it leads down."""
+    system, trial, longest, most = linearise(point, seen, model, damping), point, np.inf, deviance
+    most += 1e-9 * abs(deviance)
+    for _ in range(TRIES):
+        step = solve_damped(system, damping).reshape(point.frames.shape)
+        longest = _longest(step)
+        if np.isfinite(longest):
+            trial = _moved(point, system, step, min(1.0, LONGEST / max(longest, LONGEST)))
+            lower = deviance_of(trial, seen, model)
+            if lower <= most:
+                return Round(trial, lower, system, longest, max(0.1 * damping, 1e-9))
+        damping = max(damping, 1e-5) * 10.0
+    return Round(point, np.inf, system, longest, damping)
+
+
+class Settled(NamedTuple):
+    """Where the descent ended.
+
+    Attributes
+    ----------
+    point, deviance : where, and the deviance there.
+    converged : whether the last round lowered it by little.
+    shares : what the steps tell of the laws.
+    pose_covariances, place_covariances : [n, 3, 3] and [n, K, 2, 2], NaN where no box is, of the frames asked for.
+
+    The last two are of the point where the last round began.
+    """
+
+    point: Point
+    deviance: float
+    converged: bool
+    shares: Shares
+    pose_covariances: FloatArray
+    place_covariances: FloatArray
+
+
+@kernel
+def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int) -> Settled:
+    """Descend in at most so many ``rounds``, at least one; covariances are of the frames from ``since`` on."""
+    deviance, boxes, converged = deviance_of(point, seen, model), np.count_nonzero(~np.isnan(seen.boxes.azimuth)), False
+    done = descend(point, seen, model, deviance, DAMPING)
+    for left in range(rounds - 1, -1, -1):
+        if not np.isfinite(done.deviance):
+            break
+        gained, point, deviance = deviance - done.deviance, done.point, done.deviance
+        converged = bool(done.longest < SHORT or gained < CLOSE * boxes)
+        if left == 0 or done.longest < SHORT or gained < SETTLED:
+            break
+        done = descend(point, seen, model, deviance, done.damping)
+    poses, places = spread_of(done.system, seen, since)
+    return Settled(point, deviance, converged, done.system.shares, poses, places)
+
+
+@kernel
+def _longest(step: FloatArray) -> float:
+    """How far a step [T, 7] moves a pose at most, in m or rad; NaN if it is no step."""
+    longest = 0.0
+    for t in range(len(step)):
+        for a in range(3):
+            if not abs(step[t, a]) <= longest:
+                longest = abs(step[t, a])
+    return longest
+
+
+@kernel
+def _moved(point: Point, system: System, step: FloatArray, share: float) -> Point:
+    """The point a ``share`` of a step [T, 7] further."""
+    frames, places, people = point.frames.copy(), point.places.copy(), point.people.copy()
+    for t in range(len(frames)):
+        for a in range(FRAME):
+            frames[t, a] += share * step[t, a]
+    for person in system.people:
+        track, numbers = follow(person, step)
+        k, first = person.number, person.first
+        for i in range(len(track)):
+            places[first + i, k, 0] += share * track[i, 0]
+            places[first + i, k, 1] += share * track[i, 1]
+        for a in range(PERSON):
+            people[k, a] += share * numbers[a]
+        people[k, 1] = min(max(people[k, 1], EDGES[0]), EDGES[1])
+    return Point(frames, places, people, point.variances.copy())
