@@ -43,6 +43,14 @@ def people_errors(estimate: Estimate, case: tuple[Sequence, Truth]) -> FloatArra
     return np.asarray(np.hypot(*(estimate.positions - truth.positions)[sequence.observed].T))
 
 
+def solved_over_a_gap(solver: type[Any]) -> tuple[Estimate, FloatArray, Truth]:
+    """Four people at a time, and from frame 20 on nobody for a while; with σ [T] of the pose's x in m."""
+    case = sparse_crowd(1, one_by_one(80, [(20, GAP)], together=4, stay=12))
+    estimate = solve(solver(), case)
+    assert estimate.pose_covariances is not None
+    return estimate, np.sqrt(estimate.pose_covariances[:, 0, 0]), case[1]
+
+
 def unannounced(estimate: Estimate, truth: Truth) -> BoolArray:
     """Frames that are astray though the solver reports a third of the error or less, or that it has converged."""
     errors = pose_errors(estimate, truth)
@@ -95,11 +103,8 @@ def test_a_correction_is_not_taken_for_motion(solver: type[Any]) -> None:
 
 @pytest.mark.parametrize("solver", CASCADE)
 def test_covariances_grow_while_nobody_is_seen_and_shrink_with_arrivals(solver: type[Any]) -> None:
-    sequence, truth = sparse_crowd(1, one_by_one(80, [(20, GAP)], together=4, stay=12))
-    estimate = solve(solver(), (sequence, truth))
-    assert estimate.pose_covariances is not None
+    estimate, std, _ = solved_over_a_gap(solver)
     assert estimate.converged is not None
-    std = np.sqrt(estimate.pose_covariances[:, 0, 0])
     assert (np.diff(std[20 : 20 + GAP]) > 0.0).all()
     assert std[20 + GAP - 1] > 5.0
     assert std[20 + GAP + 2] < 1.0

@@ -115,9 +115,9 @@ class MapBatch:
         nowhere = np.full_like(causal.positions, np.nan)
         settled = settle(poses, nowhere, joint, self.rounds, self.tolerance, self.certain)
         lost = seconds_lost(seen, ~np.isnan(task.given.positions[..., 0]), fixed, waits)
-        answer = _answer_of(settled, joint, causal.positions, task.problem.covariances)
+        answer = _answer_of(settled, joint, lost, causal.positions, task.problem.covariances)
         answer.add_drift(np.cumsum(waits) if cold else beyond_patience(lost))
-        return replace(answer, converged=settled.converged & (lost <= PATIENCE))
+        return answer
 
 
 def _motions(given: Given) -> Motions:
@@ -175,8 +175,13 @@ class _Answer:
         )
 
 
-def _answer_of(settled: Settled, joint: JointProblem, causal: FloatArray, covariances: bool) -> _Answer:
-    """The answer where the descent of a sequence ``settled``; where nobody is followed, the ``causal`` places hold."""
+def _answer_of(
+    settled: Settled, joint: JointProblem, lost: FloatArray, causal: FloatArray, covariances: bool
+) -> _Answer:
+    """The answer where the descent of a sequence ``settled``, whose observer is ``lost`` [T] for so many seconds.
+
+    Where nobody is followed, the ``causal`` places hold.
+    """
     state = settled.state
     places = np.where(np.isnan(state.places), causal, state.places)
     poses = people = None
@@ -184,14 +189,8 @@ def _answer_of(settled: Settled, joint: JointProblem, causal: FloatArray, covari
         sigma = pose_covariance_of(state, joint)
         poses = np.stack([block_of(sigma, t, t) for t in range(len(state.poses))])
         people = place_covariances(state, joint.walk, sigma, 0)
-    return _Answer(
-        settled,
-        np.full(len(state.poses), settled.converged),
-        places,
-        float(deviance_of(state, state.data)),
-        poses,
-        people,
-    )
+    converged = settled.converged & (lost <= PATIENCE)
+    return _Answer(settled, converged, places, float(deviance_of(state, state.data)), poses, people)
 
 
 def _walk_through(start: MapCausal, task: _Task, covariances: bool) -> Estimate:

@@ -91,7 +91,7 @@ class MapCausal:
         self._lessons = nothing_learned(people, self._known, self.prior)
         self._kept, self._continued = NOTHING_KEPT, nothing_continued(people)
         self._covariances = problem.covariances
-        self._cold = self._picks = False
+        self._cold = self._picks = self._adrift = False
         self._astray = self._lost = 0.0
         self._roughly = RoughCamera(self.settings, problem)
 
@@ -138,6 +138,7 @@ class MapCausal:
         self._astray += passed
         shown, told = ~np.isnan(rows.relative[-1, :, 0]), ~np.isnan(rows.given[rows.filled, :, 0])
         self._lost = seconds_after(self._lost, shown, told, not math.isnan(rows.given_poses[-1, 0]), passed)
+        self._adrift = self.rests and self.ego_prior and self._is_lost and bool(np.count_nonzero(shown) < FOUND)
         learns = self.learns and not math.isnan(rows.given_poses[-2, 0])
         picked = rows.present() if self._picks and not learns else None
         located = self._locate(seen, picked, learns)
@@ -154,15 +155,9 @@ class MapCausal:
         return self._lost > PATIENCE
 
     @property
-    def _is_adrift(self) -> bool:
-        """Whether the observer is lost, sees too few to keep to a way, and is expected to slow down then."""
-        seen = int(np.count_nonzero(~np.isnan(self._rows.relative[-1, :, 0])))
-        return self.rests and self.ego_prior and self._is_lost and seen < FOUND
-
-    @property
     def _walk(self) -> Walk:
-        """How everybody walks: nobody keeps a velocity for ever that nothing confirms."""
-        return self._unknown if self._cold or self._is_adrift else self._known
+        """How everybody walks; after a cold start and adrift nobody keeps a velocity for ever that nothing confirms."""
+        return self._unknown if self._cold or self._adrift else self._known
 
     def _look_at_ground(self, observations: FloatArray, given: Given) -> None:
         """After a cold start, go over from feet to box heights for good as soon as the ground is not what feet need."""
@@ -211,7 +206,7 @@ class MapCausal:
         """What is measured of the observer's motions into the rows ``used``, and after a cold start expected."""
         rows = self._rows
         motions = motions_of(rows.motions[used], rows.covariances[used])
-        if not self._cold and not self._is_adrift:
+        if not self._cold and not self._adrift:
             return motions
         seen = np.count_nonzero(~np.isnan(rows.relative[used, :, 0]), axis=1)
         return let_stand(motions, rows.poses[used], seen, rows.new[used], self._walk, self._problem.dt)

@@ -105,16 +105,16 @@ class Settled(NamedTuple):
 @kernel
 def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int) -> Settled:
     """Descend in at most so many ``rounds``, at least one; covariances are of the frames from ``since`` on."""
-    deviance, boxes, converged = deviance_of(point, seen, model), np.count_nonzero(~np.isnan(seen.boxes.azimuth)), False
-    done = descend(point, seen, model, deviance, DAMPING)
-    for left in range(rounds - 1, -1, -1):
+    deviance, damping, converged = deviance_of(point, seen, model), DAMPING, False
+    boxes = np.count_nonzero(~np.isnan(seen.boxes.azimuth))
+    for _ in range(rounds):
+        done = descend(point, seen, model, deviance, damping)
         if not np.isfinite(done.deviance):
             break
-        gained, point, deviance = deviance - done.deviance, done.point, done.deviance
+        gained, point, deviance, damping = deviance - done.deviance, done.point, done.deviance, done.damping
         converged = bool(done.longest < SHORT or gained < CLOSE * boxes)
-        if left == 0 or done.longest < SHORT or gained < SETTLED:
+        if done.longest < SHORT or gained < SETTLED:
             break
-        done = descend(point, seen, model, deviance, done.damping)
     poses, places = spread_of(done.system, seen, since)
     return Settled(point, deviance, converged, done.system.shares, poses, places)
 
