@@ -58,6 +58,11 @@ def no_changes() -> AbstractContextManager[object]:
     return patch.object(Tracking, "_changes", lambda *_: {})
 
 
+def all_forgotten() -> AbstractContextManager[object]:
+    """What has left the window is not carried on."""
+    return patch.object(tracking, "let_first_go", lambda *_: None)
+
+
 def nothing_learned() -> AbstractContextManager[object]:
     """The noise stays as it is believed at first."""
     return patch.object(NoiseLearner, "learn", lambda *_: None)
@@ -127,7 +132,8 @@ VARIANTS = {
     "return": Variant(name="people do not come back to their way", settings=replace(ALL, walk_b=(0.0, 0.0))),
     "people": Variant(name="σ of people's walks fixed", settings=replace(ALL, walk_people=1e9)),
     "jumps": Variant(name="tracks never begin anew", without=no_changes),
-    "window": Variant(name="window of 20 frames", settings=replace(ALL, window=20)),
+    "past": Variant(name="what left the window forgotten", without=all_forgotten),
+    "window": Variant(name="window of 40 frames", settings=replace(ALL, window=40)),
     "exact": Variant(name="camera taken for exact"),
 }
 

@@ -11,8 +11,8 @@ from vbbench.geometry import FloatArray
 from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions
-from vbbench_baselines.joint_map.motion.walks import add_walk, reweigh
-from vbbench_baselines.joint_map.real_camera.certainty import MODEL_ERROR, spread_of
+from vbbench_baselines.joint_map.motion.walks import REACH, add_walk, reweigh
+from vbbench_baselines.joint_map.real_camera.certainty import HELD, MODEL_ERROR, spread_of
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import add_drift, drift_deviance
@@ -20,6 +20,7 @@ from vbbench_baselines.joint_map.real_camera.elimination import SOMEWHERE
 from vbbench_baselines.joint_map.real_camera.joint import Point, System, deviance_of, linearise
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, moving_deviance, standing_deviance, step_of
 from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
+from vbbench_baselines.joint_map.real_camera.past import PLACES, TOLD, Past, pull_of
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.shares import Shares, shares_of
@@ -44,14 +45,25 @@ def shaken(window: Window, seed: int, scale: float = 1.0) -> Point:
 
 
 def under(window: Window, law: int) -> Window:
-    """The same with one law of the observer, odometry into one frame, and no pose that is given."""
+    """The same with one law of the observer, odometry into one frame, no pose that is given, and people with a past."""
     seen, frames = window.seen, len(window.point.frames)
     moved, information = np.zeros((frames, 3)), np.zeros((frames, 3, 3))
     moved[4], information[4] = (0.5, 0.1, 0.02), np.array(((90.0, 20.0, 5.0), (20.0, 60.0, 3.0), (5.0, 3.0, 900.0)))
     free = np.arange(frames) != 4
     odds = np.where(np.arange(LAWS) == law, LAW_CHOSEN, 0.0)
-    seen = seen._replace(fixed=np.zeros(frames, np.bool_), free=free, motions=Motions(moved, information))
+    past = past_of(window.point)
+    seen = seen._replace(fixed=np.zeros(frames, np.bool_), free=free, motions=Motions(moved, information), past=past)
     return Window(window.point, seen, window.model._replace(odds=odds))
+
+
+def past_of(point: Point) -> Past:
+    """Something that earlier frames told of everybody's first places and numbers."""
+    rng, people = np.random.default_rng(9), len(point.people)
+    root = rng.normal(0.0, 3.0, (people, TOLD, TOLD))
+    about = np.concatenate(
+        (np.nan_to_num(point.places[:REACH].transpose(1, 0, 2)).reshape(people, -1), point.people), axis=1
+    )
+    return Past(root @ root.transpose(0, 2, 1), rng.normal(0.0, 1.0, (people, TOLD)), about)
 
 
 def slope_of(energy: Callable[[FloatArray], float], at: FloatArray, step: float = STEP) -> FloatArray:
@@ -307,6 +319,11 @@ def dense(window: Window, point: Point) -> tuple[FloatArray, FloatArray]:
             gradient[axis] += walked @ track[:, a] + off / ANCHOR_STD**2
             hessian[np.ix_(axis, axis)] += walked + np.diag(known / ANCHOR_STD**2 + SOMEWHERE)
         numbers = at + 2 * n + np.arange(2)
+        told = np.concatenate((at + np.arange(min(2 * n, PLACES)), numbers))
+        kept = np.concatenate((np.arange(min(2 * n, PLACES)), PLACES + np.arange(2)))
+        pull, _ = pull_of(seen.past, k, track, point.people[k])
+        gradient[told] += pull[kept]
+        hessian[np.ix_(told, told)] += seen.past.information[k][np.ix_(kept, kept)]
         gradient[numbers] += (point.people[k] - model.people.mean) / model.people.std**2
         hessian[numbers, numbers] += 1.0 / model.people.std**2
         at += 2 * n + 2
@@ -336,9 +353,11 @@ def test_covariances_are_blocks_of_the_inverse_of_everything(window: Window) -> 
     case, newest = under(window, 0), len(window.point.frames) - 1
     point = shaken(case, 5, 0.5)
     inverse = np.linalg.inv(dense(case, point)[1])
-    poses, places = spread_of(linearise(point, case.seen, case.model, 0.0), case.seen, newest)
+    poses, places, early = spread_of(linearise(point, case.seen, case.model, 0.0), case.seen, newest)
     here = slice(FRAME * newest, FRAME * newest + 3)
     np.testing.assert_allclose(poses, MODEL_ERROR[0] * inverse[None, here, here], rtol=1e-3, atol=1e-9)
+    here = slice(FRAME * HELD, FRAME * HELD + 3)
+    np.testing.assert_allclose(early, MODEL_ERROR[0] * inverse[here, here], rtol=1e-3, atol=1e-9)
     at, shown = point.frames.size, ~np.isnan(case.seen.boxes.azimuth[newest])
     assert shown.any()
     for k, (first, last) in enumerate(zip(case.seen.first, case.seen.last, strict=True)):

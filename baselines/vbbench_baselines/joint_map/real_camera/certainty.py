@@ -17,33 +17,46 @@ LEAST = 1e-12
 POSE = 3
 """Numbers of a pose."""
 
+HELD = 2
+"""Frames at the beginning of a window that has left others behind whose poses stay as they were found."""
+
 MODEL_ERROR = (3.0, 5.0)
 """By how much larger squared errors of poses and of places are than the model says, which is never quite true: middle
 values over KITTI 0015, 0017 and 0019 and over tier `field` of Hotel, ETH, Students and `sim` (docs/real-cameras.md)."""
 
 
 @kernel
-def spread_of(system: System, seen: Seen, since: int) -> tuple[FloatArray, FloatArray]:
+def spread_of(system: System, seen: Seen, since: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Covariances [n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on.
 
-    They are of the point that the ``system`` is about, NaN where no box is.
+    They are of the point that the ``system`` is about, NaN where no box is. The last is that of the pose [3, 3] after
+    the first `HELD`.
     """
+    early = np.zeros((POSE, POSE))
     if since == len(seen.fixed):
-        return np.zeros((0, POSE, POSE)), np.zeros((0, 0, 2, 2))
+        return np.zeros((0, POSE, POSE)), np.zeros((0, 0, 2, 2)), early
     frames, people = len(seen.fixed), len(seen.first)
     lower = factor_softly(system.hessian)
     poses, places = np.zeros((frames - since, POSE, POSE)), np.full((frames - since, people, 2, 2), np.nan)
+    if frames > HELD:
+        _put_pose(HELD, seen.fixed, lower, early)
     for t in range(since, frames):
-        sides = np.zeros((POSE, padded(len(lower))))
-        for a in range(POSE):
-            sides[a, FRAME * t + a] = 1.0
-            poses[t - since, a, a] = LEAST
-        if not seen.fixed[t]:
-            gram(lower, sides, poses[t - since])
+        _put_pose(t, seen.fixed, lower, poses[t - since])
         for person in system.people:
             if not np.isnan(seen.boxes.azimuth[t, person.number]):
                 put_place(person, t - person.first, seen.fixed, lower, places[t - since, person.number])
-    return MODEL_ERROR[0] * poses, MODEL_ERROR[1] * places
+    return MODEL_ERROR[0] * poses, MODEL_ERROR[1] * places, MODEL_ERROR[0] * early
+
+
+@kernel
+def _put_pose(t: int, fixed: BoolArray, lower: FloatArray, covariance: FloatArray) -> None:
+    """Write the ``covariance`` [3, 3] of the pose of frame ``t``."""
+    sides = np.zeros((POSE, padded(len(lower))))
+    for a in range(POSE):
+        sides[a, FRAME * t + a] = 1.0
+        covariance[a, a] = LEAST
+    if not fixed[t]:
+        gram(lower, sides, covariance)
 
 
 @kernel
@@ -111,6 +124,9 @@ def _by_residuals(person: Person, back: FloatArray, numbers: FloatArray) -> Floa
         for j in range(CUES):
             values[i, j] = -(found.by_place[i, j, 0] * back[r] + found.by_place[i, j, 1] * back[r + 1])
     weighed = weigh(found, person.white, values, unused)
+    for row in range(len(back)):
+        for q in range(PERSON):
+            numbers[q] -= back[row] * person.tie[row, q]
     for i in range(m):
         for j in range(CUES):
             for q in range(PERSON):

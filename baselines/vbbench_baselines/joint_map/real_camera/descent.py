@@ -90,8 +90,9 @@ class Settled(NamedTuple):
     converged : whether the last round lowered it by little.
     shares : what the steps tell of the laws.
     pose_covariances, place_covariances : [n, 3, 3] and [n, K, 2, 2], NaN where no box is, of the frames asked for.
+    early : [3, 3] covariance of the pose after the first `HELD`.
 
-    The last two are of the point where the last round began.
+    The last three are of the point where the last round began.
     """
 
     point: Point
@@ -100,6 +101,7 @@ class Settled(NamedTuple):
     shares: Shares
     pose_covariances: FloatArray
     place_covariances: FloatArray
+    early: FloatArray
 
 
 @kernel
@@ -115,8 +117,8 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int) -> S
         converged = bool(done.longest < SHORT or gained < CLOSE * boxes)
         if done.longest < SHORT or gained < SETTLED:
             break
-    poses, places = spread_of(done.system, seen, since)
-    return Settled(point, deviance, converged, done.system.shares, poses, places)
+    poses, places, early = spread_of(done.system, seen, since)
+    return Settled(point, deviance, converged, done.system.shares, poses, places, early)
 
 
 @kernel

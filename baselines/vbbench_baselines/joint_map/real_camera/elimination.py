@@ -4,12 +4,14 @@ At a point, the energy of a person with the track x, the numbers p = (η, δ) an
 
     ½‖q + Q_x dx + Q_p dp + Q_f df‖²_Ω + ½(x + dx)ᵀDᵀWD(x + dx) + what is given of x and expected of p,
 
-with the residuals q of the boxes (`cues`) and the walk's DᵀWD (`joint_map.motion.walks`). A = DᵀWD +
-Q_xᵀΩQ_x + E is banded, A = LLᵀ. With Z = L⁻¹Q_xᵀΩ and y = L⁻¹g_x, dx eliminated leaves
+with the residuals q of the boxes (`cues`) and the walk's DᵀWD (`joint_map.motion.walks`). What frames told that are no
+longer there (`past`) adds to the terms of x and of p, and dxᵀC dp. A = DᵀWD + Q_xᵀΩQ_x + E is banded, A = LLᵀ. With
+Z = L⁻¹Q_xᵀΩ and y = L⁻¹g_x, dx eliminated leaves
 
     Ψ = Ω − ZᵀZ,   force φ = Ωq − Zᵀy,
 
-to which dp and df are linear; with U = ΨQ_p, I_p = Q_pᵀU + P_p and g_p = Q_pᵀφ + P_p(p − p̄), dp eliminated leaves
+to which dp and df are linear; with U = ΨQ_p − ZᵀL⁻¹C, I_p = Q_pᵀU − CᵀA⁻¹(Q_xᵀΩQ_p + C) + P_p and
+g_p = Q_pᵀφ − CᵀA⁻¹g_x + P_p(p − p̄), dp eliminated leaves
 
     Ψ' = Ψ − U I_p⁻¹Uᵀ,   φ' = φ − U I_p⁻¹g_p:   gradient Q_fᵀφ', Hessian Q_fᵀΨ'Q_f.
 
@@ -37,6 +39,7 @@ from vbbench_baselines.joint_map.real_camera.cues import (
     Residuals,
     Whitened,
 )
+from vbbench_baselines.joint_map.real_camera.past import PLACES, Past, pull_of
 from vbbench_baselines.joint_map.real_camera.spreading import add_numbers, fill_spread, information_of, sides_of
 
 SOMEWHERE = 1e-4
@@ -61,6 +64,7 @@ class Person(NamedTuple):
     lower, pull : L (see `joint_map.optimiser.banded`), and y [2n].
     inner, slope : I_p⁻¹ [2, 2] and g_p [2].
     across : Uᵀ [2, 3m], `padded` with zeros.
+    tie : C [2n, 2], what the past tells of places and numbers together.
     """
 
     number: int
@@ -72,6 +76,7 @@ class Person(NamedTuple):
     inner: FloatArray
     slope: FloatArray
     across: FloatArray
+    tie: FloatArray
 
 
 class Paper(NamedTuple):
@@ -109,6 +114,7 @@ def eliminate(
     weights: FloatArray,
     walk: Walk,
     prior: PeoplePrior,
+    past: Past,
     damping: float,
     paper: Paper,
 ) -> tuple[Person, IntArray]:
@@ -119,26 +125,23 @@ def eliminate(
     n, m = len(track), len(found.frame)
     spread, force = paper.spread, paper.force
     lower, pull = _track_terms(track, given, found, white, weights, walk)
+    told, tie = _add_past(past, number, track, person, lower, pull)
     for i in range(2 * n):
         lower[i, 0] = lower[i, 0] * (1.0 + damping) + SOMEWHERE
     factor(lower)
     forward(lower, pull, BAND)
-    across, sides = sides_of(found, white, lower, pull)
+    across, sides = sides_of(found, white, lower, pull, tie)
     filled = fill_spread(found, white, lower, spread)
     for p in range(padded(CUES * m)):
         force[p] = white.force[p // CUES, p % CUES] if p < CUES * m else 0.0
     add_numbers(spread, filled, sides, across, force)
-    slope, i00, i01, i11 = np.empty(PERSON), 1.0 / prior.std[0] ** 2, 0.0, 1.0 / prior.std[1] ** 2
+    slope, information = told[PLACES:].copy(), past.information[number, PLACES:, PLACES:].copy()
     for a in range(PERSON):
-        slope[a] = (person[a] - prior.mean[a]) / prior.std[a] ** 2
-    for i in range(m):
-        for j in range(CUES):
-            p, by_height, by_edge = CUES * i + j, found.by_person[i, j, 0], found.by_person[i, j, 1]
-            slope[0] += by_height * force[p]
-            slope[1] += by_edge * force[p]
-            i00 += by_height * across[0, p]
-            i01 += by_height * across[1, p]
-            i11 += by_edge * across[1, p]
+        slope[a] += (person[a] - prior.mean[a]) / prior.std[a] ** 2
+        information[a, a] += 1.0 / prior.std[a] ** 2
+    _add_numbers_told(found, across, force, slope, information)
+    _take_tie(lower, tie, sides, slope, information)
+    i00, i01, i11 = information[0, 0], information[0, 1], information[1, 1]
     inner, determinant = np.empty((PERSON, PERSON)), i00 * i11 - i01 * i01
     inner[0, 0], inner[1, 1] = i11 / determinant, i00 / determinant
     inner[0, 1] = inner[1, 0] = -i01 / determinant
@@ -148,7 +151,52 @@ def eliminate(
         u, v = across[0, p], across[1, p]
         height[p], edge[p] = scale * u, own * (v - i01 / i00 * u)
         force[p] -= (inner[0, 0] * u + inner[0, 1] * v) * slope[0] + (inner[1, 0] * u + inner[1, 1] * v) * slope[1]
-    return Person(number, first, found, white, lower, pull, inner, slope, across), filled
+    return Person(number, first, found, white, lower, pull, inner, slope, across, tie), filled
+
+
+@kernel
+def _add_past(
+    past: Past, number: int, track: FloatArray, person: FloatArray, lower: FloatArray, pull: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Add what the past tells of the first places to A and g_x; returns its gradient [10], and C [2n, 2]."""
+    told, _ = pull_of(past, number, track, person)
+    tie = np.zeros((len(pull), PERSON))
+    for i in range(min(len(pull), PLACES)):
+        pull[i] += told[i]
+        for j in range(i + 1):
+            lower[j, i - j] += past.information[number, i, j]
+        for a in range(PERSON):
+            tie[i, a] = past.information[number, i, PLACES + a]
+    return told, tie
+
+
+@kernel
+def _add_numbers_told(
+    found: Residuals, across: FloatArray, force: FloatArray, slope: FloatArray, information: FloatArray
+) -> None:
+    """Add Q_pᵀφ to g_p, and Q_pᵀU to the upper half of I_p."""
+    for i in range(len(found.frame)):
+        for j in range(CUES):
+            p, by_height, by_edge = CUES * i + j, found.by_person[i, j, 0], found.by_person[i, j, 1]
+            slope[0] += by_height * force[p]
+            slope[1] += by_edge * force[p]
+            information[0, 0] += by_height * across[0, p]
+            information[0, 1] += by_height * across[1, p]
+            information[1, 1] += by_edge * across[1, p]
+
+
+@kernel
+def _take_tie(
+    lower: FloatArray, tie: FloatArray, sides: FloatArray, slope: FloatArray, information: FloatArray
+) -> None:
+    """Take from g_p and I_p what C and the places' elimination leave of it, with L⁻¹C and the ``sides`` [2n, 3]."""
+    for a in range(PERSON):
+        alone = tie[:, a].copy()
+        forward(lower, alone, BAND)
+        for i in range(len(alone)):
+            slope[a] -= alone[i] * sides[i, PERSON]
+            for b in range(a, PERSON):
+                information[a, b] -= alone[i] * sides[i, b]
 
 
 @kernel

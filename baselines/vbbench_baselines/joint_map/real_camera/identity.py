@@ -116,7 +116,7 @@ def _foresee(k: int, point: Point, seen: Seen, model: Model, paper: Paper) -> tu
         weights[:] = 0.0
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         person, _ = eliminate(
-            k, first, track, given, numbers, found, white, weights, model.walk, model.people, 0.0, paper
+            k, first, track, given, numbers, found, white, weights, model.walk, model.people, seen.past, 0.0, paper
         )
         moved, taller = follow(person, still)
         track += moved

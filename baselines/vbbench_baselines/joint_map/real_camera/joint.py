@@ -16,6 +16,7 @@ from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drif
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, paper_for
 from vbbench_baselines.joint_map.real_camera.observer import Observer
 from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
+from vbbench_baselines.joint_map.real_camera.past import Past, let_go, pull_of
 from vbbench_baselines.joint_map.real_camera.shares import Shares, shares_of
 
 SOFTEST = 1e-9
@@ -38,6 +39,7 @@ class Seen(NamedTuple):
     first, last : [K] frames between which a person is followed; last < first for nobody.
     sure : [K] whether the person's numbers are known.
     motions : the observer's odometry.
+    past : of what earlier frames told of people.
     """
 
     boxes: Bearings
@@ -49,6 +51,7 @@ class Seen(NamedTuple):
     last: IntArray
     sure: BoolArray
     motions: Motions
+    past: Past
 
 
 class Model(NamedTuple):
@@ -119,7 +122,7 @@ def _person_deviance(k: int, point: Point, seen: Seen, model: Model) -> float:
     track, found = boxes_of(k, point, seen, model)
     total = whiten(found, model.noise, model.dt).deviance
     point.variances[k], walked = reweigh(track, model.walk, model.walk.sigma, np.zeros(len(track)), point.variances[k])
-    total += walked
+    total += walked + pull_of(seen.past, k, track, point.people[k])[1]
     for a in range(PERSON):
         if not seen.sure[k]:
             total += 0.5 * ((point.people[k, a] - model.people.mean[a]) / model.people.std[a]) ** 2
@@ -153,7 +156,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()
         prior = PeoplePrior(numbers, np.full(PERSON, KNOWN)) if seen.sure[k] else model.people
         person, filled = eliminate(
-            k, first, track, given, numbers, found, white, weights, model.walk, prior, damping, paper
+            k, first, track, given, numbers, found, white, weights, model.walk, prior, seen.past, damping, paper
         )
         add_person(person, filled, paper, gradient, hessian)
         people.append(person)
@@ -196,3 +199,31 @@ def _add_motions(frames: FloatArray, motions: Motions, gradient: FloatArray, hes
                     gradient[p] += pull * error[b]
                     for j in range(i + 1):
                         hessian[p, FRAME * (t - 1 + j // 3) + j % 3] += pull * slopes[b, j]
+
+
+@kernel
+def let_first_go(point: Point, seen: Seen, model: Model, t: int) -> None:
+    """Carry on what the frame ``t``, the first that is left, tells of people."""
+    for k in range(len(seen.first)):
+        last = int(seen.last[k])
+        if seen.first[k] > t:
+            continue
+        if last <= t:
+            seen.past.information[k] = 0.0
+            seen.past.slope[k] = 0.0
+            continue
+        track = point.places[t : last + 1, k].copy()
+        let_go(
+            k,
+            t,
+            seen.boxes,
+            point.frames,
+            track,
+            seen.given[t, k],
+            point.people[k].copy(),
+            point.variances[k],
+            model.noise,
+            model.walk,
+            model.dt,
+            seen.past,
+        )

@@ -14,6 +14,7 @@ from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.drift import Drift
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
 from vbbench_baselines.joint_map.real_camera.observer import VEHICLE, surprises
+from vbbench_baselines.joint_map.real_camera.past import nothing_past
 
 NEWEST = 8
 """Frames that are solved alone, after `REACH` that are known."""
@@ -73,6 +74,7 @@ def newest_of(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen, Mode
         last=seen.last - start,
         sure=seen.first < start + REACH,
         motions=Motions(seen.motions.moved[block], seen.motions.information[block]),
+        past=nothing_past(len(seen.first)),
     )
     told = surprises(point.frames, seen.free, start + 2, model.observer)
     camera = Drift(frames[0, PITCH:], SURE * model.drift.step, model.drift.step, model.drift.nu)

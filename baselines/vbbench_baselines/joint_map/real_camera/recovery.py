@@ -30,6 +30,8 @@ def follow(person: Person, step: FloatArray) -> tuple[FloatArray, FloatArray]:
             move[i, j] += found.by_person[i, j, 0] * numbers[0] + found.by_person[i, j, 1] * numbers[1]
     pulled = np.zeros(n)
     weigh(found, white, move, pulled)
+    for row in range(n):
+        pulled[row] += person.tie[row, 0] * numbers[0] + person.tie[row, 1] * numbers[1]
     forward(person.lower, pulled, BAND)
     for row in range(n):
         track[row] = -track[row] - pulled[row]

@@ -29,7 +29,7 @@ class Settings:
 
     Parameters
     ----------
-    window : frames that are solved together.
+    window : frames that are solved together; of those before them people keep what they told (`real_camera.past`).
     noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
     noise_spread, noise_staying : how firmly these are believed, see `joint_map.real_camera.noise.NoiseLearner`.
     edge, edge_std : δ in m.
@@ -54,7 +54,7 @@ class Settings:
     laws : how probable a vehicle is at first, and a pedestrian whose head follows by the first and the second law.
     """
 
-    window: int = 40
+    window: int = 20
     noise: tuple[float, float, float] = (0.04, 0.012, 0.05)
     memory: tuple[float, float, float] = (0.4, 6.0, 6.0)
     noise_nu: float = 6.0

@@ -10,11 +10,13 @@ from vbbench.solver import Estimate, FrameEstimate, Problem
 from vbbench.solving.runner import given_at
 from vbbench_baselines.joint_map.lost import PATIENCE, seconds_lost
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
+from vbbench_baselines.joint_map.real_camera.behind import add_behind
+from vbbench_baselines.joint_map.real_camera.certainty import HELD
 from vbbench_baselines.joint_map.real_camera.descent import settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
-from vbbench_baselines.joint_map.real_camera.joint import Point
+from vbbench_baselines.joint_map.real_camera.joint import Point, let_first_go
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.tracking import HELD, Tracking
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 BLOCK, STRIDE = 80, 40
@@ -66,7 +68,11 @@ def _settle_blocks(
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
         converged[block] = settled.converged
         if problem.covariances:
-            spread[block], own = settled.pose_covariances, settled.place_covariances
+            own, held = settled.place_covariances, spread[first + HELD - 1].copy()
+            spread[block] = settled.pose_covariances
+            if first:
+                last_held = rows.frames[first + HELD - 1]
+                add_behind(held, last_held, rows.frames[block], settled.point.places, spread[block], own)
             order = np.full(rows.places.shape[1] + 1, NOBODY)
             order[chosen] = np.arange(len(chosen))
             for t in range(block.start, block.stop):
@@ -75,6 +81,10 @@ def _settle_blocks(
                 places_spread[t, known] = own[t - first, here[known]]
         if block.stop == size:
             break
+        for t in range(STRIDE):
+            let_first_go(settled.point, seen, tracking.model, t)
+        for known_before, kept in zip(rows.past, seen.past, strict=True):
+            known_before[chosen] = kept
         first += STRIDE
     shown, told = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
     waits = np.where(np.isnan(rows.motions[:, 0]), problem.dt, 0.0)

@@ -28,13 +28,15 @@ def weigh(found: Residuals, white: Whitened, values: FloatArray, pull: FloatArra
 
 
 @kernel
-def sides_of(found: Residuals, white: Whitened, lower: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
+def sides_of(
+    found: Residuals, white: Whitened, lower: FloatArray, pull: FloatArray, tie: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """ΩQ_p, transposed and padded with zeros, and L⁻¹Q_xᵀΩQ_p beside y [2n, 3], above rows of zeros."""
     m, n = len(found.frame), len(pull)
     across, sides = np.zeros((PERSON, padded(CUES * m))), np.zeros((n + ROWS, PERSON + 1))
     values = np.empty((m, CUES))
     for a in range(PERSON):
-        side = np.zeros(n)
+        side = tie[:, a].copy()
         for i in range(m):
             for j in range(CUES):
                 values[i, j] = found.by_person[i, j, a]

@@ -13,18 +13,18 @@ from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
+from vbbench_baselines.joint_map.real_camera.behind import add_behind, carried
+from vbbench_baselines.joint_map.real_camera.certainty import HELD
+from vbbench_baselines.joint_map.real_camera.cues import PITCH
 from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.identity import expect, is_doubtful, likelihoods, tell_apart
-from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, let_first_go
 from vbbench_baselines.joint_map.real_camera.newest import solve_newest
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, SOMEBODY, Window, last_before
-
-HELD = 2
-"""Frames at the beginning of a window that has left others behind whose poses stay as they were found."""
 
 LATE = 2
 """Frames after which a residual teaches the noise: by then later frames have told where the box should be."""
@@ -39,6 +39,9 @@ TOO_MANY = 1e-6
 
 CHANGING, CHANGING_WEIGHT = 0.03, 50.0
 """The share of boxes at which a track is expected to change hands, and of how many boxes that is worth the weight."""
+
+CARRIED = 2.0
+"""What is unknown of the camera is known of a frame that is left to so many of its steps."""
 
 RECENT = 10
 """In frames: people who were seen no longer ago may be seen again."""
@@ -72,6 +75,7 @@ class Tracking:
         self._dress(cold=False)
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
+        self._behind, self._early = np.zeros((2, 3, 3))
 
     def _dress(self, cold: bool) -> None:
         self._walk = self._settings.walk(self._problem.dt, cold)
@@ -101,6 +105,8 @@ class Tracking:
             surprise(rows.frames, 2, self._observer, told)
             self._odds -= told
             self._odds -= self._odds.max()
+        if len(rows.frames) == rows.size:
+            self._let_go()
         rows.leave()
         self.bearings = bearings_of(self._problem.camera, boxes)
         rows.push(self.bearings, given, self._expected())
@@ -118,6 +124,20 @@ class Tracking:
         settled, seen, columns = self._settle()
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
         return self._answer(settled, columns)
+
+    def _let_go(self) -> None:
+        """Carry on what the oldest frame tells of people and of the camera, which the window loses."""
+        rows = self.rows
+        if self._nothing_given(HELD):
+            before = self._behind if self._held else np.zeros((3, 3))
+            self._behind = carried(before, rows.frames[HELD - 1], rows.frames[HELD], self._early)
+        else:
+            self._behind = np.zeros((3, 3))
+        self._drift = self._drift._replace(mean=rows.frames[1, PITCH:].copy(), std=CARRIED * self._drift.step)
+        seen, columns = self.rows.seen(held=self._held)
+        let_first_go(self._point(rows.frames, seen, columns), seen, self.model, 0)
+        for known_before, kept in zip(rows.past, seen.past, strict=True):
+            known_before[columns] = kept
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people."""
@@ -162,7 +182,7 @@ class Tracking:
         since = size - 1 if self._problem.covariances else size
         settled = settle(self._point(self.rows.frames, seen, columns), seen, self.model, 1, since)
         self._keep(settled.point, columns)
-        self._shares = settled.shares.laws
+        self._shares, self._early = settled.shares.laws, settled.early
         return settled, seen, columns
 
     @property
@@ -246,6 +266,10 @@ class Tracking:
             spread, everyone = settled.pose_covariances[0], np.full((len(column), 2, 2), np.nan)
             everyone[here] = settled.place_covariances[0, np.searchsorted(columns, column[here])]
             everyone[here] += self._doubts[here, None, None] * self._apart(here)
+            if self._held:
+                add_behind(
+                    self._behind, rows.frames[HELD - 1], rows.frames[-1:], places[None], spread[None], everyone[None]
+                )
             self.add_drift(spread, everyone, np.array(self._lost))
             report = {"pose_covariance": spread, "position_covariances": everyone}
         converged = settled.converged and self._lost <= PATIENCE

@@ -16,6 +16,7 @@ from vbbench_baselines.common.bearings import Bearings, each
 from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
+from vbbench_baselines.joint_map.real_camera.past import Past, nothing_past
 
 NOBODY, SOMEBODY = -1, -2
 """No column, and that of somebody of whom nothing is known yet."""
@@ -50,6 +51,7 @@ class Window:
         self.places, self.given = np.zeros((2, 0, 0, 2))
         self.boxes = each(np.copy, NOTHING)
         self.numbers, self.variances = np.zeros((0, 2)), np.zeros(0)
+        self.past = nothing_past(0)
         self.column: IntArray = np.full(tracks, NOBODY)
         self.names: IntArray = np.zeros(0, np.int64)
         self._named, self._seats = 0, deque[IntArray](maxlen=SHOWN_AGAIN)
@@ -117,7 +119,10 @@ class Window:
             self.numbers = np.concatenate((self.numbers, np.zeros((missing, 2))))
             self.variances = np.concatenate((self.variances, np.zeros(missing)))
             self.names = np.concatenate((self.names, np.zeros(missing, np.int64)))
+            self.past = Past(*(np.concatenate(rows) for rows in zip(self.past, nothing_past(missing), strict=True)))
         self.places[:, free] = np.nan
+        for rows in self.past:
+            rows[free] = 0.0
         self.numbers[free], self.variances[free] = self._first, self._variance
         self.names[free] = self._named + np.arange(len(free))
         self._named += len(free)
@@ -150,7 +155,9 @@ class Window:
         given = self.given[block].take(columns, axis=1)
         blind = np.asarray(np.isnan(boxes.azimuth).all(axis=1))
         sure = np.zeros(len(columns), np.bool_)
-        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, sure, motions), columns
+        past = Past(*(rows[columns] for rows in self.past))
+        first = np.where(past.information[:, 0, 0] > 0.0, 0, first)
+        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, sure, motions, past), columns
 
 
 def last_before(azimuth: FloatArray) -> IntArray:
