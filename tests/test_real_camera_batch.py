@@ -131,3 +131,10 @@ def test_a_track_that_is_two_people_has_two_places() -> None:
         assert np.linalg.norm(swapped.positions[2:10, track] - truth[2:10, before], axis=-1).max() < 1.0
         assert np.median(np.linalg.norm(swapped.positions[11:, track] - truth[11:, after], axis=-1)) < 1.5
     assert made.problem.camera == LEVEL
+
+
+def test_a_single_frame_is_answered_with_covariances() -> None:
+    truth = drive(0, 1)
+    estimate = made_drive(truth, photograph(truth), covariances=True).solved(MapBatch)
+    assert estimate.pose_covariances is not None
+    assert np.isfinite(estimate.pose_covariances).all()

@@ -66,3 +66,19 @@ def world_to_relative(positions: FloatArray, poses: FloatArray) -> FloatArray:
     np.subtract(dx * sin, dy * cos, out=relative[..., 0])
     np.add(dx * cos, dy * sin, out=relative[..., 1])
     return relative
+
+
+def place_levers(places: FloatArray, start: FloatArray) -> FloatArray:
+    """∂place/∂pose [..., 2, 3] of places [..., 2] that are carried along by the pose ``start`` [≥ 2]."""
+    levers = np.zeros((*places.shape[:-1], 2, 3))
+    levers[..., 0, 0] = levers[..., 1, 1] = 1.0
+    levers[..., 0, 2], levers[..., 1, 2] = start[1] - places[..., 1], places[..., 0] - start[0]
+    return levers
+
+
+def pose_levers(poses: FloatArray, start: FloatArray) -> FloatArray:
+    """∂pose/∂pose [..., 3, 3] of poses [..., ≥ 2] that are carried along by the pose ``start`` [≥ 2]."""
+    levers = np.zeros((*poses.shape[:-1], 3, 3))
+    levers[..., :2, :] = place_levers(poses[..., :2], start)
+    levers[..., 2, 2] = 1.0
+    return levers

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.estimate import LARGEST
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, pose_levers
 from vbbench.sequence import Odometry
 from vbbench_baselines.common.odometry import SMALLEST, SURE
 from vbbench_baselines.former.operations import Array
@@ -82,8 +82,7 @@ def place_covariances(pose: FloatArray, rays: Array, spread: Array) -> FloatArra
 
 def carried_covariance(pose: FloatArray, now: FloatArray, sigma: FloatArray, odometry: FloatArray) -> FloatArray:
     """Of the pose ``now`` after ``pose`` with ``sigma`` [3, 3], by odometry with a covariance [3, 3] of its motion."""
-    levers = np.eye(3)
-    levers[0, 2], levers[1, 2] = pose[1] - now[1], now[0] - pose[0]
+    levers = pose_levers(now, pose)
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     axes = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
     made: FloatArray = levers @ sigma @ levers.T + axes @ odometry @ axes.T

@@ -19,7 +19,7 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.estimate import FrameEstimate, is_credible
-from vbbench.geometry import FloatArray, IntArray, relative_to_world
+from vbbench.geometry import FloatArray, IntArray, place_levers, pose_levers, relative_to_world
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import ForgettingSolver, Frame, FrameSolver, Problem
 from vbbench.solving.warming import FRAMES, synthetic_sequence
@@ -179,15 +179,14 @@ class EndlessRun:
         if self._base is None or answer.pose_covariance is None:
             return answer
         start, sigma = self._base
-        turning = _levers(answer.pose[None, :2], start)[0]
-        pose_levers = np.vstack([turning, [0.0, 0.0, 1.0]])
+        lever = pose_levers(answer.pose, start)
         positions = answer.position_covariances
         if positions is not None:
-            levers = _levers(answer.positions, start)
+            levers = place_levers(answer.positions, start)
             positions = positions + levers @ sigma @ levers.transpose(0, 2, 1)
         return replace(
             answer,
-            pose_covariance=answer.pose_covariance + pose_levers @ sigma @ pose_levers.T,
+            pose_covariance=answer.pose_covariance + lever @ sigma @ lever.T,
             position_covariances=positions,
         )
 
@@ -206,14 +205,6 @@ def rehearse(solver: FrameSolver, problem: Problem) -> None:
                 run.step(boxes[:columns], odometry)
             run.forget(np.arange(1))
             run.step(observations[-1, :columns], odometry)
-
-
-def _levers(places: FloatArray, start: FloatArray) -> FloatArray:
-    """∂place/∂pose [N, 2, 3] of places [N, 2] that are carried along by the pose ``start`` [3]."""
-    levers = np.zeros((len(places), 2, 3))
-    levers[:, 0, 0] = levers[:, 1, 1] = 1.0
-    levers[:, 0, 2], levers[:, 1, 2] = start[1] - places[:, 1], places[:, 0] - start[0]
-    return levers
 
 
 def _moved(pose: FloatArray, motion: FloatArray) -> FloatArray:

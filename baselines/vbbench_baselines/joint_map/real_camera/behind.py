@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, place_levers, pose_levers
 
 
 def carried(covariance: FloatArray, before: FloatArray, now: FloatArray, step: FloatArray) -> FloatArray:
@@ -10,9 +10,7 @@ def carried(covariance: FloatArray, before: FloatArray, now: FloatArray, step: F
 
     A speed or a turning that was wrong stays wrong for long, so that errors add up instead of averaging out.
     """
-    lever = np.eye(3)
-    lever[0, 2], lever[1, 2] = before[1] - now[1], now[0] - before[0]
-    root = _root(lever @ covariance @ lever.T) + _root(step)
+    root = _root(_along(pose_levers(now, before), covariance)) + _root(step)
     return np.asarray(root @ root.T)
 
 
@@ -29,20 +27,15 @@ def add_behind(
     A held pose that is turned turns all that comes after it about it. Errors of what is held and of what follows are
     taken to be independent.
     """
-    poses_spread += _turned(covariance, frames[:, :2] - held[:2], np.ones((len(frames), 1)))
-    places_spread += _turned(covariance, places - held[:2], np.zeros((*places.shape[:2], 0)))
+    poses_spread += _along(pose_levers(frames, held), covariance)
+    places_spread += _along(place_levers(places, held), covariance)
+
+
+def _along(levers: FloatArray, covariance: FloatArray) -> FloatArray:
+    return np.asarray(levers @ covariance @ np.swapaxes(levers, -1, -2))
 
 
 def _root(covariance: FloatArray) -> FloatArray:
     """The symmetric square root of a ``covariance`` [n, n]."""
     values, axes = np.linalg.eigh(covariance)
     return np.asarray((axes * np.sqrt(np.maximum(values, 0.0))) @ axes.T)
-
-
-def _turned(covariance: FloatArray, arms: FloatArray, yaw: FloatArray) -> FloatArray:
-    """[…, 2 + y, 2 + y], of what is ``arms`` […, 2] away, and its ``yaw`` […, y] with it if y is 1."""
-    size = 2 + yaw.shape[-1]
-    lever = np.zeros((*arms.shape[:-1], size, 3))
-    lever[..., np.arange(size), np.arange(size)] = 1.0
-    lever[..., 0, 2], lever[..., 1, 2] = -arms[..., 1], arms[..., 0]
-    return np.asarray(lever @ covariance @ np.swapaxes(lever, -1, -2))

@@ -68,11 +68,11 @@ def _settle_blocks(
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
         converged[block] = settled.converged
         if problem.covariances:
-            own, held = settled.place_covariances, spread[first + HELD - 1].copy()
-            spread[block] = settled.pose_covariances
+            own = settled.place_covariances
             if first:
-                last_held = rows.frames[first + HELD - 1]
-                add_behind(held, last_held, rows.frames[block], settled.point.places, spread[block], own)
+                held, places = first + HELD - 1, settled.point.places
+                add_behind(spread[held], rows.frames[held], rows.frames[block], places, settled.pose_covariances, own)
+            spread[block] = settled.pose_covariances
             order = np.full(rows.places.shape[1] + 1, NOBODY)
             order[chosen] = np.arange(len(chosen))
             for t in range(block.start, block.stop):
@@ -83,8 +83,7 @@ def _settle_blocks(
             break
         for t in range(STRIDE):
             let_first_go(settled.point, seen, tracking.model, t)
-        for known_before, kept in zip(rows.past, seen.past, strict=True):
-            known_before[chosen] = kept
+        rows.carry_on(seen, chosen)
         first += STRIDE
     shown, told = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
     waits = np.where(np.isnan(rows.motions[:, 0]), problem.dt, 0.0)

@@ -31,7 +31,7 @@ def weigh(found: Residuals, white: Whitened, values: FloatArray, pull: FloatArra
 def sides_of(
     found: Residuals, white: Whitened, lower: FloatArray, pull: FloatArray, tie: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """ΩQ_p, transposed and padded with zeros, and L⁻¹Q_xᵀΩQ_p beside y [2n, 3], above rows of zeros."""
+    """ΩQ_p, transposed and padded with zeros, and L⁻¹(Q_xᵀΩQ_p + C) beside y [2n, 3], above zeros."""
     m, n = len(found.frame), len(pull)
     across, sides = np.zeros((PERSON, padded(CUES * m))), np.zeros((n + ROWS, PERSON + 1))
     values = np.empty((m, CUES))

@@ -129,15 +129,13 @@ class Tracking:
         """Carry on what the oldest frame tells of people and of the camera, which the window loses."""
         rows = self.rows
         if self._nothing_given(HELD):
-            before = self._behind if self._held else np.zeros((3, 3))
-            self._behind = carried(before, rows.frames[HELD - 1], rows.frames[HELD], self._early)
+            self._behind = carried(self._behind, rows.frames[HELD - 1], rows.frames[HELD], self._early)
         else:
             self._behind = np.zeros((3, 3))
         self._drift = self._drift._replace(mean=rows.frames[1, PITCH:].copy(), std=CARRIED * self._drift.step)
-        seen, columns = self.rows.seen(held=self._held)
+        seen, columns = rows.seen(held=self._held)
         let_first_go(self._point(rows.frames, seen, columns), seen, self.model, 0)
-        for known_before, kept in zip(rows.past, seen.past, strict=True):
-            known_before[columns] = kept
+        rows.carry_on(seen, columns)
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people."""

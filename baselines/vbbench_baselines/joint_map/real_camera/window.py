@@ -40,6 +40,7 @@ class Window:
     places, given : [n, C, 2] in m.
     boxes : rows [n, C].
     numbers, variances : [C, 2] and [C] of people, as believed.
+    past : of C people.
     column : [K] where each track is now, or `NOBODY`.
     names : [C] numbers of the people, never given twice.
     """
@@ -138,6 +139,11 @@ class Window:
         gone = np.ones(self.places.shape[1] + 1, np.bool_)
         gone[self.present()] = False
         self.column[gone[self.column]] = NOBODY
+
+    def carry_on(self, seen: Seen, columns: IntArray) -> None:
+        """Keep what is told in ``seen`` of the past of people in these ``columns`` [M]."""
+        for rows, told in zip(self.past, seen.past, strict=True):
+            rows[columns] = told
 
     def seen(self, block: slice = slice(None), held: int = 0) -> tuple[Seen, IntArray]:
         """The frames of a ``block`` as kernels take them, and the columns [M] of whom anything is known in them.
