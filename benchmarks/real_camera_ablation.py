@@ -26,9 +26,9 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera import tracking
+from vbbench_baselines.joint_map.real_camera.hands import Hands
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 
 NOTHING = 1e6
 """Standard deviation, scale or degrees of freedom of what tells nothing."""
@@ -55,7 +55,7 @@ def always_going() -> AbstractContextManager[object]:
 
 def no_changes() -> AbstractContextManager[object]:
     """Tracks show the same people for ever."""
-    return patch.object(Tracking, "_changes", lambda *_: {})
+    return patch.object(Hands, "changes", lambda *_: {})
 
 
 def all_forgotten() -> AbstractContextManager[object]:

@@ -1,13 +1,15 @@
 """map-batch with a camera that is tilted: no worse than frame by frame, in blocks as at once, from a cold start."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.rough_crowd import LEVEL, Drive, drive, made_drive, photograph
-from vbbench.geometry import FloatArray
+from tests.rough_crowd import DT, LEVEL, Drive, drive, made_drive, photograph
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.solver import Estimate
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -138,3 +140,19 @@ def test_a_single_frame_is_answered_with_covariances() -> None:
     estimate = made_drive(truth, photograph(truth), covariances=True).solved(MapBatch)
     assert estimate.pose_covariances is not None
     assert np.isfinite(estimate.pose_covariances).all()
+
+
+@pytest.mark.parametrize("make", [MapCausal, MapBatch])
+def test_after_a_cold_start_place_and_heading_become_less_sure(make: Callable[[], Any]) -> None:
+    """By what all may have in common, and within what the truth is."""
+    truth = drive(2, 30)
+    made = made_drive(truth, photograph(truth, seed=2))
+    problem = replace(made.problem, covariances=True)
+    estimate = replace(made, problem=problem).solved(make, "cold-start")
+    assert estimate.pose_covariances is not None
+    spread = estimate.pose_covariances
+    seconds = DT * np.arange(len(spread))
+    assert (spread[1:, 2, 2] > (0.02**2 * seconds)[1:]).all()
+    assert np.trace(spread[-1, :2, :2]) > 4.0 * np.trace(spread[5, :2, :2])
+    turned = wrap_angle(estimate.poses[:, 2] - truth.poses[:, 2])
+    assert (np.abs(turned) < 3.0 * np.sqrt(spread[:, 2, 2]) + 1e-6).all()

@@ -12,9 +12,9 @@ from vbbench.camera import PerspectiveCamera
 from vbbench.registry import make_solver
 from vbbench_baselines.joint_map.real_camera import tracking
 from vbbench_baselines.joint_map.real_camera.cues import Noise
+from vbbench_baselines.joint_map.real_camera.hands import Hands
 from vbbench_baselines.joint_map.real_camera.noise import SIGMAS, TAUS, NoiseLearner
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 
 ROOT = Path(__file__).parent.parent
 
@@ -32,11 +32,11 @@ def test_every_variant_is_a_solver_and_differs_from_the_whole(name: str) -> None
 
 
 def test_parts_are_back_once_a_variant_has_answered() -> None:
-    whole = (vars(tracking)["bearings_of"], Tracking._changes, NoiseLearner.learn)
+    whole = (vars(tracking)["bearings_of"], Hands.changes, NoiseLearner.learn)
     for variant in ablation.VARIANTS.values():
         with variant.without():
             pass
-        assert (vars(tracking)["bearings_of"], Tracking._changes, NoiseLearner.learn) == whole
+        assert (vars(tracking)["bearings_of"], Hands.changes, NoiseLearner.learn) == whole
 
 
 def test_noise_that_is_held_is_not_learned_and_the_rest_is() -> None:

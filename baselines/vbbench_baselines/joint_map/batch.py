@@ -15,6 +15,7 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.flow import flow_of, is_untold
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_lost
 from vbbench_baselines.joint_map.measurement.boxes import (
     BoxHeights,
@@ -114,10 +115,23 @@ class MapBatch:
         joint = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), walk, motions)
         nowhere = np.full_like(causal.positions, np.nan)
         settled = settle(poses, nowhere, joint, self.rounds, self.tolerance, self.certain)
+        if cold:
+            settled = self._to_flow(settled, seen, task.given, task.problem.dt)
         lost = seconds_lost(seen, ~np.isnan(task.given.positions[..., 0]), fixed, waits)
         answer = _answer_of(settled, joint, lost, causal.positions, task.problem.covariances)
         answer.add_drift(np.cumsum(waits) if cold else beyond_patience(lost))
         return answer
+
+    def _to_flow(self, settled: Settled, seen: BoolArray, given: Given, dt: float) -> Settled:
+        """The same in the world that people's pace says, if nothing else tells."""
+        measured = np.zeros((0, 3)) if given.odometry is None else given.odometry.motions
+        if not is_untold(given.poses, given.positions, measured):
+            return settled
+        poses, places = settled.state.poses.copy(), settled.state.places.copy()
+        moved = flow_of(poses, places, seen, dt, drives=not self.ego_prior)
+        poses[:, :2] += moved
+        places += moved[:, None]
+        return settled._replace(state=settled.state._replace(poses=poses, places=places))
 
 
 def _motions(given: Given) -> Motions:

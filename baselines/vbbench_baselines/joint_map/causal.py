@@ -17,6 +17,7 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
+from vbbench_baselines.joint_map.flow import Flow, is_untold
 from vbbench_baselines.joint_map.lost import FOUND, PATIENCE, seconds_after
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen, nothing_continued
@@ -30,6 +31,7 @@ from vbbench_baselines.joint_map.optimiser.marginalisation import (
     anchor_of,
     keep,
     marginalise,
+    move_kept,
     only_those,
 )
 from vbbench_baselines.joint_map.optimiser.state import JointProblem
@@ -42,6 +44,10 @@ CROWD = 30
 
 CROWDED_WINDOW = 8
 """Frames that suffice in a crowd, where many people constrain the poses."""
+
+
+RESTING = 0.3
+"""How much it counts after a cold start that people are slow, beside their pace, which moves worlds ahead alone."""
 
 
 @dataclass(kw_only=True)
@@ -94,6 +100,8 @@ class MapCausal:
         self._cold = self._picks = self._adrift = False
         self._astray = self._lost = 0.0
         self._roughly = RoughCamera(self.settings, problem)
+        self._flow = Flow(problem.dt, drives=not self.ego_prior)
+        self._untold = True
 
     @property
     def settings(self) -> Settings | None:
@@ -156,8 +164,10 @@ class MapCausal:
 
     @property
     def _walk(self) -> Walk:
-        """How everybody walks; after a cold start and adrift nobody keeps a velocity for ever that nothing confirms."""
-        return self._unknown if self._cold or self._adrift else self._known
+        """How everybody walks; adrift nobody keeps a velocity for ever; after a cold start people's pace tells more."""
+        if self._cold:
+            return self._unknown._replace(rest=RESTING * self._unknown.rest)
+        return self._unknown if self._adrift else self._known
 
     def _look_at_ground(self, observations: FloatArray, given: Given) -> None:
         """After a cold start, go over from feet to box heights for good as soon as the ground is not what feet need."""
@@ -198,9 +208,22 @@ class MapCausal:
         if rows.frames >= self._size:
             self._kept, continued = marginalise(settled.state, problem)
             keep(self._continued, continued, picked)
+        self._follow_flow(used)
         pose, now = rows.poses[-1].copy(), rows.places[-1].copy()
         report = self._report_settled(settled, problem, picked) if self._covariances else {}
         return FrameEstimate(pose=pose, positions=now, converged=settled.converged and not self._is_lost, **report)
+
+    def _follow_flow(self, used: slice) -> None:
+        """After a cold start, move all in the rows ``used`` to where people's pace says, if nothing else has told."""
+        rows = self._rows
+        self._untold = self._untold and is_untold(rows.given_poses[used], rows.given[used], rows.motions[used])
+        if not (self._cold and self._untold):
+            return
+        moved = self._flow.follow(rows.poses[used], rows.places[used], ~np.isnan(rows.relative[used, :, 0]))
+        if moved is not None:
+            rows.poses[used, :2] += moved
+            rows.places[used] += moved[:, None]
+            self._kept = move_kept(moved[1:], self._kept, self._continued)
 
     def _motions(self, used: slice) -> Motions:
         """What is measured of the observer's motions into the rows ``used``, and after a cold start expected."""

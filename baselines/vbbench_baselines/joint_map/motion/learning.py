@@ -79,8 +79,8 @@ def taught(fitted: Walk, lessons: Lessons) -> Walk:
     filters, spreads = filters_of(b1, b2, fitted.spreads[1])
     head = fitted.head
     head = Head(head.gains, head.slow, head.following, head.wandering, head.odds + lessons.odds)
-    sigma, nu, a0, own, pace = lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, fitted.own_pace
-    return Walk(filters, spreads, sigma, nu, a0, own, head, fitted.rest, fitted.own_rest, pace)
+    sigma, nu, a0, own, first = lessons.sigma[0], fitted.nu, fitted.a0, fitted.own, fitted.own_pace
+    return Walk(filters, spreads, sigma, nu, a0, own, head, fitted.rest, fitted.own_rest, first, fitted.pace)
 
 
 @kernel

@@ -22,6 +22,7 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.cold_start import FADE, OBSERVER_SPEED, PEOPLE_SPEED, standing
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.heads import Head, head_of
+from vbbench_baselines.joint_map.motion.pace import Pace, pace_of
 from vbbench_baselines.joint_map.prior import Prior, start_of
 
 REACH = 4
@@ -48,6 +49,7 @@ class Walk(NamedTuple):
     head : how the observer's head turns.
     rest, own_rest : r in 1/m² of people and of the observer; 0 unless the start is cold.
     own_pace : as κ of order 1, of the observer.
+    pace : how much it counts how fast people walk.
     """
 
     filters: FloatArray
@@ -60,6 +62,7 @@ class Walk(NamedTuple):
     rest: float
     own_rest: float
     own_pace: float
+    pace: Pace
 
 
 def walk_of(prior: Prior, dt: float, ego_prior: bool = True, cold: bool = False) -> Walk:
@@ -67,15 +70,16 @@ def walk_of(prior: Prior, dt: float, ego_prior: bool = True, cold: bool = False)
 
     ``cold``: whether no velocity is ever given.
     """
-    prior, pace = prior.at(dt), prior.speed * dt
+    prior, first = prior.at(dt), prior.speed * dt
     nu, a0, own = min(prior.nu, 1e9), min(prior.a0, 1e9), prior.sigma if ego_prior else UNKNOWN
-    filters, spreads = filters_of(*prior.b, pace)
-    rest, own_rest, own_pace = 0.0, 0.0, pace
+    filters, spreads = filters_of(*prior.b, first)
+    rest, own_rest, own_pace = 0.0, 0.0, first
     if cold:
         own_pace = OBSERVER_SPEED * dt
         rest, own_rest = dt / FADE / (PEOPLE_SPEED * dt) ** 2, dt / FADE / own_pace**2
     head = head_of(prior, ego_prior)
-    return Walk(filters, spreads, prior.sigma, nu, a0, own, head, rest, own_rest, own_pace)
+    pace = pace_of(dt, cold=False)
+    return Walk(filters, spreads, prior.sigma, nu, a0, own, head, rest, own_rest, own_pace, pace)
 
 
 def let_stand(motions: Motions, poses: FloatArray, seen: IntArray, new: IntArray, walk: Walk, dt: float) -> Motions:
@@ -106,7 +110,7 @@ def observer_of(walk: Walk) -> Walk:
     spreads = walk.spreads.copy()
     spreads[1] = walk.own_pace
     sigma, nu, a0, own, head = walk.sigma, walk.nu, walk.a0, walk.own, walk.head
-    return Walk(walk.filters, spreads, sigma, nu, a0, own, head, walk.own_rest, walk.own_rest, walk.own_pace)
+    return Walk(walk.filters, spreads, sigma, nu, a0, own, head, walk.own_rest, walk.own_rest, walk.own_pace, walk.pace)
 
 
 @kernel

@@ -84,6 +84,14 @@ def only_those(whole: Continued, columns: IntArray | None) -> Continued:
     return Continued(whole.held[rows], places, slope, information, whole.tally[rows])
 
 
+def move_kept(moved: FloatArray, kept: Marginal, continued: Continued) -> Marginal:
+    """``kept`` about poses that ``moved`` [n, 2] with all people; the walks in ``continued`` are moved in place."""
+    poses, reach = kept.poses.copy(), min(len(moved), continued.places.shape[1])
+    poses[:, :2] += moved[: len(poses)]
+    continued.places[:, :reach] += moved[:reach]
+    return kept._replace(poses=poses)
+
+
 @kernel
 def _leave(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray, Continued, FloatArray]:
     """Slope [3(T − 1)] and information [3(T − 1), 3(T − 1)] that the first of T frames leaves, walks and odds."""

@@ -12,6 +12,7 @@ from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON
 from vbbench_baselines.joint_map.real_camera.joint import SOFTEST, Model, Point, Seen, System, deviance_of, linearise
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 from vbbench_baselines.joint_map.real_camera.shares import Shares
+from vbbench_baselines.joint_map.real_camera.volume import told_of
 
 TRIES, LONGEST, DAMPING = 6, 2.0, 1e-6
 """Dampings tried in a round, the longest step of a pose in m and rad, and the damping at first."""
@@ -91,8 +92,9 @@ class Settled(NamedTuple):
     shares : what the steps tell of the laws.
     pose_covariances, place_covariances : [n, 3, 3] and [n, K, 2, 2], NaN where no box is, of the frames asked for.
     early : [3, 3] covariance of the pose after the first `HELD`.
+    told : as of `Seen`, zeros unless no place is ever given.
 
-    The last three are of the point where the last round began.
+    The last four are of the point where the last round began.
     """
 
     point: Point
@@ -102,6 +104,7 @@ class Settled(NamedTuple):
     pose_covariances: FloatArray
     place_covariances: FloatArray
     early: FloatArray
+    told: FloatArray
 
 
 @kernel
@@ -118,7 +121,11 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int) -> S
         if done.longest < SHORT or gained < SETTLED:
             break
     poses, places, early = spread_of(done.system, seen, since)
-    return Settled(point, deviance, converged, done.system.shares, poses, places, early)
+    told = np.zeros(seen.told.shape)
+    if model.cold:
+        for person in done.system.people:
+            told[person.first : person.first + len(person.pull) // 2, person.number] = told_of(person)
+    return Settled(point, deviance, converged, done.system.shares, poses, places, early, told)
 
 
 @kernel

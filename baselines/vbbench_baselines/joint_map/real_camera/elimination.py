@@ -25,6 +25,7 @@ import numpy as np
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.motion import ANCHOR_STD
+from vbbench_baselines.joint_map.motion.pace import add_pace
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, add_walk
 from vbbench_baselines.joint_map.optimiser.banded import BAND, factor, forward
 from vbbench_baselines.joint_map.real_camera.cholesky import padded
@@ -125,6 +126,7 @@ def eliminate(
     n, m = len(track), len(found.frame)
     spread, force = paper.spread, paper.force
     lower, pull = _track_terms(track, given, found, white, weights, walk)
+    add_pace(track, walk.pace, lower, pull)
     told, tie = _add_past(past, number, track, person, lower, pull)
     for i in range(2 * n):
         lower[i, 0] = lower[i, 0] * (1.0 + damping) + SOMEWHERE

@@ -9,6 +9,7 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions, measured, stray
+from vbbench_baselines.joint_map.motion.pace import pace_deviance
 from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.joint_map.real_camera.cholesky import padded
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
@@ -18,6 +19,7 @@ from vbbench_baselines.joint_map.real_camera.observer import Observer
 from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
 from vbbench_baselines.joint_map.real_camera.past import Past, let_go, pull_of
 from vbbench_baselines.joint_map.real_camera.shares import Shares, shares_of
+from vbbench_baselines.joint_map.real_camera.volume import push, volume_deviance
 
 SOFTEST = 1e-9
 """Information that holds what nothing tells of."""
@@ -40,6 +42,7 @@ class Seen(NamedTuple):
     sure : [K] whether the person's numbers are known.
     motions : the observer's odometry.
     past : of what earlier frames told of people.
+    told : [T, K] how many numbers of a place its box tells of (`real_camera.volume`); 0 where places are given.
     """
 
     boxes: Bearings
@@ -52,10 +55,11 @@ class Seen(NamedTuple):
     sure: BoolArray
     motions: Motions
     past: Past
+    told: FloatArray
 
 
 class Model(NamedTuple):
-    """What is believed before anything is seen."""
+    """What is believed before anything is seen; ``cold``: that no place is ever given."""
 
     noise: Noise
     people: PeoplePrior
@@ -64,6 +68,7 @@ class Model(NamedTuple):
     drift: Drift
     odds: FloatArray
     dt: float
+    cold: bool
 
 
 class Point(NamedTuple):
@@ -120,9 +125,10 @@ def deviance_of(point: Point, seen: Seen, model: Model) -> float:
 def _person_deviance(k: int, point: Point, seen: Seen, model: Model) -> float:
     """The share of person ``k``, whose variance is renewed."""
     track, found = boxes_of(k, point, seen, model)
-    total = whiten(found, model.noise, model.dt).deviance
+    told = seen.told[seen.first[k] : seen.last[k] + 1, k]
+    total = whiten(found, model.noise, model.dt).deviance + volume_deviance(found, told, point.people[k, 0])
     point.variances[k], walked = reweigh(track, model.walk, model.walk.sigma, np.zeros(len(track)), point.variances[k])
-    total += walked + pull_of(seen.past, k, track, point.people[k])[1]
+    total += walked + pace_deviance(track, model.walk.pace) + pull_of(seen.past, k, track, point.people[k])[1]
     for a in range(PERSON):
         if not seen.sure[k]:
             total += 0.5 * ((point.people[k, a] - model.people.mean[a]) / model.people.std[a]) ** 2
@@ -154,7 +160,10 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         white = whiten(found, model.noise, model.dt)
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()
-        prior = PeoplePrior(numbers, np.full(PERSON, KNOWN)) if seen.sure[k] else model.people
+        prior = PeoplePrior(numbers.copy(), np.full(PERSON, KNOWN))
+        if not seen.sure[k]:
+            prior = PeoplePrior(model.people.mean.copy(), model.people.std)
+        prior.mean[0] += push(found, seen.told[first : last + 1, k], white) * prior.std[0] ** 2
         person, filled = eliminate(
             k, first, track, given, numbers, found, white, weights, model.walk, prior, seen.past, damping, paper
         )

@@ -75,6 +75,7 @@ def newest_of(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen, Mode
         sure=seen.first < start + REACH,
         motions=Motions(seen.motions.moved[block], seen.motions.information[block]),
         past=nothing_past(len(seen.first)),
+        told=seen.told[block],
     )
     told = surprises(point.frames, seen.free, start + 2, model.observer)
     camera = Drift(frames[0, PITCH:], SURE * model.drift.step, model.drift.step, model.drift.nu)

@@ -37,6 +37,7 @@ class Observer(NamedTuple):
     odds : [4] ln of how probable each law is at first.
     still : [2] standard deviations in m and rad of a step and of a turn of a vehicle that stands.
     leaving : how probable it is that a vehicle that stands moves in the next frame, or the other way.
+    backing : in 1/m², how much half the square of a step backwards counts; 0 unless the start is cold.
     going : of so many newest frames it is taken for granted that a vehicle moves; 0 unless `Tracking` tries this.
     """
 
@@ -50,6 +51,7 @@ class Observer(NamedTuple):
     odds: FloatArray
     still: FloatArray
     leaving: float
+    backing: float
     going: int
 
 

@@ -30,6 +30,7 @@ def level_deviance(frames: FloatArray, free: BoolArray, blind: BoolArray, observ
             if t == 1:
                 total += 0.5 * length / observer.pace**2
             total += 0.5 * observer.walk.own_rest * length
+            total += 0.5 * observer.backing * min(step.forward, 0.0) ** 2
     return total
 
 
@@ -64,7 +65,8 @@ def add_observer(
         sideways = stiffness + share * 2.0 / (slip * slip + step.right**2)
         swings = share - stands if t == 1 else share
         turning = swings * 2.0 / (swing * swing + step.turned**2) + stands / observer.still[1] ** 2
-        _add(step.forward_by, t - 1, stiffness, step.forward, gradient, hessian)
+        onwards = stiffness + (observer.backing if step.forward < 0.0 else 0.0)
+        _add(step.forward_by, t - 1, onwards, step.forward, gradient, hessian)
         _add(step.right_by, t - 1, sideways, step.right, gradient, hessian)
         _add(step.turned_by, t - 1, turning, step.turned, gradient, hessian)
         if t < 2:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vbbench.solver import Problem
+from vbbench_baselines.common.cold_start import FADE
+from vbbench_baselines.joint_map.motion.pace import pace_of
 from vbbench_baselines.joint_map.motion.walks import Walk, walk_of
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.real_camera.cues import Noise
@@ -45,7 +47,9 @@ class Settings:
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
-    drag : the weight of the last, as it is told anew in every frame that shows anybody.
+    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody; and after a cold
+        start, where people's pace tells more (`joint_map.motion.pace`).
+    reverse : in m/s, of a velocity backwards after a cold start.
     vehicle_speed : in m/s, of a first velocity.
     still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn; at most half
         of ``slow`` and ``turn``.
@@ -85,6 +89,8 @@ class Settings:
     turn: float = 0.011
     slow: float = 0.05
     drag: float = 0.3
+    cold_drag: float = 0.09
+    reverse: float = 0.3
     vehicle_speed: float = 4.0
     still: tuple[float, float] = (0.004, 0.0006)
     stay: float = 10.0
@@ -114,7 +120,7 @@ class Settings:
         return Drift(mean, std, step, self.drift_nu)
 
     def walk(self, dt: float, cold: bool) -> Walk:
-        """How people walk."""
+        """How people walk; after a cold start their pace tells how fast."""
         base, ratio = self.heads, dt / REFERENCE
         prior = Prior(
             dt=dt,
@@ -128,9 +134,9 @@ class Settings:
             following=base.following,
             speed=self.first_speed,
         )
-        return walk_of(prior, dt, cold=cold)
+        return walk_of(prior, dt, cold=cold)._replace(rest=0.0, pace=pace_of(dt, cold))
 
-    def observer(self, dt: float, walk: Walk) -> Observer:
+    def observer(self, dt: float, walk: Walk, cold: bool) -> Observer:
         """How the camera moves; a pedestrian who carries it walks as others do."""
         ratio = dt / REFERENCE
         share = np.array((*self.laws, 1.0 - sum(self.laws)))
@@ -140,12 +146,13 @@ class Settings:
             nu=np.array(self.vehicle_nu),
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=level,
-            drag=self.drag * float(np.sqrt(ratio)),
+            drag=(self.cold_drag if cold else self.drag) * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
             odds=np.log(share),
             still=np.minimum(self.still, 0.5 * level[[2, 1]]),
             leaving=1.0 - float(np.exp(-dt / self.stay)),
+            backing=dt / FADE / (self.reverse * dt) ** 2 if cold else 0.0,
             going=0,
         )
 

@@ -4,17 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
-from vbbench.solver import Estimate, FrameEstimate, Problem
+from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import given_at
+from vbbench_baselines.joint_map.flow import flow_of, is_untold
 from vbbench_baselines.joint_map.lost import PATIENCE, seconds_lost
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
 from vbbench_baselines.joint_map.real_camera.behind import add_behind
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
 from vbbench_baselines.joint_map.real_camera.descent import settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
-from vbbench_baselines.joint_map.real_camera.joint import Point, let_first_go
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, let_first_go
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
@@ -29,12 +30,14 @@ ROUNDS = 20
 def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
     """The estimate of all frames [T, K, 3], revised by those after them; the rest as of `Tracking`."""
     tracking = Tracking(settings, replace(problem, covariances=False))
-    size, frames, answers = len(boxes), [], []
+    size, frames, found = len(boxes), list[FloatArray](), list[FloatArray]()
     rows = Window(size, len(problem.tracks), tracking.model.people.mean, tracking.model.walk.sigma**2)
     columns, by_name = list[IntArray](), dict[int, int]()
     for t in range(size):
         shown = given_at(given, t)
-        answers.append(tracking.step(boxes[t], shown))
+        found.append(tracking.step(boxes[t], shown).positions.copy())
+        if tracking.moved is not None:
+            _move(frames, found[:-1], tracking.moved)
         frames.append(tracking.rows.frames[-1].copy())
         seated = np.flatnonzero(tracking.rows.column != NOBODY)
         names = tracking.rows.names[tracking.rows.column[seated]].tolist()
@@ -43,15 +46,28 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
         columns.append(rows.column.copy())
     rows.frames = unwrapped(np.array(frames))
-    for t, answer in enumerate(answers):
-        here = ~np.isnan(answer.positions[:, 0]) & (columns[t] != NOBODY)
-        rows.places[t, columns[t][here]] = answer.positions[here]
-    return _settle_blocks(tracking, rows, np.array(columns), answers, problem)
+    for t, places in enumerate(found):
+        here = ~np.isnan(places[:, 0]) & (columns[t] != NOBODY)
+        rows.places[t, columns[t][here]] = places[here]
+    return _settle_blocks(tracking, rows, np.array(columns), ~np.isnan(np.array(found)[..., 0]), problem)
 
 
-def _settle_blocks(
-    tracking: Tracking, rows: Window, columns: np.ndarray, answers: list[FrameEstimate], problem: Problem
-) -> Estimate:
+def _move(frames: list[FloatArray], found: list[FloatArray], moved: FloatArray) -> None:
+    """Move the frames before the newest, with the places ``found`` in them, as the last n were ``moved`` [n, 2]."""
+    for back in range(1, len(moved)):
+        frames[-back][:2] += moved[-1 - back]
+        found[-back] += moved[-1 - back]
+
+
+def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:
+    """After a cold start, what boxes tell of places as it is a round later, and the point there."""
+    if not model.cold:
+        return point, seen
+    settled = settle(point, seen, model, 2, len(seen.fixed))
+    return settled.point, seen._replace(told=settled.told)
+
+
+def _settle_blocks(tracking: Tracking, rows: Window, columns: IntArray, found: BoolArray, problem: Problem) -> Estimate:
     """Solve block after block; a later one overwrites an earlier one."""
     size, people = columns.shape
     converged, first = np.zeros(size, np.bool_), 0
@@ -63,6 +79,7 @@ def _settle_blocks(
         fill(places, rows.frames[block], seen, rows.numbers[chosen])
         point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
         since = 0 if problem.covariances else len(seen.fixed)
+        point, seen = _with_told(point, seen, tracking.model)
         settled = settle(point, seen, tracking.model, ROUNDS, since)
         rows.frames[block], rows.numbers[chosen] = settled.point.frames, settled.point.people
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
@@ -85,18 +102,21 @@ def _settle_blocks(
             let_first_go(settled.point, seen, tracking.model, t)
         rows.carry_on(seen, chosen)
         first += STRIDE
+    if tracking.model.cold and is_untold(rows.given_poses, rows.given, rows.motions):
+        rows.move(flow_of(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth), problem.dt, drives=True))
     shown, told = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
     waits = np.where(np.isnan(rows.motions[:, 0]), problem.dt, 0.0)
+    waits[0] = 0.0
     lost = seconds_lost(shown, told, ~np.isnan(rows.given_poses[:, 0]), waits)
     converged &= lost <= PATIENCE
     poses, positions, heights = rows.frames[:, :3].copy(), np.full((size, people, 2), np.nan), np.full(people, np.nan)
     poses[:, 2] = wrap_angle(poses[:, 2])
     for t in range(size):
-        here = ~np.isnan(answers[t].positions[:, 0])
+        here = found[t]
         positions[t, here] = rows.places[t, columns[t, here]]
         heights[here] = np.exp(rows.numbers[columns[t, here], 0])
     report = {}
     if problem.covariances:
-        tracking.add_drift(spread, places_spread, lost)
+        tracking.add_drift(spread, places_spread, np.cumsum(waits), lost)
         report = {"pose_covariances": spread, "position_covariances": places_spread}
     return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)

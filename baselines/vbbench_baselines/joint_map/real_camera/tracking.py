@@ -4,7 +4,6 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.special import bdtrc
 
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
@@ -12,19 +11,20 @@ from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
+from vbbench_baselines.joint_map.flow import Flow, is_untold
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
 from vbbench_baselines.joint_map.real_camera.behind import add_behind, carried
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
 from vbbench_baselines.joint_map.real_camera.cues import PITCH
 from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
-from vbbench_baselines.joint_map.real_camera.identity import expect, is_doubtful, likelihoods, tell_apart
+from vbbench_baselines.joint_map.real_camera.hands import Hands
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, let_first_go
 from vbbench_baselines.joint_map.real_camera.newest import solve_newest
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, SOMEBODY, Window, last_before
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, Window
 
 LATE = 2
 """Frames after which a residual teaches the noise: by then later frames have told where the box should be."""
@@ -34,17 +34,12 @@ COLD_SPEEDS = (0.0, 1.5, 5.0, 10.0)
 
 COLD_FRAMES = 5
 
-TOO_MANY = 1e-6
-"""So many changes at once are less probable than this, at the rate of changes so far: it is the pose that is wrong."""
-
-CHANGING, CHANGING_WEIGHT = 0.03, 50.0
-"""The share of boxes at which a track is expected to change hands, and of how many boxes that is worth the weight."""
-
 CARRIED = 2.0
 """What is unknown of the camera is known of a frame that is left to so many of its steps."""
 
-RECENT = 10
-"""In frames: people who were seen no longer ago may be seen again."""
+TURNED = 0.02
+"""In rad after a second, growing as its root: how far all may seem to turn together after a cold start; people who walk
+to one side look like a camera that turns to the other. Places are far less sure by how far all drift."""
 
 
 class Tracking:
@@ -61,6 +56,7 @@ class Tracking:
     learner : of the boxes' noise.
     age : frames that came.
     bearings : what the newest boxes tell.
+    moved : [n, 2] by how far the frames of the window were moved last, in m; ``None`` if they stayed.
     """
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
@@ -68,7 +64,7 @@ class Tracking:
         self._cold, self.age, self._astray, self._lost = False, 0, 0.0, 0.0
         self._odds = np.zeros(LAWS)
         self.bearings = NOTHING
-        self._doubts, self._changes_seen, self._boxes_seen = np.zeros(len(problem.tracks)), 0, 0
+        self._hands = Hands(len(problem.tracks))
         first = settings.noise_at_first(problem)
         self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
         self._people, self._drift = settings.people(problem), settings.drift(problem)
@@ -76,10 +72,12 @@ class Tracking:
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
         self._behind, self._early = np.zeros((2, 3, 3))
+        self._flow, self._untold = Flow(problem.dt, drives=True), True
+        self.moved: FloatArray | None = None
 
     def _dress(self, cold: bool) -> None:
         self._walk = self._settings.walk(self._problem.dt, cold)
-        self._observer = self._settings.observer(self._problem.dt, self._walk)
+        self._observer = self._settings.observer(self._problem.dt, self._walk, cold)
 
     @property
     def model(self) -> Model:
@@ -92,6 +90,7 @@ class Tracking:
             self._drift,
             self._odds,
             self._problem.dt,
+            self._cold,
         )
 
     def step(self, boxes: FloatArray, given: Given) -> FrameEstimate:
@@ -117,13 +116,23 @@ class Tracking:
         self._lost = seconds_after(self._lost, shown[-1], placed, not self._nothing_given(-1), passed)
         before = rows.places.copy(), rows.numbers.copy(), rows.variances.copy()
         point, seen, columns = self._begin()
-        changed = self._changes(Point(rows.frames, *before), point, seen, columns)
+        changed = self._hands.changes(rows, self.model, Point(rows.frames, *before), point, seen, columns)
         if changed:
             rows.reseat(changed)
             self._begin()
         settled, seen, columns = self._settle()
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
+        self._follow_flow()
         return self._answer(settled, columns)
+
+    def _follow_flow(self) -> None:
+        """After a cold start, move all to where people's pace says, unless anything else has told how fast all move."""
+        rows, self.moved = self.rows, None
+        self._untold = self._untold and is_untold(rows.given_poses, rows.given, rows.motions)
+        if self._cold and self._untold:
+            self.moved = self._flow.follow(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth))
+        if self.moved is not None:
+            rows.move(self.moved)
 
     def _let_go(self) -> None:
         """Carry on what the oldest frame tells of people and of the camera, which the window loses."""
@@ -181,6 +190,7 @@ class Tracking:
         settled = settle(self._point(self.rows.frames, seen, columns), seen, self.model, 1, since)
         self._keep(settled.point, columns)
         self._shares, self._early = settled.shares.laws, settled.early
+        self.rows.told[:, columns] = settled.told
         return settled, seen, columns
 
     @property
@@ -209,45 +219,6 @@ class Tracking:
         frames[:, 2] = yaw
         return frames
 
-    def _changes(self, before: Point, point: Point, seen: Seen, columns: IntArray) -> dict[int, int]:
-        """Tracks whose newest boxes show somebody else than those before: which column, or `SOMEBODY`.
-
-        ``before`` is what was believed before the newest boxes came, about the frames as they are known now.
-        """
-        rows, newest, boxes = self.rows, len(point.frames) - 1, seen.boxes
-        self._doubts[:] = 0.0
-        shown = ~np.isnan(boxes.azimuth[-1])
-        asked = is_doubtful(point, seen, self.model)
-        self._boxes_seen += int(np.count_nonzero(shown))
-        if newest == 0 or not asked.any():
-            return {}
-        last = np.where(shown, last_before(boxes.azimuth), seen.last)
-        candidate = (asked | ~shown) & (newest - last <= RECENT) & np.isnan(seen.given[-1, :, 0])
-        hidden = boxes._replace(azimuth=np.concatenate((boxes.azimuth[:-1], np.full((1, len(columns)), np.nan))))
-        past = seen._replace(boxes=hidden, last=np.where(candidate, newest, -1))
-        places = before.places.take(columns, axis=1)
-        believed = Point(before.frames, places, before.people[columns], before.variances[columns])
-        fill(places, believed.frames, past, believed.people)
-        expected = expect(believed, past, self.model)
-        likely, anew = likelihoods(point, seen, self.model, expected, asked)
-        asking = np.flatnonzero(asked)
-        whom, doubts = tell_apart(likely, anew, asking, self._changing)
-        tracks = np.array([np.flatnonzero(rows.column == column)[0] for column in columns[asking]])
-        self._doubts[tracks] = doubts
-        moved = (whom != asking) & ((whom != SOMEBODY) | (expected.known[asking] == 1))
-        changes = int(np.count_nonzero(moved))
-        if bdtrc(changes - 1, np.count_nonzero(shown), self._changing) < TOO_MANY:
-            self._doubts[tracks[moved]] = 1.0
-            return {}
-        self._changes_seen += changes
-        found = np.where(whom == SOMEBODY, SOMEBODY, columns[np.maximum(whom, 0)])
-        return dict(zip(tracks[moved].tolist(), found[moved].tolist(), strict=True))
-
-    @property
-    def _changing(self) -> float:
-        """The share of boxes at which tracks change hands, by what was seen so far."""
-        return float((CHANGING * CHANGING_WEIGHT + self._changes_seen) / (CHANGING_WEIGHT + self._boxes_seen))
-
     def _answer(self, settled: Settled, columns: IntArray) -> FrameEstimate:
         """What is reported of the newest frame, of whose people the ``columns`` are."""
         rows, column = self.rows, self.rows.column
@@ -263,19 +234,21 @@ class Tracking:
         if self._problem.covariances:
             spread, everyone = settled.pose_covariances[0], np.full((len(column), 2, 2), np.nan)
             everyone[here] = settled.place_covariances[0, np.searchsorted(columns, column[here])]
-            everyone[here] += self._doubts[here, None, None] * self._apart(here)
+            everyone[here] += self._hands.doubts[here, None, None] * self._apart(here)
             if self._held:
                 add_behind(
                     self._behind, rows.frames[HELD - 1], rows.frames[-1:], places[None], spread[None], everyone[None]
                 )
-            self.add_drift(spread, everyone, np.array(self._lost))
+            self.add_drift(spread, everyone, np.array(self._astray), np.array(self._lost))
             report = {"pose_covariance": spread, "position_covariances": everyone}
         converged = settled.converged and self._lost <= PATIENCE
         return FrameEstimate(pose=pose, positions=places, converged=converged, heights=heights, **report)
 
-    def add_drift(self, poses: FloatArray, places: FloatArray, lost: FloatArray) -> None:
-        """Add to covariances what a cold start leaves open up to the newest frame, or being ``lost`` [...] seconds."""
-        add_common_drift(poses, places, np.full_like(lost, self._astray) if self._cold else beyond_patience(lost))
+    def add_drift(self, poses: FloatArray, places: FloatArray, astray: FloatArray, lost: FloatArray) -> None:
+        """Add to covariances what a cold start leaves open after ``astray`` [...] s, or being ``lost`` [...] s."""
+        add_common_drift(poses, places, astray if self._cold else beyond_patience(lost))
+        if self._cold:
+            poses[..., 2, 2] += TURNED**2 * astray
 
     def _apart(self, tracks: IntArray) -> FloatArray:
         """[M, 2, 2] in m², how far ``tracks`` are from where their newest boxes alone would have them, squared."""

@@ -14,6 +14,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given
 from vbbench_baselines.common.bearings import Bearings, each
 from vbbench_baselines.common.odometry import motions_of, unmeasured
+from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
 from vbbench_baselines.joint_map.real_camera.past import Past, nothing_past
@@ -39,6 +40,7 @@ class Window:
     given_poses : [n, 3].
     places, given : [n, C, 2] in m.
     boxes : rows [n, C].
+    told : [n, C] as of `Seen`; in a new frame as in the one before.
     numbers, variances : [C, 2] and [C] of people, as believed.
     past : of C people.
     column : [K] where each track is now, or `NOBODY`.
@@ -51,6 +53,7 @@ class Window:
         self.motions, self.covariances = np.zeros((0, 3)), np.zeros((0, 3, 3))
         self.places, self.given = np.zeros((2, 0, 0, 2))
         self.boxes = each(np.copy, NOTHING)
+        self.told = np.zeros((0, 0))
         self.numbers, self.variances = np.zeros((0, 2)), np.zeros(0)
         self.past = nothing_past(0)
         self.column: IntArray = np.full(tracks, NOBODY)
@@ -69,6 +72,8 @@ class Window:
         self.covariances = np.concatenate((self.covariances[kept], spread))
         self.places, self.given = (_longer(rows[kept]) for rows in (self.places, self.given))
         self.boxes = each(lambda rows: _longer(rows[kept]), self.boxes)
+        newest = self.told[-1:] if len(self.told) else np.zeros((1, self.told.shape[1]))
+        self.told = np.concatenate((self.told[kept], newest))
         here = ~np.isnan(seen.azimuth) | ~np.isnan(given.positions[:, :, 0]).all(axis=0)
         self._seat(np.flatnonzero(here & (self.column == NOBODY)))
         tracks = np.flatnonzero(self.column != NOBODY)
@@ -117,11 +122,12 @@ class Window:
             free = np.concatenate((free, self.places.shape[1] + np.arange(missing)))
             self.places, self.given = (_wider(rows, missing) for rows in (self.places, self.given))
             self.boxes = each(lambda rows: _wider(rows, missing), self.boxes)
+            self.told = np.concatenate((self.told, np.zeros((len(self.told), missing))), axis=1)
             self.numbers = np.concatenate((self.numbers, np.zeros((missing, 2))))
             self.variances = np.concatenate((self.variances, np.zeros(missing)))
             self.names = np.concatenate((self.names, np.zeros(missing, np.int64)))
             self.past = Past(*(np.concatenate(rows) for rows in zip(self.past, nothing_past(missing), strict=True)))
-        self.places[:, free] = np.nan
+        self.places[:, free], self.told[:, free] = np.nan, 0.0
         for rows in self.past:
             rows[free] = 0.0
         self.numbers[free], self.variances[free] = self._first, self._variance
@@ -139,6 +145,13 @@ class Window:
         gone = np.ones(self.places.shape[1] + 1, np.bool_)
         gone[self.present()] = False
         self.column[gone[self.column]] = NOBODY
+
+    def move(self, moved: FloatArray) -> None:
+        """Move each frame [n, 2] with all that is believed of it; what boxes tell of people stays."""
+        self.frames, self.places = self.frames.copy(), self.places + moved[:, None]
+        self.frames[:, :2] += moved
+        reach = min(len(moved), REACH)
+        self.past.about[:, : 2 * reach] += moved[:reach].ravel()
 
     def carry_on(self, seen: Seen, columns: IntArray) -> None:
         """Keep what is told in ``seen`` of the past of people in these ``columns`` [M]."""
@@ -163,7 +176,8 @@ class Window:
         sure = np.zeros(len(columns), np.bool_)
         past = Past(*(rows[columns] for rows in self.past))
         first = np.where(past.information[:, 0, 0] > 0.0, 0, first)
-        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, sure, motions, past), columns
+        told = self.told[block].take(columns, axis=1)
+        return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, sure, motions, past, told), columns
 
 
 def last_before(azimuth: FloatArray) -> IntArray:
