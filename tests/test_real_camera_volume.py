@@ -93,4 +93,4 @@ def test_after_a_cold_start_the_world_does_not_shrink(make: Callable[[], Any], m
         monkeypatch.setattr(smoothing, "_with_told", lambda point, seen, model: (point, seen))
     monkeypatch.setattr(Window, "seen", nothing_told(Window.seen))
     assert share() < kept - 0.02
-    assert kept == pytest.approx(1.0, abs=0.03)
+    assert kept == pytest.approx(1.0, abs=0.05)
