@@ -31,7 +31,7 @@ OVER = 0.8
 ENOUGH = 7
 """In frames: velocities over so many count even if they last less."""
 
-ALIKE = 3.0
+ALIKE = 4.0
 """People; a crowd has a pace in common, and tells no more than so many who walk as they like."""
 
 STANDS, STILL = 0.4, 0.15
