@@ -17,7 +17,7 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
-from vbbench_baselines.joint_map.flow import Flow, is_untold
+from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import FOUND, PATIENCE, seconds_after
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen, nothing_continued
@@ -44,7 +44,6 @@ CROWD = 30
 
 CROWDED_WINDOW = 8
 """Frames that suffice in a crowd, where many people constrain the poses."""
-
 
 RESTING = 0.3
 """How much it counts after a cold start that people are slow, beside their pace, which moves worlds ahead alone."""
@@ -101,7 +100,6 @@ class MapCausal:
         self._astray = self._lost = 0.0
         self._roughly = RoughCamera(self.settings, problem)
         self._flow = Flow(problem.dt, drives=not self.ego_prior)
-        self._untold = True
 
     @property
     def settings(self) -> Settings | None:
@@ -216,8 +214,7 @@ class MapCausal:
     def _follow_flow(self, used: slice) -> None:
         """After a cold start, move all in the rows ``used`` to where people's pace says, if nothing else has told."""
         rows = self._rows
-        self._untold = self._untold and is_untold(rows.given_poses[used], rows.given[used], rows.motions[used])
-        if not (self._cold and self._untold):
+        if not self._cold or not self._flow.is_needed(rows.given_poses[used], rows.given[used], rows.motions[used]):
             return
         moved = self._flow.follow(rows.poses[used], rows.places[used], ~np.isnan(rows.relative[used, :, 0]))
         if moved is not None:

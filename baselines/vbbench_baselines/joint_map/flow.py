@@ -45,7 +45,7 @@ OWN_ANEW = 2.0
 
 
 class Flow:
-    """Weighs the worlds, frame by frame; earlier frames fade.
+    """Weighs the worlds, frame by frame, until anything else tells; earlier frames fade.
 
     Parameters
     ----------
@@ -57,6 +57,12 @@ class Flow:
         self._dt, self._drives = dt, drives
         self._against: FloatArray = np.zeros(len(FASTER))
         self._before: FloatArray = np.zeros((0, 2))
+        self._alone = True
+
+    def is_needed(self, poses: FloatArray, places: FloatArray, motions: FloatArray) -> bool:
+        """Whether nothing has told until now how fast all move; to be asked with the last frames as in `is_untold`."""
+        self._alone = self._alone and is_untold(poses, places, motions)
+        return self._alone
 
     def follow(self, poses: FloatArray, places: FloatArray, shown: BoolArray) -> FloatArray | None:
         """By how far each of the last frames moves [n, 2] in m, the first not at all; ``None`` if all stay.
@@ -99,7 +105,7 @@ def flow_of(poses: FloatArray, places: FloatArray, shown: BoolArray, dt: float, 
     """By how far each frame of a whole sequence moves [T, 2] in m, to the most probable world; the rest as `Flow`."""
     against = np.zeros(len(FASTER))
     for end in range(1, len(poses) + 1):
-        start = max(0, end - 1 - max(1, round(OVER / dt)))
+        start = max(0, end - 1 - _frames_of(OVER, dt))
         weigh(poses[start:end], places[start:end], shown[start:end], dt, drives, against)
     return ways_of(_surer(against), poses, dt)
 
@@ -117,7 +123,7 @@ def weigh(
 ) -> None:
     """Add −ln of the densities of the newest velocities in each world to ``against``; the rest as of `Flow`."""
     newest, unknown, velocities = len(poses) - 1, shown[-1].copy(), [np.zeros((0, 2))]
-    spans = [max(1, round(seconds / dt)) for seconds in (OVER, 0.5 * OVER)]
+    spans = [_frames_of(seconds, dt) for seconds in (OVER, 0.5 * OVER)]
     spans = [min(back, newest) for back in spans if newest >= min(back, ENOUGH)]
     if not spans:
         return
@@ -135,6 +141,11 @@ def weigh(
     else:
         people = np.concatenate((people, own[None]))
     _weigh_people(people, ahead, dt / ANEW * min(1.0, ALIKE / len(people)), against)
+
+
+def _frames_of(seconds: float, dt: float) -> int:
+    """At least one."""
+    return max(1, round(seconds / dt))
 
 
 def _surer(against: FloatArray) -> float:

@@ -80,7 +80,7 @@ def newest_of(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen, Mode
     told = surprises(point.frames, seen.free, start + 2, model.observer)
     camera = Drift(frames[0, PITCH:], SURE * model.drift.step, model.drift.step, model.drift.nu)
     alone = Point(frames, places, point.people, point.variances.copy())
-    return alone, part, model._replace(odds=model.odds - told, drift=camera)
+    return alone, part, model._replace(odds=model.odds - told, drift=camera, cold=False)
 
 
 def with_newest(point: Point, found: Point) -> Point:

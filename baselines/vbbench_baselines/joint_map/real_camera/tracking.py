@@ -11,7 +11,7 @@ from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
-from vbbench_baselines.joint_map.flow import Flow, is_untold
+from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
 from vbbench_baselines.joint_map.real_camera.behind import add_behind, carried
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
@@ -72,7 +72,7 @@ class Tracking:
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
         self._behind, self._early = np.zeros((2, 3, 3))
-        self._flow, self._untold = Flow(problem.dt, drives=True), True
+        self._flow = Flow(problem.dt, drives=True)
         self.moved: FloatArray | None = None
 
     def _dress(self, cold: bool) -> None:
@@ -128,8 +128,7 @@ class Tracking:
     def _follow_flow(self) -> None:
         """After a cold start, move all to where people's pace says, unless anything else has told how fast all move."""
         rows, self.moved = self.rows, None
-        self._untold = self._untold and is_untold(rows.given_poses, rows.given, rows.motions)
-        if self._cold and self._untold:
+        if self._cold and self._flow.is_needed(rows.given_poses, rows.given, rows.motions):
             self.moved = self._flow.follow(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth))
         if self.moved is not None:
             rows.move(self.moved)
