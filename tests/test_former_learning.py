@@ -1,6 +1,7 @@
 """Training vb-former with PyTorch: what is given, that it learns, and that it can be stopped."""
 
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -48,12 +49,12 @@ def test_what_is_given_and_counted_is_what_protocols_say(crowds: Crowds) -> None
         assert abs(batch.yaw.numpy()[:, 0]).max() < 1e-6
 
 
-def test_a_training_that_was_stopped_ends_with_the_same_weights(folder: Path, tmp_path: Path) -> None:
+def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(folder: Path, tmp_path: Path) -> None:
     whole = train(tmp_path / "whole", Asked(recipe=TINY), crowds=folder)
 
     def stopped(self: Training, checkpoint: Path, tell: object) -> Arrays:
-        while self.batches < 2:
-            self._learn()
+        for batch in islice(self._feed.drawn(0, 1), 2):
+            self._learn(batch)
         self.save(checkpoint)
         raise KeyboardInterrupt
 
@@ -64,6 +65,8 @@ def test_a_training_that_was_stopped_ends_with_the_same_weights(folder: Path, tm
     again = train(tmp_path / "stopped", Asked(recipe=TINY), crowds=folder)
     with np.load(whole) as a, np.load(again) as b:
         assert all(np.array_equal(a[name], b[name]) for name in a.files)
+    ahead = train(tmp_path / "ahead", Asked(recipe=TINY), crowds=folder, jobs=3)
+    assert ahead.read_bytes() == whole.read_bytes()
     other = train(tmp_path / "other", Asked(recipe=TINY, seed=1), crowds=folder)
     with np.load(whole) as a, np.load(other) as b:
         assert not np.array_equal(a["trust.weights"], b["trust.weights"])

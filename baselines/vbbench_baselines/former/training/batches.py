@@ -48,15 +48,30 @@ class Batch:
         others = {name: values.to(device) for name, values in vars(self).items() if name != "sights"}
         return Batch(sights=Sights(*(values.to(device) for values in self.sights)), **others)
 
+    def take_over(self, other: "Batch") -> None:
+        """Replace all numbers by those of another batch of the same shape."""
+        for mine, values in zip(self._tensors, other._tensors, strict=True):
+            mine.copy_(values)
 
-def draw_batch(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase) -> Batch:
-    """A batch of windows, drawn anew for each step of the training."""
-    size = recipe.size[rng.choice(len(recipe.size), p=[size.share for size in recipe.size])]
-    return batch_of(rng, crowds, recipe, phase, size)
+    @property
+    def _tensors(self) -> list[torch.Tensor]:
+        return [*self.sights, *(values for name, values in vars(self).items() if name != "sights")]
 
 
-def batch_of(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase, size: Size) -> Batch:
-    """A batch of windows of one size.
+def draw_size(rng: np.random.Generator, recipe: Recipe) -> Size:
+    """The size of a batch: what is drawn of it first."""
+    return recipe.size[rng.choice(len(recipe.size), p=[size.share for size in recipe.size])]
+
+
+def batch_of(
+    rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase, size: Size, *, filled: bool = False
+) -> Batch:
+    """A batch of windows of one size, drawn anew for each step of the training.
+
+    Parameters
+    ----------
+    filled : whether there is room for as many people as the size allows, though no window has that many, so that all
+        batches of a size are alike.
 
     Raises
     ------
@@ -72,16 +87,16 @@ def batch_of(rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Ph
             if window.seen.any():
                 windows.append(window)
         if len(windows) == size.windows:
-            return _stacked(rng, windows, recipe)
+            people = size.most if filled else max(window.seen.shape[1] for window in windows)
+            return _stacked(rng, windows, recipe, people)
     raise ValueError(
         f"hardly any sequence of the recipe has {phase.frames} frames; ask for shorter ones in [[stage.phase]]"
     )
 
 
-def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe) -> Batch:
+def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe, people: int) -> Batch:
     shares = np.array([recipe.protocols[name] for name in PROTOCOLS])
     protocol = rng.choice(len(PROTOCOLS), len(windows), p=shares / shares.sum())
-    people = max(window.seen.shape[1] for window in windows)
     shown = [window.shown() for window in windows]
     empty = {"ray": 1.0, "noise": UNKNOWN_STD}
     sights = Sights(

@@ -27,7 +27,7 @@ def train_vb_former(
         part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
         crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
         device: Of PyTorch, such as cuda; only on cpu are the weights the same each time.
-        jobs: Processes that make crowds; nothing depends on it.
+        jobs: Processes that make crowds, then draw from them ahead of the training; nothing depends on it.
     """
     import sys
 

@@ -15,10 +15,12 @@ from vbbench.folders.replacing import replacing
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier
-from vbbench_baselines.former.training.batches import Batch, batch_of, draw_batch
+from vbbench_baselines.former.training.batches import Batch, batch_of
 from vbbench_baselines.former.training.crowds import Crowds
+from vbbench_baselines.former.training.feed import Feed
 from vbbench_baselines.former.training.following import Errors, follow
 from vbbench_baselines.former.training.recipe import Phase, Recipe
+from vbbench_baselines.former.training.replaying import Learn, Replaying
 from vbbench_baselines.former.training.tensors import TensorOperations
 
 SPREAD_WEIGHT = 0.03
@@ -51,6 +53,7 @@ class Training:
     seed : of the first weights and of the windows.
     pure, feet : see `vbbench_baselines.former.network.Birdifier`.
     device : of PyTorch, such as ``cuda``. Only on ``cpu`` are weights the same each time.
+    jobs : processes; all but one draw windows ahead.
     batches, windows : learned from.
     stage, begun : number of the stage, and the batches and windows when it began.
     averaged : batches whose weights are averaged.
@@ -64,6 +67,7 @@ class Training:
     pure: bool = False
     feet: bool = True
     device: str = "cpu"
+    jobs: int = 1
     batches: int = 0
     windows: int = 0
     stage: int = 0
@@ -81,6 +85,9 @@ class Training:
         }
         self._spreads = [values for name, values in self.weights.items() if name.startswith(SPREAD_LAYERS)]
         self._others = [values for name, values in self.weights.items() if not name.startswith(SPREAD_LAYERS)]
+        on_gpu = torch.device(self.device).type == "cuda"
+        self._gradients: Learn = Replaying(self._differentiate) if on_gpu else self._differentiate
+        self._feed = Feed(self.recipe, self.crowds, self.seed, filled=on_gpu)
         self._set_out()
 
     def _set_out(self) -> None:
@@ -98,16 +105,18 @@ class Training:
 
     def run(self, checkpoint: Path, tell: Callable[[dict[str, Any]], None]) -> Arrays:
         """Train to the end, with a checkpoint now and then; the weights, averaged over the last part."""
-        while not self._over:
+        started = process_time()
+        for batch in self._feed.drawn(self.batches, self.jobs):
             if self._part >= 1.0:
                 self._go_on_to_the_next_stage()
-            started = process_time()
-            errors = self._learn()
+            errors = self._learn(batch)
             self.seconds += process_time() - started
+            started = process_time()
             if self.batches % CHECK_EVERY == 0 or self._over:
                 self.log.append({**self._progress(errors), **self.look(self.weights)})
                 self.save(checkpoint)
                 tell(self.log[-1])
+                started = process_time()
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
 
     def _go_on_to_the_next_stage(self) -> None:
@@ -123,15 +132,10 @@ class Training:
             batches = [batch.to(self.device) for batch in self.held_out]
             return summary([(batch, follow(self._birdifier(weights), batch)) for batch in batches])
 
-    def _learn(self) -> Errors:
-        """One batch; its windows follow from seed and number alone."""
-        rng = np.random.default_rng([self.recipe.seed, self.seed, self.batches])
-        batch = draw_batch(rng, self.crowds, self.recipe, self._phase).to(self.device)
+    def _learn(self, batch: Batch) -> Errors:
         for group in self._optimiser.param_groups:
             group["lr"] = self._rate()
-        errors = follow(self._birdifier(self.weights), batch)
-        self._optimiser.zero_grad()
-        (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()
+        errors = self._gradients(batch)
         torch.nn.utils.clip_grad_norm_(self._spreads, LONGEST_GRADIENT)
         if torch.isfinite(torch.nn.utils.clip_grad_norm_(self._others, LONGEST_GRADIENT)):
             self._optimiser.step()
@@ -144,6 +148,15 @@ class Training:
                     self.mean[name] += (values - self.mean[name]) / self.averaged
         return errors
 
+    def _differentiate(self, batch: Batch) -> Errors:
+        """The errors of a batch, and the gradients of the weights by them."""
+        for values in self.weights.values():
+            if values.grad is not None:
+                values.grad.zero_()
+        errors = follow(self._birdifier(self.weights), batch)
+        (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()
+        return errors
+
     def _birdifier(self, weights: Mapping[str, torch.Tensor]) -> Birdifier:
         return Birdifier(Network(TensorOperations(), weights), pure=self.pure, feet=self.feet)
 
@@ -154,7 +167,7 @@ class Training:
 
     @property
     def _over(self) -> bool:
-        return self.stage == len(self.recipe.stage) - 1 and self._part >= 1.0
+        return self.batches == len(self._feed)
 
     @property
     def _phase(self) -> Phase:

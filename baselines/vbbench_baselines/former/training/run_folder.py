@@ -58,7 +58,7 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
     Parameters
     ----------
     crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
-    device : of PyTorch, see `vbbench_baselines.former.training.loop.Training`.
+    device, jobs : see `vbbench_baselines.former.training.loop.Training`; as many processes make the crowds.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
         if asked.sequences is not None:
             learned = learned.limited(asked.sequences)
         batches = held_out_batches(recipe, held_out)
-        training = Training(recipe, learned, batches, asked.seed, asked.pure, asked.feet, device)
+        training = Training(recipe, learned, batches, asked.seed, asked.pure, asked.feet, device, jobs)
         if (out / CHECKPOINT).is_file():
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
