@@ -30,6 +30,7 @@ class Replaying:
 
     def __init__(self, learn: Learn) -> None:
         self._learn, self._recordings, self._memory = learn, dict[torch.Size, _Recording](), None
+        self._stream = torch.cuda.Stream()
 
     def __call__(self, batch: Batch) -> Errors:
         """Learn from a batch on the GPU, or on its way there."""
@@ -42,14 +43,13 @@ class Replaying:
         return recording.errors
 
     def _record(self, batch: Batch) -> _Recording:
-        stream, own = torch.cuda.Stream(), batch.to("cuda")
-        stream.wait_stream(torch.cuda.current_stream())
-        with torch.cuda.stream(stream):
+        own, graph = batch.to("cuda"), torch.cuda.CUDAGraph()
+        self._stream.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(self._stream):
             for _ in range(WARM_UP):
                 self._learn(own)
-        torch.cuda.current_stream().wait_stream(stream)
-        graph = torch.cuda.CUDAGraph()
-        with torch.cuda.graph(graph, pool=self._memory):
+        torch.cuda.current_stream().wait_stream(self._stream)
+        with torch.cuda.graph(graph, pool=self._memory, stream=self._stream):
             errors = Errors(*(values.detach() for values in self._learn(own)))
         self._memory = graph.pool()
         return _Recording(graph, own, errors)
