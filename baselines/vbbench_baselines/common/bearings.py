@@ -54,16 +54,15 @@ def each(change: Callable[[Any], Any], boxes: Bearings) -> Bearings:
 def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
     """What boxes [..., 3] (u, v, l) in px tell; those that show nobody on the ground tell nothing."""
     boxes = np.where(boxes[..., 2:] > 1.0, boxes, np.nan)
-    beside = boxes + np.array((1.0, 0.0, 0.0))
+    both = np.array((boxes, boxes))
+    both[1, ..., 0] += 1.0
     with np.errstate(divide="ignore", invalid="ignore"):
-        ray, shifted = (camera.unproject(seen, np.ones(())) for seen in (boxes, beside))
-        length = 1.0 / np.hypot(ray[..., 0], ray[..., 1])
-        _, stature = camera.statures(boxes)
-        foot = camera.mount_height * length / stature
-    azimuth = np.arctan2(ray[..., 0], ray[..., 1])
-    aside = shorter_way(np.arctan2(shifted[..., 0], shifted[..., 1]) - azimuth, 2.0 * np.pi)
-    width = np.abs(aside) * boxes[..., 2]
-    nobody = ~np.isfinite(azimuth + foot + length + width) | ~(length > 0.0)
+        rays = camera.unproject(both, np.ones(()))
+        length = 1.0 / np.hypot(rays[0, ..., 0], rays[0, ..., 1])
+        foot = camera.mount_height * length / camera.statures(boxes)[1]
+    azimuth, beside = np.arctan2(rays[..., 0], rays[..., 1])
+    width = np.abs(shorter_way(beside - azimuth, 2.0 * np.pi)) * boxes[..., 2]
+    nobody = ~(np.isfinite(azimuth + foot + length + width) & (length > 0.0))
     azimuth, foot, length, size, width = np.where(nobody, np.nan, (azimuth, foot, length, boxes[..., 2], width))
     return Bearings(azimuth, foot, length, size, width, _cut(camera, boxes))
 
@@ -71,9 +70,10 @@ def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
 def _cut(camera: Camera, boxes: FloatArray) -> IntArray:
     """What the border may have cut off the boxes [..., 3]."""
     columns, rows = camera.picture_size
-    u, v, size = np.moveaxis(boxes, -1, 0)
-    cut = FEET_CUT * (v + 0.5 * size > rows - BORDER) + HEAD_CUT * (v - 0.5 * size < BORDER)
+    u, v, size = boxes[..., 0], boxes[..., 1], boxes[..., 2]
+    half = 0.5 * size
+    cut: IntArray = FEET_CUT * (v + half > rows - BORDER) + HEAD_CUT * (v - half < BORDER)
     if camera.period is None:
         reach = HALF_WIDTH * size
         cut = cut + SIDE_CUT * ((u - reach < 0.0) | (u + reach > columns))
-    return np.asarray(cut, np.int64)
+    return cut

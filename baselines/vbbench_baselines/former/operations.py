@@ -118,7 +118,7 @@ class NumpyOperations:
 
     def stack(self, parts: list[Array]) -> Array:
         """See `Operations`."""
-        made = np.empty((*np.shape(parts[0]), len(parts)), np.result_type(parts[0]))
+        made = np.empty((*parts[0].shape, len(parts)), parts[0].dtype)
         for number, part in enumerate(parts):
             made[..., number] = part
         return made

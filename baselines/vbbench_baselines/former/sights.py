@@ -48,26 +48,22 @@ def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
         edge = np.hypot(problem.pixel_std, problem.box_std * found.size)
         foot = np.where(found.foot > SMALLEST_SLOPE, found.foot, np.nan)
         slope_std = np.hypot(edge * found.length / found.size, problem.tilt_std)
-        noise = (
-            edge * found.width / found.size,
-            np.sqrt(2.0) * edge / found.size,
-            np.hypot(slope_std / foot, problem.mount_height_std / camera.mount_height),
-        )
-        by_height, by_feet = np.log(problem.height_mean / found.length), np.log(camera.mount_height / foot)
-    seen = ~np.isnan(by_height)
-    has_feet = seen & ~np.isnan(by_feet) & (found.cut & FEET_CUT == 0)
-    spread = np.empty((*seen.shape, 3))
-    for number, std in enumerate(noise):
-        spread[..., number] = std
+        noise = np.empty((*foot.shape, 3))
+        np.divide(edge * found.width, found.size, out=noise[..., 0])
+        np.divide(np.sqrt(2.0) * edge, found.size, out=noise[..., 1])
+        np.hypot(slope_std / foot, problem.mount_height_std / camera.mount_height, out=noise[..., 2])
+        far = np.log(np.array((problem.height_mean / found.length, camera.mount_height / foot)))
+    seen, stands = known = ~np.isnan(far)
+    by_height, by_feet = _single(np.where(known, np.minimum(np.maximum(far, LOWEST), HIGHEST), 0.0))
     there = seen[..., None]
-    believed = np.minimum(np.maximum(spread, LEAST_STD), MOST_STD)
+    believed = np.minimum(np.maximum(noise, LEAST_STD), MOST_STD)
     return Sights(
         seen=_single(seen),
         ray=np.exp(-1j * np.where(seen, found.azimuth, 0.0)).astype(np.complex64),
-        by_height=_single(_bounded(by_height)),
-        by_feet=_single(_bounded(by_feet)),
-        has_feet=_single(has_feet),
-        noise=_single(np.where(there & ~np.isnan(spread), believed, UNKNOWN_STD)),
+        by_height=by_height,
+        by_feet=by_feet,
+        has_feet=_single(seen & stands & (found.cut & FEET_CUT == 0)),
+        noise=_single(np.where(there & ~np.isnan(noise), believed, UNKNOWN_STD)),
         cut=_single(there & (found.cut[..., None] & _CUTS > 0)),
     )
 
@@ -77,10 +73,6 @@ def without_feet(operations: Operations, sights: Sights) -> Sights:
     none = 0.0 * sights.by_feet
     noise = operations.join([sights.noise[..., :2], none[..., None] + UNKNOWN_STD])
     return sights._replace(by_feet=none, has_feet=none, noise=noise)
-
-
-def _bounded(values: FloatArray) -> FloatArray:
-    return np.where(np.isnan(values), 0.0, np.minimum(np.maximum(values, LOWEST), HIGHEST))
 
 
 def _single(values: NDArray[Any]) -> NDArray[np.float32]:
