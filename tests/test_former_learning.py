@@ -76,6 +76,23 @@ def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(fo
     assert len(log) == 2
 
 
+@pytest.mark.parametrize("device", ["cpu", *["cuda"] * torch.cuda.is_available()])
+def test_every_device_learns_the_same_though_batches_there_have_room_for_more(crowds: Crowds, device: str) -> None:
+    plain, other = Training(TINY, crowds, (), seed=0), Training(TINY, crowds, (), seed=0, device=device)
+    for seed in range(2):
+        for size in TINY.size:
+            batch, filled = (
+                batch_of(np.random.default_rng(seed), crowds, TINY, Phase(frames=6, share=1.0), size, filled=filled)
+                for filled in (False, True)
+            )
+            assert filled.true.shape == (*batch.true.shape[:2], size.most)
+            loss, same = other._gradients(filled).loss.detach(), plain._differentiate(batch).loss.detach()
+            assert float(loss) == pytest.approx(float(same), 1e-4)
+            for name, values in plain.weights.items():
+                assert values.grad is not None
+                assert other.weights[name].grad.cpu().numpy() == pytest.approx(values.grad.numpy(), rel=1e-2, abs=1e-5)
+
+
 @pytest.mark.slow
 def test_training_learns(folder: Path, tmp_path: Path) -> None:
     crowds = make_crowds(TINY, folder, TINY.seed)
