@@ -17,9 +17,8 @@ SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
 """A mount height that differs by a larger share, and a tilt of more rad, are worth a warning if they are certain."""
 FAST_PEOPLE, SHORT, TALL = 2.5, 1.5, 1.95
 """Median speed in m/s, and heights in m, beyond which people are not what people are."""
-NEAR_EDGE, FARTHEST_EDGE = 0.45, 0.5
-"""By how much the edge of a body that its box is about is nearer than its middle: m, as in tier ``field``, and at most
-this share of the way."""
+NEAR_EDGE = 0.45
+"""In m, by how much the edge of a body that its box is about is nearer than its middle, as in tier ``field``."""
 OFTEN = 0.3
 """Share of frames with few people above which a warning says so."""
 
@@ -81,8 +80,8 @@ def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[
     """Heights [K] of people by their boxes and places; median errors of columns and heights; share of misfits."""
     camera, mean = dataset.camera(sequence), dataset.info.height_mean
     middles = world_to_relative(answer.positions, answer.poses)
-    share = NEAR_EDGE / np.maximum(np.linalg.norm(middles, axis=-1, keepdims=True), NEAR_EDGE)
-    edges = middles * (1.0 - np.minimum(share, FARTHEST_EDGE))
+    reach = np.maximum(np.linalg.norm(middles, axis=-1, keepdims=True), 2.0 * NEAR_EDGE)
+    edges = middles * (1.0 - NEAR_EDGE / reach)
     expected = camera.project_unbounded(edges, np.full(edges.shape[:2], mean))
     known = sequence.observed & np.isfinite(expected[..., 2])
     frame, track = np.nonzero(known)

@@ -93,7 +93,7 @@ def _reveal(
     one = batch.protocol == ONE_STEP
     place, yaw = torch.where(one, batch.place[:, t - 1], place), torch.where(one, batch.yaw[:, t - 1], yaw)
     local = _turned(-yaw)[:, None]
-    people, own, exact = state.people, state.observer, place.real.new_ones(())
+    people, own, exact = state.people, state.observer, yaw.new_ones(())
     last, before = (one[:, None] & (batch.true[:, t - back] > 0.5) for back in (1, 2))
     people = people._replace(
         place=torch.where(last, (batch.positions[:, t - 1] - place[:, None]) * local, people.place),

@@ -86,6 +86,8 @@ class Training:
         self._spreads = [values for name, values in self.weights.items() if name.startswith(SPREAD_LAYERS)]
         self._others = [values for name, values in self.weights.items() if not name.startswith(SPREAD_LAYERS)]
         on_gpu = torch.device(self.device).type == "cuda"
+        if on_gpu:
+            torch.cuda.set_device(self.device)
         self._gradients: Learn = Replaying(self._differentiate) if on_gpu else self._differentiate
         self._feed = Feed(self.recipe, self.crowds, self.seed, filled=on_gpu)
         self._set_out()
@@ -111,12 +113,11 @@ class Training:
                 self._go_on_to_the_next_stage()
             errors = self._learn(batch)
             self.seconds += process_time() - started
-            started = process_time()
             if self.batches % CHECK_EVERY == 0 or self._over:
                 self.log.append({**self._progress(errors), **self.look(self.weights)})
                 self.save(checkpoint)
                 tell(self.log[-1])
-                started = process_time()
+            started = process_time()
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
 
     def _go_on_to_the_next_stage(self) -> None:
@@ -150,9 +151,7 @@ class Training:
 
     def _differentiate(self, batch: Batch) -> Errors:
         """The errors of a batch, and the gradients of the weights by them."""
-        for values in self.weights.values():
-            if values.grad is not None:
-                values.grad.zero_()
+        self._optimiser.zero_grad(set_to_none=False)
         errors = follow(self._birdifier(self.weights), batch)
         (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()
         return errors
