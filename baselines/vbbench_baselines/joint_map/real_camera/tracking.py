@@ -119,8 +119,8 @@ class Tracking:
         changed = self._hands.changes(rows, self.model, Point(rows.frames, *before), point, seen, columns)
         if changed:
             rows.reseat(changed)
-            self._begin()
-        settled, seen, columns = self._settle()
+            _, seen, columns = self._begin()
+        settled = self._settle(seen, columns)
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
         self._follow_flow()
         return self._answer(settled, columns)
@@ -181,16 +181,15 @@ class Tracking:
         self._keep(found, columns)
         return found, seen, columns
 
-    def _settle(self) -> tuple[Settled, Seen, IntArray]:
+    def _settle(self, seen: Seen, columns: IntArray) -> Settled:
         """A round over the window; what is found is kept in its rows. With the newest covariances, if asked for."""
-        seen, columns = self.rows.seen(held=self._held)
         size = len(self.rows.frames)
         since = size - 1 if self._problem.covariances else size
         settled = settle(self._point(self.rows.frames, seen, columns), seen, self.model, 1, since)
         self._keep(settled.point, columns)
         self._shares, self._early = settled.shares.laws, settled.early
         self.rows.told[:, columns] = settled.told
-        return settled, seen, columns
+        return settled
 
     @property
     def _held(self) -> int:
