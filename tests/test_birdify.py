@@ -187,6 +187,21 @@ def test_the_solver_has_loaded_its_libraries_before_they_are_kept_to_one_thread(
     assert Beginner.threads == [3, 1]
 
 
+def test_what_is_kept_says_how_long_a_frame_lasts(tmp_path, capsys):
+    walk = crossing()
+    folder = write_folder(tmp_path / "walk", walk)
+    camera = folder / "camera.toml"
+    camera.write_text("".join(line for line in camera.read_text().splitlines(True) if not line.startswith("fps")))
+    asked = ["birdify", str(folder / "boxes.csv"), "--camera", str(camera), "--solver", FAST, "--no-film"]
+    assert main([*asked, "--out", str(tmp_path / "none")]) == 2
+    assert "write dt or fps in camera.toml" in capsys.readouterr().err
+    assert main([*asked, "--out", str(tmp_path / "map"), "--dt", "0"]) == 2
+    assert main([*asked, "--out", str(tmp_path / "map"), "--dt", "0.1"]) == 0
+    kept = tmp_path / "map" / "recording"
+    again = birdify(kept / "boxes.csv", kept / "camera.toml", tmp_path / "again", solver=FAST, film=False)
+    assert (again.folder / "poses.csv").read_bytes() == (tmp_path / "map" / "poses.csv").read_bytes()
+
+
 def test_numbers_of_frames_and_ids_are_those_of_the_file(tmp_path):
     walk = make_walk(20)
     folder = write_folder(tmp_path / "walk", walk)

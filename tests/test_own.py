@@ -98,6 +98,8 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         (HEAD + "0,1,2,3,4,50\n1,1.5,2,3,4,50\n", 3, "the id is 1.5, which is not a whole number"),
         (HEAD + "0,1,2,3,4,50\n1,-1,2,3,4,50\n", 3, "the id is missing here"),
         (HEAD + "0,1,2,3,4,50\n1.5,1,2,3,4,50\n", 3, "frame 1.5 is not a whole number from 0 on"),
+        (HEAD + "0,1,2,3,4,50\n1e15,1,2,3,4,50\n1,1,2,3,4,50\n", 3, "frame 1e\\+15 is too far after frame 0"),
+        (HEAD + "0,1,2,3,4,50\n1e300,1,2,3,4,50\n", 3, "frame 1e\\+300 is too far after frame 0"),
         ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visible is 2"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
@@ -199,6 +201,12 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
     (folder / "seqinfo.ini").write_text("[Sequence]\nimWidth=1920\nimHeight=1080\n")
     with pytest.raises(FileError, match=r"says 1280 x 720 px, .*seqinfo.ini says 1920 x 1080"):
         read(folder)
+    (folder / "seqinfo.ini").write_text("[Sequence]\nimWidth=1280.5\nimHeight=720\n")
+    with pytest.raises(FileError, match=r"seqinfo.ini: imWidth is '1280.5', not a whole number from 1 to 100000"):
+        read(folder)
+    (folder / "seqinfo.ini").write_text("[Sequence]\nframeRa" + " " * 40_000)
+    with pytest.raises(FileError, match=r"seqinfo.ini, line 2: has more than 2,000 bytes"):
+        read(folder)
 
 
 def test_boxes_without_ids_are_linked(folder, walk):
@@ -251,6 +259,32 @@ def test_stated_covariances_of_odometry_add_up_over_a_frame(folder, walk):
     (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3] + " 7"]))
     with pytest.raises(FileError, match="line 4: 15 columns, wanted 14"):
         read(folder)
+
+
+def test_lines_of_odometry_are_told_by_their_times(folder, walk):
+    write_tum(folder / "odometry.txt", walk, every=0.5)
+    rows = (folder / "odometry.txt").read_text().splitlines()
+    rows = [f"{line} {1e-4 * (1 + n)} 0 0 1e-4 0 1e-6" for n, line in enumerate(rows)]
+    odometry = []
+    for order in (rows, rows[::-1]):
+        (folder / "odometry.txt").write_text("\n".join(order) + "\n")
+        odometry.append(read(folder).footage.odometry)
+    np.testing.assert_array_equal(odometry[0].motions, odometry[1].motions)
+    np.testing.assert_array_equal(odometry[0].covariances, odometry[1].covariances)
+
+
+def test_no_motion_is_made_up_before_the_first_line_of_odometry_and_after_its_last(folder, walk):
+    write_tum(folder / "odometry.txt", walk, every=2.0)
+    whole = read(folder).footage.odometry
+    rows = (folder / "odometry.txt").read_text().splitlines()
+    (folder / "odometry.txt").write_text("\n".join(rows[1:-2]) + "\n")
+    recording = read(folder)
+    odometry = recording.footage.odometry
+    first, last = 2, 2 * (len(rows) - 3)
+    measured = np.isfinite(odometry.motions[:, 0])
+    assert np.flatnonzero(measured).tolist() == list(range(first + 1, last + 1))
+    np.testing.assert_allclose(odometry.motions[measured], whole.motions[measured], atol=1e-12)
+    assert recording.notes == (f"{59 - int(measured.sum())} of 59 motions are not in odometry.txt",)
 
 
 def test_files_of_another_clock_or_frame_are_refused(folder, walk):

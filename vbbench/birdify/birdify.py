@@ -38,7 +38,7 @@ from vbbench.files.submission_rows import answer_rows
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation import write_dataset
-from vbbench.generation.generator import FootageGenerator, Options
+from vbbench.generation.generator import FRAME_TIME, FootageGenerator, Options
 from vbbench.pictures.rendering import silent
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
@@ -107,13 +107,14 @@ def birdify(
     Raises
     ------
     VbbenchError
-        If a file cannot be used, the solver is unknown or fails, or ``out`` exists.
+        If a file cannot be used, ``dt`` cannot be, the solver is unknown or fails, or ``out`` exists.
     """
     out = Path(out)
+    _check_seconds(dt)
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
         recording = _read(Path(boxes), Path(camera), None if odometry is None else Path(odometry), dt, pictures)
         work.begin()
-        _keep_files(recording.files, work.new / RECORDING)
+        _keep_files(recording, dt, work.new / RECORDING)
         announce(_described(recording))
         dataset = _dataset(recording, work.new / DATASET)
         sequence = dataset.sequence(0)
@@ -128,6 +129,14 @@ def birdify(
     for warning in report.warnings:
         warnings.warn(VbbenchWarning(warning), stacklevel=2)
     return Birdified(folder=out, report=report)
+
+
+def _check_seconds(dt: float | None) -> None:
+    if dt is not None:
+        try:
+            FRAME_TIME.check("dt", dt)
+        except ValueError as error:
+            raise VbbenchError(str(error)) from error
 
 
 def _read(
@@ -148,14 +157,18 @@ def _described(recording: OwnRecording) -> str:
     )
 
 
-def _keep_files(files: RecordingFiles, folder: Path) -> None:
-    """Copy what was read, under the names that a recording of split ``own`` has."""
+def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None:
+    """Copy what was read, as a recording of split ``own`` is named; the camera file says ``dt`` where it did not."""
     folder.mkdir(parents=True)
+    files = recording.files
     named = files.boxes.suffix.lower() == ".csv"
     kept = {CAMERA: files.camera, "boxes.csv" if named else "gt.txt": files.boxes, ODOMETRY: files.odometry}
     for name, path in kept.items():
         if path is not None:
             shutil.copyfile(path, folder / name)
+    if recording.own.facts.seconds is None and dt is not None:
+        text = files.camera.read_text("utf-8-sig")
+        write_text_atomically(folder / CAMERA, f"dt = {dt!r}  # seconds per frame, told beside this file\n{text}")
 
 
 def _dataset(recording: OwnRecording, folder: Path) -> Dataset:

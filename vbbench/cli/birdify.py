@@ -14,6 +14,7 @@ def birdify(
     camera: Path,
     out: Path,
     odometry: Path | None = None,
+    dt: float | None = None,
     solver: str = "map-causal",
     detector: str | None = None,
     weights: Path | None = None,
@@ -31,6 +32,7 @@ def birdify(
         camera: TOML file with the picture's size, focal length, mount height and frame rate; see docs/own.md.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
         odometry: TUM file of the observer's own measurement of its motion.
+        dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
         solver: A registered name or module:attribute of your own.
         detector: Of a film: hog (default), an ONNX file in the manner of YOLO, or module:attribute of your own.
         weights: Of a film: file of the detector's network, for --detector yolo.
@@ -50,6 +52,8 @@ def birdify(
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if given and not is_film(boxes):
         raise VbbenchError(f"--{next(iter(given))} is for films, and {boxes} is a file of boxes; leave it out")
+    if dt is not None and is_film(boxes):
+        raise VbbenchError(f"--dt is for boxes, and {boxes} is a film; write dt or fps in {camera} if its own is wrong")
     options: dict[str, Any] = {
         "odometry": odometry,
         "solver": solver,
@@ -62,5 +66,5 @@ def birdify(
 
         made = birdify_film(boxes, camera, out, Detection(**given), **options)
     else:
-        made = make(boxes, camera, out, **options)
+        made = make(boxes, camera, out, dt=dt, **options)
     print(f"{made.folder}: {made.report.summary()}")

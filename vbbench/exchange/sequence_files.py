@@ -5,9 +5,13 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from vbbench.errors import FileError
+from vbbench.errors import FileError, quoted
 
 SEQUENCE_INFO = "seqinfo.ini"
+SECTION = "Sequence"
+MOST_PIXELS = 10**5
+"""Of the longer side of a picture."""
+_LONGEST_ROW, _MOST_BYTES = 2000, 2**16
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -63,12 +67,55 @@ def picture_size_of(path: Path) -> tuple[int, int] | None:
     """
     if not path.is_file():
         return None
-    text = configparser.ConfigParser(strict=False, interpolation=None)
     try:
-        text.read_string(path.read_text("utf-8-sig"))
-        section = text["Sequence"]
-        return int(section["imWidth"]), int(section["imHeight"])
-    except KeyError:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror or error}") from error
+    facts = sequence_facts(path, content) or {}
+    if "imWidth" not in facts or "imHeight" not in facts:
         return None
-    except (OSError, ValueError, configparser.Error) as error:
-        raise FileError(path, f"cannot be read: {str(error).splitlines()[0]}") from error
+    width, height = (whole_number(path, key, facts[key], MOST_PIXELS) for key in ("imWidth", "imHeight"))
+    return width, height
+
+
+def sequence_facts(path: Path, content: bytes) -> Mapping[str, str] | None:
+    """What a ``seqinfo.ini`` says, by key, whatever its case; ``None`` without a section [Sequence].
+
+    Parameters
+    ----------
+    path : what messages call it.
+    content : the text, UTF-8.
+
+    Raises
+    ------
+    FileError
+        If it is not such a file.
+    """
+    if len(content) > _MOST_BYTES:
+        raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
+    endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)
+    if endless is not None:  # the time of parsing a line grows with the square of its length
+        raise FileError(path, f"has more than {_LONGEST_ROW:,} bytes; a line of this file has a few dozen", endless)
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise FileError(path, "is not a text file") from error
+    except configparser.Error as error:
+        line = getattr(error, "lineno", None)
+        raise FileError(path, f"is not an ini file: expected [{SECTION}] and lines 'key=value'", line) from error
+    return parser[SECTION] if parser.has_section(SECTION) else None
+
+
+def whole_number(path: Path, key: str, text: str, most: int) -> int:
+    """The number that a file states under a key.
+
+    Raises
+    ------
+    FileError
+        If it is not a whole number from 1 to ``most``.
+    """
+    count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
+    if not 1 <= count <= most:
+        raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
+    return count

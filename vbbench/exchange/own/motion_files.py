@@ -21,6 +21,8 @@ STEEPEST = 0.6
 """Rad by which a body may lean; more is another convention of axes."""
 LONGEST_HOLE = 1.0
 """Poses farther apart, in s, are not interpolated between."""
+SAME_TIME = 1e-3
+"""In s: clocks that differ by less agree."""
 
 
 def read_poses(path: Path, timeline: Timeline) -> FloatArray:
@@ -31,9 +33,9 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
     FileError
         If the file cannot be read, or some frame has no pose: truth is whole, or it is none.
     """
-    lines, values = read_tum_rows(path)
-    times, poses = _planar(path, lines, values)
-    found = _at(times, poses, timeline.times)
+    lines, values = _in_order(path, *read_tum_rows(path))
+    times, poses = values[:, 0], _planar(path, lines, values)
+    found = _at(times, poses, timeline.times, slack=_half_an_interval(times))
     missing = np.isnan(found[:, 0])
     if missing.any():
         frame = int(missing.argmax())
@@ -48,17 +50,18 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
 def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple[Odometry, tuple[str, ...]]:
     """The motion from frame to frame with its covariance, NaN where it was not measured, and notes.
 
-    Poses are interpolated at the times of the frames. Stated covariances are added up over the time of a frame, parts
-    of intervals in proportion to time; otherwise they follow from ``noise``.
+    Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
+    covariances are added up over the time of a frame, parts of intervals in proportion to time; otherwise they follow
+    from ``noise``.
 
     Raises
     ------
     FileError
         If the file cannot be read, a covariance is not positive, or hardly any frame has a motion.
     """
-    lines, values = read_tum_rows(path, MOTION_COVARIANCE)
-    times, poses = _planar(path, lines, values[:, :8])
-    at = _at(times, poses, timeline.times)
+    lines, values = _in_order(path, *read_tum_rows(path, MOTION_COVARIANCE))
+    times, poses = values[:, 0], _planar(path, lines, values[:, :8])
+    at = _at(times, poses, timeline.times, slack=SAME_TIME)
     motions = np.full((timeline.frames, 3), np.nan)
     motions[1:, :2] = world_to_relative(at[1:, None, :2], at[:-1])[:, 0, ::-1] * np.array([1.0, -1.0])
     motions[1:, 2] = wrap_angle(at[1:, 2] - at[:-1, 2])
@@ -77,13 +80,19 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     return Odometry(motions=motions, covariances=covariances), notes
 
 
-def _planar(path: Path, lines: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Times [N], ascending, and poses [N, 3] of the body's x axis on the ground."""
+def _in_order(path: Path, lines: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The lines' numbers [N] and values [N, ...] by ascending time, the first of the values."""
     order = np.argsort(values[:, 0], kind="stable")
-    again = np.flatnonzero(np.diff(values[order, 0]) == 0.0)
+    lines, values = lines[order], values[order]
+    again = np.flatnonzero(np.diff(values[:, 0]) == 0.0)
     if len(again):
-        line = int(lines[order[again[0] + 1]])
-        raise FileError(path, f"time {values[order[again[0]], 0]:.10g} s stands twice; leave one of them out", line)
+        problem = f"time {values[again[0], 0]:.10g} s stands twice; leave one of them out"
+        raise FileError(path, problem, int(lines[again[0] + 1]))
+    return lines, values
+
+
+def _planar(path: Path, lines: IntArray, values: FloatArray) -> FloatArray:
+    """Poses [N, 3] of the body's x axis on the ground."""
     x, y, z, w = values[:, 4:].T
     lean = leaning(values[:, 4:])
     if (lean > STEEPEST).any():
@@ -93,21 +102,25 @@ def _planar(path: Path, lines: IntArray, values: FloatArray) -> tuple[FloatArray
         )
         raise FileError(path, problem, int(lines[row]))
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return values[order, 0], np.stack([values[:, 1], values[:, 2], yaw], axis=-1)[order]
+    return np.stack([values[:, 1], values[:, 2], yaw], axis=-1)
 
 
-def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Poses [T, 3] at the times ``wanted`` [T], interpolated; NaN outside, and in holes."""
+def _half_an_interval(times: FloatArray) -> float:
+    return 0.5 * float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+
+
+def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, slack: float) -> FloatArray:
+    """Poses [T, 3] at the times ``wanted`` [T], interpolated; NaN in holes, and more than ``slack`` s outside."""
     if len(times) < 2:
         return np.full((len(wanted), 3), np.nan)
     turned = np.column_stack([poses[:, :2], np.unwrap(poses[:, 2])])
     found = np.stack([np.interp(wanted, times, column) for column in turned.T], axis=-1)
     found[:, 2] = wrap_angle(found[:, 2])
     after = np.searchsorted(times, wanted).clip(1, len(times) - 1)
-    slack = 0.5 * float(np.median(np.diff(times)))
     outside = (wanted < times[0] - slack) | (wanted > times[-1] + slack)
-    hole = (times[after] - times[after - 1] > LONGEST_HOLE) & (wanted > times[after - 1] + slack)
-    found[outside | (hole & (wanted < times[after] - slack))] = np.nan
+    edge = _half_an_interval(times)
+    hole = (times[after] - times[after - 1] > LONGEST_HOLE) & (wanted > times[after - 1] + edge)
+    found[outside | (hole & (wanted < times[after] - edge))] = np.nan
     return found
 
 

@@ -12,8 +12,12 @@ SAME_FRAME = 0.1
 """Time stamps that differ by less, in frames, are of one frame."""
 UNEVEN = 0.25
 """How far the time between two frames may be from a whole number of frames before it is worth a note."""
+LARGEST = 10**15
+"""No frame has a larger number."""
 LONGEST_GAP = 60.0
 """A clock that goes on by more seconds from one box to the next has jumped."""
+MOST_FRAMES = 10**7
+"""A recording of more frames, 11 days at 10 a second, is taken for a mistake."""
 DRIFT = 0.02
 """How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
 
@@ -59,7 +63,7 @@ def number_frames(
     Raises
     ------
     FileError
-        If a number is not whole, or nothing says how long a frame lasts.
+        If a number is not whole, too far from the others, or nothing says how long a frame lasts.
     """
     wrong = (numbers != np.round(numbers)) | (numbers < 0)
     if wrong.any():
@@ -69,11 +73,15 @@ def number_frames(
         raise FileError(
             path, "its frames are numbered, and nothing says how long one lasts: write dt or fps in camera.toml"
         )
+    if numbers.max() > LARGEST:
+        raise _too_far(path, numbers, lines)
     different = np.unique(numbers.astype(np.int64))
     step = max(1, int(np.gcd.reduce(np.diff(different)))) if len(different) > 1 else 1
     first = int(different[0])
     frame = (numbers.astype(np.int64) - first) // step
     count = int(frame.max()) + 1
+    if count > MOST_FRAMES:
+        raise _too_far(path, numbers, lines)
     notes = []
     if step > 1:
         notes.append(f"frames are numbered in steps of {step}: one every {step} x {dt:g} = {step * dt:g} s is used")
@@ -128,6 +136,11 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
             f"{uneven} of {len(steps)} time stamps are more than {UNEVEN:g} frames from an even grid of {said:g} s"
         )
     return frame, Timeline(count, lasts, np.interp(np.arange(count), number, stamps), notes=tuple(notes))
+
+
+def _too_far(path: Path, numbers: FloatArray, lines: IntArray) -> FileError:
+    problem = f"frame {numbers.max():.10g} is too far after frame {numbers.min():.10g}; are these times, in 'time'?"
+    return FileError(path, problem, int(lines[numbers.argmax()]))
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:

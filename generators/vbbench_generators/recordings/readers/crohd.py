@@ -4,7 +4,6 @@ A recording is a folder with ``seqinfo.ini`` (what it is called, how long it is,
 ``gt/gt.txt`` (boxes). It is found as that folder, somewhere below a folder, or in the published zip archive.
 """
 
-import configparser
 import hashlib
 import os
 import re
@@ -16,6 +15,7 @@ import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, parse_mot
+from vbbench.exchange.sequence_files import MOST_PIXELS, SECTION, SEQUENCE_INFO, sequence_facts, whole_number
 from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
 from vbbench.generation.sources import Source, find_source, locate
@@ -28,11 +28,10 @@ from vbbench_generators.recordings.readers.text import read_homography
 from vbbench_generators.recordings.readers.tracks import check_size, check_speed
 from vbbench_generators.recordings.recipe import Recipe
 
-SEQINFO, BOXES = "seqinfo.ini", "gt/gt.txt"
+SEQINFO, BOXES = SEQUENCE_INFO, "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")
-_SECTION = "Sequence"
-_MOST_FRAMES, _MOST_PIXELS = 10**6, 10**5
-_LONGEST_NAME, _LONGEST_ROW, _MOST_BYTES = 200, 2000, 2**16
+_MOST_FRAMES = 10**6
+_LONGEST_NAME = 200
 _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
 
@@ -176,38 +175,21 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
     FileError
         If it is not such a file, or a key is missing or cannot be.
     """
-    facts = _section(path, content)
+    facts = sequence_facts(path, content)
+    if facts is None:
+        raise FileError(path, f"has no section [{SECTION}]")
     for key in ("name", "frameRate", "seqLength", "imWidth", "imHeight"):
         if not facts.get(key, "").strip():
-            raise FileError(path, f"key '{key}' is missing in its section [{_SECTION}]")
+            raise FileError(path, f"key '{key}' is missing in its section [{SECTION}]")
     return SequenceInfo(
         name=_name(path, facts["name"].strip()),
         frame_rate=_rate(path, facts["frameRate"]),
-        frames=_count(path, "seqLength", facts["seqLength"], _MOST_FRAMES),
+        frames=whole_number(path, "seqLength", facts["seqLength"], _MOST_FRAMES),
         size=(
-            _count(path, "imWidth", facts["imWidth"], _MOST_PIXELS),
-            _count(path, "imHeight", facts["imHeight"], _MOST_PIXELS),
+            whole_number(path, "imWidth", facts["imWidth"], MOST_PIXELS),
+            whole_number(path, "imHeight", facts["imHeight"], MOST_PIXELS),
         ),
     )
-
-
-def _section(path: Path, content: bytes) -> configparser.SectionProxy:
-    if len(content) > _MOST_BYTES:
-        raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
-    endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)
-    if endless is not None:  # the time of parsing a line grows with the square of its length
-        raise FileError(path, f"has more than {_LONGEST_ROW:,} bytes; a line of this file has a few dozen", endless)
-    parser = configparser.ConfigParser(interpolation=None)
-    try:
-        parser.read_string(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise FileError(path, "is not a text file") from error
-    except configparser.Error as error:
-        line = getattr(error, "lineno", None)
-        raise FileError(path, f"is not an ini file: expected [{_SECTION}] and lines 'key=value'", line) from error
-    if not parser.has_section(_SECTION):
-        raise FileError(path, f"has no section [{_SECTION}]")
-    return parser[_SECTION]
 
 
 def _name(path: Path, text: str) -> str:
@@ -221,13 +203,6 @@ def _rate(path: Path, text: str) -> float:
     if rate is None or not 0.1 <= rate <= 1000.0:
         raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")
     return rate
-
-
-def _count(path: Path, key: str, text: str, most: int) -> int:
-    count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
-    if not 1 <= count <= most:
-        raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
-    return count
 
 
 def read_heads(files: RecordingFiles) -> HeadBoxes:
