@@ -104,6 +104,12 @@ def test_training_learns(folder: Path, tmp_path: Path) -> None:
     assert training.look(training.mean)["one-step camera"] < 0.8 * before
 
 
+def test_jobs_are_checked_before_anything_is_made(tmp_path: Path) -> None:
+    with pytest.raises(VbbenchError, match="jobs is a number of processes"):
+        train(tmp_path / "never", Asked(recipe=TINY), jobs=-2)
+    assert not (tmp_path / "never").exists()
+
+
 def test_a_folder_of_something_else_is_left_alone(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")

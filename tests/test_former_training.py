@@ -148,7 +148,22 @@ def test_recipes_with_mistakes_are_refused(tmp_path: Path) -> None:
         ("plaza = [", "plazza = [", "plaza"),
         ("cold-start = ", "cold_start = ", "cold-start"),
         ("frames = 6", "frames = 1", "frames"),
+        ("averaged = 0.2", "averaged = 0.0", "averaged must be 0.001 to 1"),
+        ("decay = 0.3", "decay = 1.0", "decay must be 0 to 0.99"),
+        ("least = 5", "least = 12", r"\[\[size\]\] is of 12 to 9 people"),
+        ("open = [4,", "open = [-4,", r"\[people\] open must be 1 to 10,000, not -4"),
+        ("street = [15, 30, 50]", "street = 15", r"\[people\] street is a list of numbers"),
+        ("rollout = 0.12", "rollout = -0.12", r"\[protocols\] rollout must be 0 to 1, not -0.12"),
     ):
+        assert old in text
         path.write_text(text.replace(old, new, 1))
         with pytest.raises(VbbenchError, match=message):
             read_recipe(path)
+    for part, message in (
+        ({"stage": ()}, r"\[\[stage\]\] is missing"),
+        ({"size": ()}, r"\[\[size\]\] is missing"),
+        ({"stage": (replace(TINY.stage[0], phase=()),)}, r"\[\[stage.phase\]\] is missing"),
+        ({"protocols": dict.fromkeys(PROTOCOLS, 0.0)}, r"\[protocols\] is missing, or all of its shares are 0"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            replace(TINY, **part)

@@ -222,6 +222,12 @@ def check_jobs(jobs: int) -> None:
         raise VbbenchError(f"jobs is a number of processes: 1 to {most} here, or -1 for one per core, not {jobs}")
 
 
+def processes_of(jobs: int) -> int:
+    """How many processes ``jobs`` asks for; raises as `check_jobs`."""
+    check_jobs(jobs)
+    return (os.cpu_count() or 1) if jobs == -1 else jobs
+
+
 def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Any]:
     """The results of ``function`` for each tuple of arguments, in order, made by ``jobs`` processes (−1: one per core).
 

@@ -60,7 +60,8 @@ class Batch:
 
 def draw_size(rng: np.random.Generator, recipe: Recipe) -> Size:
     """The size of a batch: what is drawn of it first."""
-    return recipe.size[rng.choice(len(recipe.size), p=[size.share for size in recipe.size])]
+    shares = np.array([size.share for size in recipe.size])
+    return recipe.size[rng.choice(len(recipe.size), p=shares / shares.sum())]
 
 
 def batch_of(

@@ -20,6 +20,8 @@ from vbbench_baselines.former.training.recipe import Recipe, Stream
 
 SHORTEST = 8
 """Frames of the shortest sequence that is kept."""
+EDITION = 1
+"""Of what `watch` makes of a dataset's sequence: files of another edition are not read."""
 AT_ONCE = 100
 """Sequences of a file at most."""
 
@@ -99,7 +101,7 @@ def files_of(chunks: list[Chunk], folder: Path) -> list[Path]:
     """The file of each chunk: its name says what it was made by, so that trainings can share a folder."""
     ids = {(chunk.stream.name, chunk.scenario): chunk.plan.info.id for chunk in chunks if not chunk.first}
     return [
-        folder / f"{name}-{scenario}-{ids[name, scenario]}-{chunk.first}-{chunk.last}.npz"
+        folder / f"{name}-{scenario}-{ids[name, scenario]}-{EDITION}-{chunk.first}-{chunk.last}.npz"
         for chunk in chunks
         for name, scenario in [(chunk.stream.name, chunk.scenario)]
     ]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import torch
 
 from vbbench.protocol import START_FRAMES
+from vbbench_baselines.former.composing import NARROWEST, WIDEST
 from vbbench_baselines.former.network import Answer, Birdifier, Told
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.sights import Sights
@@ -23,8 +24,6 @@ BLIND = 0.3
 """What the camera's errors count while nobody is seen, when no score counts them."""
 MOST_WRONG = 4.0
 """In m and rad: how far off an answer is at most, for what it says of its own spread."""
-NARROWEST, WIDEST = -7.0, 3.0
-"""Bounds of the logarithm of a spread."""
 
 
 class Errors(NamedTuple):
@@ -35,6 +34,7 @@ class Errors(NamedTuple):
     people, relative : [K] in m, in the world and from the camera; ``counted`` 1 where they count.
     place, yaw : of the camera, in m and rad; ``shown`` 1 where anybody is seen.
     pose_surprise, place_surprise : [3] and [K, 2] squared errors over what was said of them.
+    spread_loss : −ln of how likely the errors are by what was said of them, up to a constant.
     """
 
     people: torch.Tensor

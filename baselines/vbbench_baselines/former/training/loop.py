@@ -85,9 +85,10 @@ class Training:
         }
         self._spreads = [values for name, values in self.weights.items() if name.startswith(SPREAD_LAYERS)]
         self._others = [values for name, values in self.weights.items() if not name.startswith(SPREAD_LAYERS)]
-        on_gpu = torch.device(self.device).type == "cuda"
-        if on_gpu:
-            torch.cuda.set_device(self.device)
+        device = torch.device(self.device)
+        on_gpu = device.type == "cuda"
+        if on_gpu and device.index is not None:
+            torch.cuda.set_device(device)
         self._gradients: Learn = Replaying(self._differentiate) if on_gpu else self._differentiate
         self._feed = Feed(self.recipe, self.crowds, self.seed, filled=on_gpu)
         self._set_out()

@@ -13,6 +13,8 @@ from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled, read_toml
 from vbbench.protocol import PROTOCOLS
 
+PEOPLE, SHARE = Within(1, 10_000), Within(0.0, 1.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Stream:
@@ -73,10 +75,12 @@ class Size:
     least: Annotated[int, Within(1, 1000)]
     most: Annotated[int, Within(1, 1000)]
     windows: Annotated[int, Within(1, 10**5)]
-    share: Annotated[float, Within(0.0, 1.0)]
+    share: Annotated[float, SHARE]
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if self.least > self.most:
+            raise ValueError(f"[[size]] is of {self.least} to {self.most} people; least is at most most")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +96,7 @@ class Phase:
     """
 
     frames: Annotated[int, Within(4, 1000)]
-    share: Annotated[float, Within(0.0, 1.0)]
+    share: Annotated[float, SHARE]
     dense: Annotated[float, Within(0.0, 10.0)] = 1.0
     passing: Annotated[float, Within(0.0, 1.0)] = 0.0
 
@@ -114,8 +118,8 @@ class Stage:
 
     windows: Annotated[int, Within(1, 10**9)]
     rate: Annotated[float, Within(0.0, 1.0)]
-    decay: Annotated[float, Within(0.0, 1.0)]
-    averaged: Annotated[float, Within(0.0, 1.0)]
+    decay: Annotated[float, Within(0.0, 0.99)]
+    averaged: Annotated[float, Within(0.001, 1.0)]
     phase: tuple[Phase, ...]
 
     def __post_init__(self) -> None:
@@ -151,12 +155,29 @@ class Recipe:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        _check_shares("[[size]]", [size.share for size in self.size])
+        _check_shares("[[stream]]", [stream.share for stream in self.stream])
+        if not self.stage:
+            raise ValueError("[[stage]] is missing; a recipe has one or more")
+        for stage in self.stage:
+            _check_shares("[[stage.phase]]", [phase.share for phase in stage.phase])
+        self._check_people()
+        if set(self.protocols) != set(PROTOCOLS):
+            raise ValueError(f"[protocols] names the shares of {', '.join(PROTOCOLS)}, and nothing else")
+        for name, share in self.protocols.items():
+            SHARE.check(f"[protocols] {name}", share)
+        _check_shares("[protocols]", list(self.protocols.values()))
+
+    def _check_people(self) -> None:
+        for scenario, numbers in self.people.items():
+            if not isinstance(numbers, list | tuple) or not numbers:
+                raise ValueError(f"[people] {scenario} is a list of numbers of people, such as [5, 10]")
+            for number in numbers:
+                PEOPLE.check(f"[people] {scenario}", number)
         for stream in self.stream:
             for scenario in stream.scenarios:
                 if scenario not in self.people:
                     raise ValueError(f"[people] has no '{scenario}', which the stream '{stream.name}' needs")
-        if set(self.protocols) != set(PROTOCOLS):
-            raise ValueError(f"[protocols] names the shares of {', '.join(PROTOCOLS)}, and nothing else")
 
     @property
     def windows(self) -> int:
@@ -167,6 +188,11 @@ class Recipe:
         """The recipe with ``part`` of the windows."""
         stages = tuple(replace(stage, windows=max(1, round(part * stage.windows))) for stage in self.stage)
         return replace(self, stage=stages)
+
+
+def _check_shares(where: str, shares: list[float]) -> None:
+    if sum(shares) <= 0.0:
+        raise ValueError(f"{where} is missing, or all of its shares are 0")
 
 
 def read_recipe(path: Path | None) -> Recipe:

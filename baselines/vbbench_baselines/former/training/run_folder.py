@@ -19,7 +19,7 @@ from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing, write_text_atomically
-from vbbench.parallel.parts import progress_bar
+from vbbench.parallel.parts import processes_of, progress_bar
 from vbbench.table import csv_text
 from vbbench_baselines.former.training.crowds import make_crowds
 from vbbench_baselines.former.training.loop import Training, held_out_batches
@@ -58,14 +58,15 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
     Parameters
     ----------
     crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
-    device, jobs : see `vbbench_baselines.former.training.loop.Training`; as many processes make the crowds.
+    device : see `vbbench_baselines.former.training.loop.Training`.
+    jobs : see there; as many processes make the crowds. −1 for one per core.
 
     Raises
     ------
     VbbenchError
-        If the folder is not of this training.
+        If the folder is not of this training, or there cannot be so many processes.
     """
-    recipe = asked.recipe.shortened(asked.part)
+    recipe, jobs = asked.recipe.shortened(asked.part), processes_of(jobs)
     facts = asdict(replace(asked, recipe=recipe))
     out.mkdir(parents=True, exist_ok=True)
     with locked(out):
