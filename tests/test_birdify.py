@@ -141,7 +141,7 @@ def test_the_report_says_how_sure_it_is(made):
     ("wrong", "problem"),
     [
         ({"mount_height": 2.2}, "feet say that the camera is 2.* m above the ground, the camera file says 1.5 m"),
-        ({"pitch": -0.06}, "feet and heights agree best if the camera looks -0.0[56].* rad higher"),
+        ({"pitch": -0.06}, "feet and heights agree best if the camera looks 0.0[56].* rad lower"),
     ],
 )
 def test_a_wrong_camera_file_is_found_out(tmp_path, wrong, problem):
@@ -163,6 +163,17 @@ def test_feet_and_heights_are_held_against_each_other():
     assert level is not None
     assert level.tilt == pytest.approx(0.05, abs=0.01)
     assert compare_cues(boxes[:1, :2], camera, 1.72, 0.09) is None
+
+
+@pytest.mark.parametrize("wrong", [-0.4, -0.15, 0.15, 0.3, 0.5])
+def test_a_tilt_is_found_however_large(wrong):
+    camera, rng = PerspectiveCamera(mount_height=1.6), np.random.default_rng(0)
+    relative = np.stack([rng.uniform(-3, 3, (30, 40)), rng.uniform(4, 20, (30, 40))], axis=-1)
+    boxes = camera.project(relative, np.broadcast_to(rng.normal(1.72, 0.08, 40), (30, 40)))
+    cues = compare_cues(boxes, replace(camera, pitch=wrong), 1.72, 0.09)
+    assert cues is not None
+    assert cues.tilt == pytest.approx(-wrong, abs=0.01)
+    assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
 
 
 def test_odometry_reaches_any_solver_and_time_stamps_stay(tmp_path):

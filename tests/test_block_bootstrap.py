@@ -1,5 +1,7 @@
 """Means over sequences that share time, and how sure they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,6 +93,7 @@ def test_too_little_for_an_interval(count: int, frames: int) -> None:
     assert np.isfinite(found.mean).all()
     assert np.isnan(found.interval()).all()
     assert np.isnan(found.positive_interval(np.ones(1))).all()
+    assert np.isnan(replace(found, mean=np.zeros(1)).positive_interval(np.ones(1))).all()
     assert np.isnan(found.p_values()).all()
 
 

@@ -224,6 +224,19 @@ def test_whatever_boxes_show_the_answer_is_sane(change: Callable[[FloatArray], N
     definite(estimate.pose_covariances[2:])
 
 
+@pytest.mark.parametrize("length", [1e-3, 0.4, 1.0])
+def test_whoever_is_hardly_seen_is_far_away(length: float) -> None:
+    made = crowd(0)
+    solver = MapCausal()
+    solver.start(made.problem)
+    for frame in frames_of(made.sequence, made.sequence.given, made.sequence.given):
+        boxes = np.array(frame.observations)
+        if frame.index > 4:
+            boxes[0] = (640.0, 365.0, length)
+        answer = solver.step(replace(frame, observations=boxes))
+    assert 50.0 < np.hypot(*(answer.positions[0] - answer.pose[:2])) < 1e6
+
+
 @pytest.mark.parametrize("box", [(np.nan, 400.0, 100.0), (640.0, 400.0, 0.0), (640.0, 400.0, -20.0), (1e9, 0.0, 1e9)])
 def test_boxes_that_are_none_do_no_harm(box: tuple[float, float, float]) -> None:
     """They are as if they were not there."""

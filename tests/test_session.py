@@ -360,15 +360,16 @@ def test_where_nobody_is_seen_and_the_solver_is_silent_the_pose_is_carried_on() 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"dt": 0.0}, "dt must be a number above 0, not 0.0"),
-        ({"dt": np.nan}, "dt must be a number above 0"),
-        ({"height_mean": -1.7}, "height_mean must be a number above 0"),
+        ({"dt": 0.0}, "dt, the time of a frame, must be 0.001 to 60 s, not 0"),
+        ({"dt": np.nan}, "dt, the time of a frame, must be 0.001 to 60 s"),
+        ({"height_mean": 172.0}, "height_mean must be 0.5 to 2.5 m, not 172"),
         ({"height_std": -0.1}, "height_std must be a number above 0 or 0"),
         ({"pixel_std": np.inf}, "pixel_std must be a number above 0 or 0"),
         ({"forget_after": 0.0}, "forget_after must be"),
         ({"people": 0}, "people must be"),
         ({"origin": (0.0, 0.0)}, r"origin must be \(x, y, yaw\)"),
         ({"origin": (0.0, 0.0, np.nan)}, "origin must be"),
+        ({"origin": (450_000.0, 5.4e6, 0.0)}, "no answer goes beyond 1,000,000 m; begin at a place nearby"),
         (
             {"solver": "map-batch"},
             "MapBatch solves whole sequences; a session needs a solver that works frame by frame",

@@ -38,7 +38,8 @@ from vbbench.files.submission_rows import answer_rows
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation import write_dataset
-from vbbench.generation.generator import FRAME_TIME, FootageGenerator, Options
+from vbbench.generation.generator import FootageGenerator, Options
+from vbbench.parsing.numbers import FRAME_TIME
 from vbbench.pictures.rendering import silent
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver

@@ -110,9 +110,9 @@ def _doubts(report: Report) -> Iterator[str]:
                 f"camera file says {report.camera_height:g} m: one of mount_height, focal and height_mean is wrong"
             )
         if abs(cues.tilt) > max(TILT_DOUBT, 2.0 * cues.tilt_std):
-            found = plus_minus(cues.tilt, cues.tilt_std)
+            found, way = plus_minus(abs(cues.tilt), cues.tilt_std), "higher" if cues.tilt > 0.0 else "lower"
             yield (
-                f"feet and heights agree best if the camera looks {found} rad higher than its "
+                f"feet and heights agree best if the camera looks {found} rad {way} than its "
                 f"file says: try pitch = {report.pitch + cues.tilt:.3f}, or check cy"
             )
     if report.people_speed.median > FAST_PEOPLE:

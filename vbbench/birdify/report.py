@@ -99,8 +99,8 @@ class Report:
         """Two or three lines for the terminal."""
         sure = "the solver reports no uncertainty"
         if self.place_std is not None and self.position_std is not None:
-            last, people = self.place_std.last, self.position_std.median
-            sure = f"camera ±{last:.2g} m in the last frame, people ±{people:.2g} m"
+            last, people = self.place_std.last, self.position_std.last
+            sure = f"camera ±{last:.2g} m and people ±{people:.2g} m in the last frame"
         scale = "scale by heights alone" if self.cues is None else f"scale: {_scale(self)}"
         drift = (
             "" if self.odometry is not None else "\nwithout odometry the map may drift with the crowd by more than that"

@@ -12,7 +12,7 @@ from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.sources import Source
 from vbbench.geometry import BoolArray, IntArray
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
@@ -109,8 +109,6 @@ Look = Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway
 """How the camera turns: the last four are the laws that ``natural`` draws from, each alone."""
 Observer = Literal["walker", "vehicle", "robot"]
 """Who carries the camera: one of the people, or a vehicle or a robot among them; a robot measures its own motion."""
-FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
-"""How long a frame may last."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -42,6 +42,12 @@ class Within:
             raise ValueError(f"{called} must be {self}, not {_shown(value)}")
 
 
+FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
+"""How long a frame may last."""
+BODY_HEIGHT = Within(0.5, 2.5, "m")
+"""How tall people may be on average."""
+
+
 def check_ranges(values: object) -> None:
     """Check every number of a dataclass against the `Within` in its annotation, in tuples as well, and every choice.
 

@@ -53,7 +53,8 @@ class Means:
 
     def positive_interval(self, largest: FloatArray) -> FloatArray:
         """[M, 2] the 95 % interval of means that are above 0 and at most the largest [M]: that of their logarithms."""
-        ratio = np.divide(self._reach(), self.mean, out=np.zeros_like(self.mean), where=self.mean != 0)
+        reach = self._reach()
+        ratio = np.divide(reach, self.mean, out=np.where(np.isnan(reach), np.nan, 0.0), where=self.mean != 0)
         factor = np.exp(np.minimum(ratio, 700.0))
         return np.stack([self.mean / factor, np.minimum(self.mean * factor, np.maximum(largest, self.mean))], axis=-1)
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray, shorter_way
+from vbbench_baselines.common.sightings import SMALLEST_BOX
 
 BORDER = 5.0
 """In px: boxes that end nearer to the picture's first or last row may go on beyond it."""
@@ -53,7 +54,8 @@ def each(change: Callable[[Any], Any], boxes: Bearings) -> Bearings:
 
 def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
     """What boxes [..., 3] (u, v, l) in px tell; those that show nobody on the ground tell nothing."""
-    boxes = np.where(boxes[..., 2:] > 1.0, boxes, np.nan)
+    boxes = np.where(boxes[..., 2:] > 0.0, boxes, np.nan)
+    np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
     both = np.array((boxes, boxes))
     both[1, ..., 0] += 1.0
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from vbbench.errors import UnknownNameError
-from vbbench.generation.generator import FRAME_TIME, MOST_PEOPLE
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.generation.generator import MOST_PEOPLE
+from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]

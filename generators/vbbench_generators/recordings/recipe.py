@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 from vbbench.errors import UnknownNameError, suggestion
-from vbbench.generation.generator import FRAME_TIME
 from vbbench.generation.sources import Source
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 from vbbench.registry import registered
 from vbbench_generators.lifting.settings import LiftingSettings

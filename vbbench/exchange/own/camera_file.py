@@ -11,7 +11,7 @@ from vbbench.camera import Camera, make_camera
 from vbbench.errors import FileError, VbbenchError, suggestion
 from vbbench.exchange.own.distortion import Distortion
 from vbbench.geometry import FloatArray
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import read_toml
 from vbbench.registry import load_registered
 
@@ -81,10 +81,10 @@ class CameraFile:
     cy: Pixels | None = None
     pitch: Annotated[float, Within(-1.2, 1.2, "rad")] = 0.0
     roll: Annotated[float, Within(-1.2, 1.2, "rad")] = 0.0
-    dt: Annotated[float, Within(0.001, 60.0, "s", "the time of a frame")] | None = None
+    dt: Annotated[float, FRAME_TIME] | None = None
     fps: Annotated[float, Within(1 / 60, 1000.0, "frames per second")] | None = None
     pixel_std: Annotated[float, Within(0.0, 1000.0, "px")] | None = None
-    height_mean: Annotated[float, Within(0.5, 2.5, "m")] = 1.72
+    height_mean: Annotated[float, BODY_HEIGHT] = 1.72
     height_std: Annotated[float, Within(0.0, 0.5, "m")] = 0.09
     distortion: Distortion | None = None
     odometry: OdometryNoise = field(default_factory=OdometryNoise)

@@ -23,6 +23,8 @@ LONGEST_HOLE = 1.0
 """Poses farther apart, in s, are not interpolated between."""
 SAME_TIME = 1e-3
 """In s: clocks that differ by less agree."""
+BEYOND = 0.5
+"""In frames: how far before the first pose and after the last the camera is taken to move on as it did."""
 
 
 def read_poses(path: Path, timeline: Timeline) -> FloatArray:
@@ -35,7 +37,7 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
     """
     lines, values = _in_order(path, *read_tum_rows(path))
     times, poses = values[:, 0], _planar(path, lines, values)
-    found = _at(times, poses, timeline.times, slack=_half_an_interval(times))
+    found = _at(times, poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
         frame = int(missing.argmax())
@@ -61,7 +63,7 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     """
     lines, values = _in_order(path, *read_tum_rows(path, MOTION_COVARIANCE))
     times, poses = values[:, 0], _planar(path, lines, values[:, :8])
-    at = _at(times, poses, timeline.times, slack=SAME_TIME)
+    at = _at(times, poses, timeline.times, beyond=SAME_TIME)
     motions = np.full((timeline.frames, 3), np.nan)
     motions[1:, :2] = world_to_relative(at[1:, None, :2], at[:-1])[:, 0, ::-1] * np.array([1.0, -1.0])
     motions[1:, 2] = wrap_angle(at[1:, 2] - at[:-1, 2])
@@ -105,22 +107,19 @@ def _planar(path: Path, lines: IntArray, values: FloatArray) -> FloatArray:
     return np.stack([values[:, 1], values[:, 2], yaw], axis=-1)
 
 
-def _half_an_interval(times: FloatArray) -> float:
-    return 0.5 * float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-
-
-def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, slack: float) -> FloatArray:
-    """Poses [T, 3] at the times ``wanted`` [T], interpolated; NaN in holes, and more than ``slack`` s outside."""
+def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: float) -> FloatArray:
+    """Poses [T, 3] at the times ``wanted`` [T] in s, interpolated; NaN ``beyond`` the first and last, and in holes."""
     if len(times) < 2:
         return np.full((len(wanted), 3), np.nan)
-    turned = np.column_stack([poses[:, :2], np.unwrap(poses[:, 2])])
-    found = np.stack([np.interp(wanted, times, column) for column in turned.T], axis=-1)
-    found[:, 2] = wrap_angle(found[:, 2])
     after = np.searchsorted(times, wanted).clip(1, len(times) - 1)
-    outside = (wanted < times[0] - slack) | (wanted > times[-1] + slack)
-    edge = _half_an_interval(times)
-    hole = (times[after] - times[after - 1] > LONGEST_HOLE) & (wanted > times[after - 1] + edge)
-    found[outside | (hole & (wanted < times[after] - edge))] = np.nan
+    before = after - 1
+    turned = np.column_stack([poses[:, :2], np.unwrap(poses[:, 2])])
+    share = (wanted - times[before]) / (times[after] - times[before])
+    found: FloatArray = turned[before] + share[:, None] * (turned[after] - turned[before])
+    found[:, 2] = wrap_angle(found[:, 2])
+    outside = (wanted < times[0] - beyond) | (wanted > times[-1] + beyond)
+    alone = (wanted > times[before] + beyond) & (wanted < times[after] - beyond)
+    found[outside | (alone & (times[after] - times[before] > LONGEST_HOLE))] = np.nan
     return found
 
 

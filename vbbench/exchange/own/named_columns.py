@@ -59,8 +59,8 @@ def read_named(path: Path, wanted: Sequence[Collection[str]], optional: Collecti
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
-    content = path.read_bytes().removeprefix(b"\xef\xbb\xbf")
-    header = [cell.strip(" \t\r\"'") for cell in content.partition(b"\n")[0].decode("utf-8", "replace").split(",")]
+    content = path.read_bytes().removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    header = [cell.strip(" \t\"'") for cell in content.partition(b"\n")[0].decode("utf-8", "replace").split(",")]
     known = [name for names in wanted for name in names]
     for names in wanted:
         here = [name for name in names if name in header]

@@ -12,12 +12,8 @@ SAME_FRAME = 0.1
 """Time stamps that differ by less, in frames, are of one frame."""
 UNEVEN = 0.25
 """How far the time between two frames may be from a whole number of frames before it is worth a note."""
-LARGEST = 10**15
-"""No frame has a larger number."""
 LONGEST_GAP = 60.0
-"""A clock that goes on by more seconds from one box to the next has jumped."""
-MOST_FRAMES = 10**7
-"""A recording of more frames, 11 days at 10 a second, is taken for a mistake."""
+"""Numbers and clocks that go on by more seconds from one box to the next have jumped."""
 DRIFT = 0.02
 """How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
 
@@ -63,7 +59,7 @@ def number_frames(
     Raises
     ------
     FileError
-        If a number is not whole, too far from the others, or nothing says how long a frame lasts.
+        If a number is not whole, far after the one before, or nothing says how long a frame lasts.
     """
     wrong = (numbers != np.round(numbers)) | (numbers < 0)
     if wrong.any():
@@ -73,15 +69,12 @@ def number_frames(
         raise FileError(
             path, "its frames are numbered, and nothing says how long one lasts: write dt or fps in camera.toml"
         )
-    if numbers.max() > LARGEST:
-        raise _too_far(path, numbers, lines)
+    _check_gaps(path, numbers, lines, dt)
     different = np.unique(numbers.astype(np.int64))
     step = max(1, int(np.gcd.reduce(np.diff(different)))) if len(different) > 1 else 1
     first = int(different[0])
     frame = (numbers.astype(np.int64) - first) // step
     count = int(frame.max()) + 1
-    if count > MOST_FRAMES:
-        raise _too_far(path, numbers, lines)
     notes = []
     if step > 1:
         notes.append(f"frames are numbered in steps of {step}: one every {step} x {dt:g} = {step * dt:g} s is used")
@@ -138,9 +131,14 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     return frame, Timeline(count, lasts, np.interp(np.arange(count), number, stamps), notes=tuple(notes))
 
 
-def _too_far(path: Path, numbers: FloatArray, lines: IntArray) -> FileError:
-    problem = f"frame {numbers.max():.10g} is too far after frame {numbers.min():.10g}; are these times, in 'time'?"
-    return FileError(path, problem, int(lines[numbers.argmax()]))
+def _check_gaps(path: Path, numbers: FloatArray, lines: IntArray, dt: float) -> None:
+    """Refuse frames with nothing between them for too long."""
+    order = np.argsort(numbers, kind="stable")
+    apart = np.diff(numbers[order]) * dt
+    if (apart > LONGEST_GAP).any():
+        before, after = order[(row := int(np.argmax(apart > LONGEST_GAP))) : row + 2]
+        problem = f"frame {numbers[after]:.10g} is {apart[row]:.6g} s after the one before, {numbers[before]:.10g}"
+        raise FileError(path, f"{problem}; split the recording there", int(lines[after]))
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:

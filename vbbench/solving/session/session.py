@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from vbbench.boxes import observations_of
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted
-from vbbench.estimate import FrameEstimate
+from vbbench.estimate import LARGEST, FrameEstimate, is_credible
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within
 from vbbench.registry import make_solver
 from vbbench.sequence import Odometry
 from vbbench.solver import FrameSolver, Problem, SequenceSolver
@@ -95,11 +96,16 @@ class Session:
         forget_after: float = 10.0,
         people: int = PEOPLE,
     ) -> None:
-        _check_above_zero(dt=dt, height_mean=height_mean, forget_after=forget_after, people=people)
+        _check(FRAME_TIME, dt=dt)
+        _check(BODY_HEIGHT, height_mean=height_mean)
+        _check_above_zero(forget_after=forget_after, people=people)
         _check_above_zero(or_zero=True, height_std=height_std, pixel_std=pixel_std)
         start = np.array(origin, np.float64)
         if start.shape != (3,) or not np.isfinite(start).all():
             raise VbbenchError(f"origin must be (x, y, yaw) in m and rad, not {quoted(origin)}")
+        if not is_credible(start).all():
+            far = f"origin is {quoted(origin)}, and no answer goes beyond {LARGEST:,.0f} m"
+            raise VbbenchError(f"{far}; begin at a place nearby, and add what is left to the answers")
         problem = Problem(
             camera=camera,
             dt=float(dt),
@@ -191,6 +197,14 @@ def _frame_solver(solver: str | FrameSolver) -> FrameSolver:
         return made
     kind = "solves whole sequences" if isinstance(made, SequenceSolver) else "has no start and step"
     raise VbbenchError(f"{type(made).__name__} {kind}; a session needs a solver that works frame by frame: map-causal")
+
+
+def _check(allowed: Within, **values: float) -> None:
+    for name, value in values.items():
+        try:
+            allowed.check(name, value)
+        except ValueError as error:
+            raise VbbenchError(str(error)) from error
 
 
 def _check_above_zero(*, or_zero: bool = False, **values: float) -> None:
