@@ -75,7 +75,10 @@ def find_camera_path(found: Annotations) -> CameraPath:
     FileError
         If they do not fit at any shift, or the camera's tilt or height changes.
     """
-    joint_error = float(np.nanmedian(np.linalg.norm(found.project(found.joints) - found.pixels, axis=-1)))
+    off = np.linalg.norm(found.project(found.joints) - found.pixels, axis=-1)
+    if not np.isfinite(off).any():
+        raise FileError(found.path, "no joint of keypoints_3d lies before the camera; wanted (right, down, forward) in m")
+    joint_error = float(np.nanmedian(off))
     if not joint_error <= MOST_JOINT_ERROR:
         expected = "keypoints_3d must be (right, down, forward) of the camera in m"
         raise FileError(found.path, f"joints project {joint_error:.0f} px beside those in the picture: {expected}")

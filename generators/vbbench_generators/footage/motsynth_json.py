@@ -113,7 +113,7 @@ def read_annotations(path: Path) -> Annotations:
     video = {"width": info.get("img_width"), "height": info.get("img_height")} | video
     facts = {name: _number(path, video, name) for name in _VIDEO_KEYS}
     _refuse_zoom(path, images)
-    frames = {image.get("id"): n for n, image in enumerate(_in_order(path, images))}
+    frames = _frame_of_image(path, _in_order(path, images))
     positions, angles = (_vectors(path, "image", images, name, 3) for name in _POSE_KEYS)
     rows = [row for row in rows if not row.get("iscrowd")]
     boxes = _vectors(path, "annotation", rows, "bbox", 4)
@@ -197,7 +197,7 @@ def _vectors(path: Path, what: str, rows: list[dict[str, Any]], name: str, size:
             raise FileError(path, f"{what} {quoted(row.get('id'))}: {name} is {quoted(row[name])}, not {size} numbers")
     try:
         found = np.array([row[name] for row in rows], np.float64).reshape(-1, size)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise FileError(path, f"{name} of some {what} is not a list of {size} numbers") from None
     if not np.isfinite(found).all():
         raise FileError(
@@ -220,8 +220,8 @@ def _number(path: Path, video: dict[str, Any], name: str) -> float:
     try:
         value = float(video[name])
         _RANGES[name].check(name, value)
-    except (TypeError, ValueError) as error:
-        raise FileError(path, str(error)) from None
+    except (TypeError, ValueError, OverflowError) as error:
+        raise FileError(path, f"{name}: {error}") from None
     return value
 
 
@@ -236,10 +236,22 @@ def _whole(path: Path, row: dict[str, Any], name: str, what: str = "annotation")
     return value
 
 
-def _frame(path: Path, frames: dict[Any, int], row: dict[str, Any]) -> int:
-    if row.get("image_id") not in frames:
-        raise FileError(path, f"annotation {quoted(row.get('id'))}: there is no image {quoted(row.get('image_id'))}")
-    return frames[row["image_id"]]
+def _frame_of_image(path: Path, images: list[dict[str, Any]]) -> dict[int | str, int]:
+    """The frame of each image by its id."""
+    frames: dict[int | str, int] = {}
+    for number, image in enumerate(images):
+        name = image.get("id")
+        if not isinstance(name, int | str) or name in frames:
+            raise FileError(path, f"image {quoted(image['frame_n'])}: id is {quoted(name)}, not one of its own")
+        frames[name] = number
+    return frames
+
+
+def _frame(path: Path, frames: dict[int | str, int], row: dict[str, Any]) -> int:
+    name = row.get("image_id")
+    if not isinstance(name, int | str) or name not in frames:
+        raise FileError(path, f"annotation {quoted(row.get('id'))}: there is no image {quoted(name)}")
+    return frames[name]
 
 
 def _focal_length(path: Path, video: dict[str, Any], facts: dict[str, float]) -> float:
