@@ -268,6 +268,16 @@ class _Source:
         return self._options
 
 
+class Nobody:
+    """Does not say who made it."""
+
+
+def test_a_solver_that_says_nothing_of_itself_is_told_before_anything_is_made(tmp_path: Path) -> None:
+    with pytest.raises(VbbenchError, match=r"does not say authors, trained_on, tuned_on; its class needs .* facts = "):
+        try_solver(f"{__name__}:Nobody", "sim/sequential-field", tmp_path / "work")
+    assert not (tmp_path / "work").exists()
+
+
 def test_a_trial_may_have_a_name(made: Path, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match="no published board is called 'sim/sequential'"):
         try_solver("cv", "sim/sequential", tmp_path, name="mine")

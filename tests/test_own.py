@@ -88,6 +88,8 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         ("frame,id,left,top,width\n0,1,2,3,4\n", 1, "no column height"),
         ("fram,id,left,top,width,height\n0,1,2,3,4,50\n", 1, "no column frame or time; did you mean 'frame'"),
         ("frame,time,id,left,top,width,height\n0,0,1,2,3,4,50\n", 1, "columns frame and time, which say the same"),
+        ("x,y,w,h\n1,2,3,4\n", 1, "its first line is 'x,y,w,h', wanted: frame or time, left"),
+        (HEAD.replace(",", ";") + "0;1;2;3;4;50\n", 1, "columns are separated by ',', not by ';'"),
         (HEAD, None, "holds no row"),
         (HEAD + "0,1,2,3,4\n", 2, "5 columns, the first line names 6"),
         (HEAD + "0,1,2,3,4,50\n1,1,x,3,4,50\n", 3, "left is 'x'; write a number"),
@@ -198,6 +200,13 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
     (folder / "boxes.csv").write_text(HEAD + "".join(f"{t},1,.4,.4,.1,.3\n" for t in range(9)))
     with pytest.raises(FileError, match="shares of the picture"):
         read(folder)
+    (folder / "boxes.csv").write_text(
+        HEAD + "".join(f"{t},{k},{300 + 9 * k + t},320,{330 + 9 * k + t},410\n" for t in range(8) for k in range(4))
+    )
+    with pytest.raises(FileError, match="seem to be the right and lower borders of boxes; subtract left and top"):
+        read(folder)
+    (folder / "boxes.csv").write_bytes((HEAD + GOOD).replace("\n", "\r").encode())
+    assert len(read(folder).footage.tracks) == 4
     (folder / "boxes.csv").write_text(HEAD + GOOD + "40,1,300,320,30,90\n")
     assert any(
         "32 of 41 frames have no box (the longest gap is 3.2 s, from frame 8)" in note for note in read(folder).notes

@@ -257,15 +257,15 @@ WRONG_BOXES = [
     (7, "boxes must be a mapping of ids"),
 ]
 WRONG_ODOMETRY = [
-    (((0.1, 0.0), SURE), r"motion \[3\] and a covariance \[3, 3\], not \[2\] and \[3, 3\]"),
+    (((0.1, 0.0), SURE), r"covariance \[3, 3\], not \[2\] and \[3, 3\]"),
     (((0.1, 0.0, 0.0), np.ones(3)), r"not \[3\] and \[3\]"),
     (((0.1, np.nan, 0.0), SURE), "odometry must be finite"),
     (((0.1, 0.0, 0.0), np.zeros((3, 3))), "variances must be above 0"),
     (((0.1, 0.0, 0.0), np.diag([1.0, -1.0, 1.0])), "variances must be above 0"),
     (((0.1, 0.0, 0.0), np.eye(3) + np.eye(3, k=1)), "not symmetric positive semi-definite"),
     (((0.1, 0.0, 0.0), 3.0 * np.ones((3, 3)) - 2.0 * np.eye(3)), "not symmetric positive semi-definite"),
-    (((0.1, 0.0, 0.0), "sure"), "must be a motion of 3 numbers and a covariance"),
-    (5.0, "must be a motion of 3 numbers and a covariance"),
+    (((0.1, 0.0, 0.0), "sure"), "must be a pair, a motion .* and its covariance"),
+    (5.0, "must be a pair, a motion .* and its covariance"),
 ]
 WRONG_TIMES = [
     (np.nan, "must be finite"),

@@ -10,6 +10,8 @@ from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.generation import generate
 from vbbench.protocol import PROTOCOLS
 from vbbench.solving import solve
+from vbbench.solving.declared import declared_facts
+from vbbench_leaderboards.results.about import NEEDED
 from vbbench_leaderboards.results.boards import source
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.results.folder import dataset_folder, published_results, read_results, submission_folder
@@ -71,12 +73,22 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
         If the board is not published, or this machine makes another dataset.
     """
     asked, name = parse_board(board), name or solver.rpartition(":")[2]
+    _check_declared(solver)
     record = read_dataset(published_results() / record_path(asked.split, asked.tier))
     dataset = _dataset(asked, record, work, jobs)
     answers = submission_folder(work, asked, name)
     solve(dataset, solver, asked.protocol, answers, jobs=jobs, overwrite=True)
     add(answers, dataset.folder, work / TRIED, name=name, overwrite=True)
     return Trial(board=asked, results=work / TRIED, name=name)
+
+
+def _check_declared(solver: str) -> None:
+    """Raise VbbenchError if the solver's class does not say what its row must, before anything is made."""
+    declared = declared_facts(solver)
+    if any(not declared.get(name, "").strip() for name in NEEDED):
+        example = {"authors": "your name"} | dict.fromkeys(NEEDED[1:], "nothing")
+        missing = ", ".join(name for name in NEEDED if not declared.get(name, "").strip())
+        raise VbbenchError(f"{solver} does not say {missing}; its class needs a line such as facts = {example}")
 
 
 def parse_board(key: str) -> Board:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -110,7 +111,7 @@ def birdify(
     VbbenchError
         If a file cannot be used, ``dt`` cannot be, the solver is unknown or fails, or ``out`` exists.
     """
-    out = Path(out)
+    out, solving = Path(out), make_solver(solver)
     _check_seconds(dt)
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
         recording = _read(Path(boxes), Path(camera), None if odometry is None else Path(odometry), dt, pictures)
@@ -120,7 +121,7 @@ def birdify(
         dataset = _dataset(recording, work.new / DATASET)
         sequence = dataset.sequence(0)
         announce(f"solving with {solver} ({PROTOCOL})")
-        answer = _solve(dataset, sequence, solver, work.new / SUBMISSION)
+        answer = _solve(dataset, sequence, solver, solving, work.new / SUBMISSION)
         write_tables(work.new, sequence, recording.timeline, answer, dataset.camera(sequence).mount_height)
         report = make_report(dataset, recording, answer, solver)
         _draw(dataset, work.new, sequence.frames <= FILMED if film is None else film, announce)
@@ -179,10 +180,9 @@ def _dataset(recording: OwnRecording, folder: Path) -> Dataset:
     return write_dataset(generator.lay_out(as_recordings([recording]), Options()), folder)
 
 
-def _solve(dataset: Dataset, sequence: Sequence, solver: str, folder: Path) -> Estimate:
+def _solve(dataset: Dataset, sequence: Sequence, solver: str, solving: Any, folder: Path) -> Estimate:
     """The answer of every frame, and the part of it that is scored as a submission."""
-    protocol = get_protocol(PROTOCOL)
-    problem, solving = dataset.problem(sequence, covariances=True), make_solver(solver)
+    protocol, problem = get_protocol(PROTOCOL), dataset.problem(sequence, covariances=True)
     begin(solving, problem, sequence, protocol)  # it loads its libraries and kernels, which count no seconds
     with threadpool_limits(1):  # of the libraries that are loaded by now
         answer, seconds = run_sequence(solving, problem, sequence, protocol, None)

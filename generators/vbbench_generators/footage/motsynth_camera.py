@@ -77,7 +77,9 @@ def find_camera_path(found: Annotations) -> CameraPath:
     """
     off = np.linalg.norm(found.project(found.joints) - found.pixels, axis=-1)
     if not np.isfinite(off).any():
-        raise FileError(found.path, "no joint of keypoints_3d lies before the camera; wanted (right, down, forward) in m")
+        raise FileError(
+            found.path, "no joint of keypoints_3d lies before the camera; wanted (right, down, forward) in m"
+        )
     joint_error = float(np.nanmedian(off))
     if not joint_error <= MOST_JOINT_ERROR:
         expected = "keypoints_3d must be (right, down, forward) of the camera in m"

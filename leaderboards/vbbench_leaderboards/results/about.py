@@ -14,7 +14,8 @@ Delay = int | Literal["offline"]
 
 LONGEST_TEXT = 500
 _CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
-_NEEDED = ("authors", "trained_on", "tuned_on")
+NEEDED = ("authors", "trained_on", "tuned_on")
+"""What every row must say."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +72,7 @@ class About:
                 "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
                 f"own (0 for none), or '{OFFLINE}'; or write it into submission.json"
             )
-        for name in _NEEDED:
+        for name in NEEDED:
             if not facts[name].strip():
                 raise VbbenchError(f"a row must say {_WORDS[name]}: give `{name}`, or write it into submission.json")
         about = About(**facts)

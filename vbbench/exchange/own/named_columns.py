@@ -65,7 +65,7 @@ def read_named(path: Path, wanted: Sequence[Collection[str]], optional: Collecti
     for names in wanted:
         here = [name for name in names if name in header]
         if len(here) != 1:
-            _refuse_header(path, header, list(names), here)
+            _refuse_header(path, header, list(names), here, wanted)
     used = [name for name in header if name in known or name in optional]
     if len(set(used)) < len(used):
         raise FileError(path, f"a column stands twice: {', '.join(header)}", 1)
@@ -76,12 +76,17 @@ def read_named(path: Path, wanted: Sequence[Collection[str]], optional: Collecti
     return NamedColumns(path, columns, lines, tuple(name for name in header if name not in used))
 
 
-def _refuse_header(path: Path, header: list[str], names: list[str], here: list[str]) -> None:
+def _refuse_header(
+    path: Path, header: list[str], names: list[str], here: list[str], wanted: Sequence[Collection[str]]
+) -> None:
     shown = quoted(",".join(header))
     if here:
         raise FileError(path, f"has columns {' and '.join(here)}, which say the same; keep one of them ({shown})", 1)
     near = [suggestion(name, names) for name in header if "?" in suggestion(name, names)]
-    hint = near[0] if near else f"its first line is {shown}"
+    everything = ", ".join(" or ".join(names) for names in wanted)
+    hint = near[0] if near else f"its first line is {shown}, wanted: {everything}"
+    if len(header) == 1 and ";" in header[0]:
+        hint = "columns are separated by ',', not by ';'"
     raise FileError(path, f"has no column {' or '.join(names)}; {hint}", 1)
 
 

@@ -14,6 +14,8 @@ MOST_OUTSIDE = 0.2
 """A larger share of boxes whose middle is outside the picture means that they are of another picture."""
 UNFILLED, ENOUGH = 0.6, 200
 """Boxes that reach no farther into the picture than this share of it, if there are so many, are worth a note."""
+FEW = 20
+"""Fewer boxes do not tell what is wrong with all."""
 LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
 """Seconds without a box, and the share of frames without one, from which a note says so."""
 
@@ -34,6 +36,9 @@ def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
     if (np.abs(rows.boxes) <= 1.5).all():
         problem = f"all boxes are within 1.5 px: they seem to be shares of the picture; write px of {shown}"
         raise FileError(rows.path, problem)
+    if _are_corners(rows.boxes, own.facts.picture):
+        problem = "width and height seem to be the right and lower borders of boxes; subtract left and top from them"
+        raise FileError(rows.path, problem)
     beside = (across < 0.0) | (across >= width)
     outside = np.asarray((down < 0.0) | (down >= height) | (beside & (own.camera.period is None)))
     count, lost = len(outside), int(outside.sum())
@@ -51,6 +56,13 @@ def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
         share = " x ".join(f"{part:.0%}" for part in reach)
         notes.append(f"boxes fill only the upper left {share} of {shown}; is that the size of the picture they are of?")
     return inside, tuple(notes)
+
+
+def _are_corners(boxes: FloatArray, picture: tuple[float, float]) -> bool:
+    """Whether boxes [N, 4] (left, top, width, height), most of them beyond the picture, lie in it as two corners."""
+    near, far = boxes[:, :2], boxes[:, 2:]
+    beyond = (near + far > picture).any(axis=1)
+    return len(boxes) >= FEW and bool(beyond.mean() > 0.5 and (far > near).all() and (far <= picture).all())
 
 
 def _check_sequence_info(path: Path, own: OwnCamera) -> None:

@@ -42,9 +42,8 @@ def read_boxes(boxes: OfTracks, names: tuple[str, ...]) -> tuple[list[Hashable],
         pairs = list(boxes.items() if isinstance(boxes, Mapping) else boxes)
         tracks, values = [track for track, _ in pairs], [value for _, value in pairs]
     except (TypeError, ValueError) as error:
-        raise VbbenchError(
-            f"boxes must be a mapping of ids to ({', '.join(names)}), or pairs of these: {error}"
-        ) from error
+        wanted = f"boxes must be a mapping of ids to ({', '.join(names)}), or pairs (id, ({', '.join(names)}))"
+        raise VbbenchError(f"{wanted}, not {quoted(boxes)}") from error
     numbers, sound = _rows(values, len(names))
     sound &= np.isfinite(numbers).all(axis=1) & (numbers[:, 2:] > 0.0).all(axis=1)
     if not sound.all():
@@ -109,14 +108,13 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
     VbbenchError
         If a number is not finite, or the covariance cannot be one.
     """
+    wanted = "odometry must be a pair, a motion (forward, left, turn) and its covariance [3, 3]"
     try:
         moved, sigma = (np.array(part, dtype=np.float64) for part in measured)
     except (TypeError, ValueError) as error:
-        raise VbbenchError(f"odometry must be a motion of 3 numbers and a covariance of 3 x 3: {error}") from error
+        raise VbbenchError(f"{wanted}, not {quoted(measured)}") from error
     if moved.shape != (3,) or sigma.shape != (3, 3):
-        raise VbbenchError(
-            f"odometry must be a motion [3] and a covariance [3, 3], not {list(moved.shape)} and {list(sigma.shape)}"
-        )
+        raise VbbenchError(f"{wanted}, not {list(moved.shape)} and {list(sigma.shape)}")
     if not (np.isfinite(moved).all() and np.isfinite(sigma).all()):
         raise VbbenchError("odometry must be finite; leave it out (None) where nothing was measured")
     variances = sigma.diagonal()

@@ -60,7 +60,7 @@ class Session:
     Tracks come and go; one that was not seen for ``forget_after`` seconds is forgotten, and its id then stands for
     somebody new. Memory is bounded by the most people ever seen at once.
 
-    A frame that cannot be used raises VbbenchError and changes nothing: it is as if it had never come, and the odometry
+    A frame that cannot be used raises VbbenchError and is left out: it is as if it had never come, and the odometry
     of the next one must reach back to the last frame that was answered.
 
     Parameters
@@ -96,6 +96,8 @@ class Session:
         forget_after: float = 10.0,
         people: int = PEOPLE,
     ) -> None:
+        if not isinstance(camera, Camera):
+            raise VbbenchError(f"camera must be one such as vbbench.PerspectiveCamera(...), not {quoted(camera)}")
         _check(FRAME_TIME, dt=dt)
         _check(BODY_HEIGHT, height_mean=height_mean)
         _check_above_zero(forget_after=forget_after, people=people)
