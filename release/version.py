@@ -20,7 +20,6 @@ ROOT = Path(__file__).parents[1]
 VERSION = r"[0-9]+\.[0-9]+\.[0-9]+(?:(?:a|b|rc)[0-9]+)?"
 """What a version that is released looks like: 0.4.0, 1.0.0rc1."""
 
-_TAGS = "v[0-9]*.[0-9]*.[0-9]*"
 _DESCRIBED = re.compile(rf"v(?P<tag>{VERSION})-(?P<since>[0-9]+)-g(?P<commit>[0-9a-f]+)(?P<dirty>-dirty)?")
 
 

@@ -1,7 +1,7 @@
 """A crowd seen from a vehicle by a camera that is not what its calibration says: for the tests of rough cameras."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -98,12 +98,6 @@ class Drive:
         """[T] by how many m the observer's place is off."""
         off: FloatArray = np.linalg.norm((estimate.poses - self.truth.poses)[:, :2], axis=1)
         return off
-
-    def boxes_changed(self, change: Callable[[FloatArray], None]) -> "Drive":
-        """The same with other boxes; places are given where these show somebody first."""
-        boxes = np.array(self.sequence.observations)
-        change(boxes)
-        return replace(self, sequence=sequence_of(self.truth, boxes))
 
 
 def made_drive(truth: Truth, boxes: FloatArray | None = None, **facts: Any) -> Drive:

@@ -308,6 +308,9 @@ def test_files_of_another_clock_or_frame_are_refused(folder, walk):
     write_tum(folder / "poses.txt", walk, begin=2.0)
     with pytest.raises(FileError, match="20 of 60 frames have no pose: frame 0 is at 0 s, the poses reach from 2 to"):
         read(folder)
+    write_tum(folder / "poses.txt", walk, begin=0.5, every=10.0)
+    with pytest.raises(FileError, match=r"frames have no pose: frame 0 is at 0 s, the poses reach from 0\.5 to"):
+        read(folder)
     (folder / "poses.txt").write_text("0 0 0 1 0.5 -0.5 0.5 -0.5\n1 0 0 1 0.5 -0.5 0.5 -0.5\n")
     with pytest.raises(FileError, match="line 1: the body leans by"):
         read(folder)

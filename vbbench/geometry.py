@@ -29,7 +29,7 @@ def frozen_array(
 
 
 def wrap_angle(angle: FloatArray | float) -> FloatArray:
-    """Angle in rad, any shape, wrapped to [−π, π)."""
+    """Angle in rad, any shape, wrapped to [−π, π); what is below −π by less than rounding comes out as π."""
     return np.mod(np.asarray(angle) + np.pi, 2.0 * np.pi) - np.pi
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.files.dataset_checks import CELLS_PER_ROW, FEW_CELLS
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 
@@ -16,8 +17,6 @@ FARTHEST = 1e6
 """How far from the origin, in m along either axis, somebody may walk."""
 MOST_CELLS = 10**8
 """Frames times people that a scene may have: 1.6 GB."""
-FEW_CELLS, CELLS_PER_ROW = 10**6, 5000
-"""A scene has so many cells or fewer, or so many for each row of its file: people there are few, and gaps are short."""
 
 _LARGEST = {"frame": 2**53, "id": 2**31 - 1}
 
