@@ -304,6 +304,11 @@ def test_files_of_another_clock_or_frame_are_refused(folder, walk):
     write_tum(folder / "odometry.txt", walk, begin=1e5)
     with pytest.raises(FileError, match="no frame has a motion; both need one clock"):
         read(folder)
+    rows = write_tum(folder / "odometry.txt", walk).read_text().splitlines()
+    in_ms = [" ".join([f"{1e3 * float(row.split()[0]):g}", *row.split()[1:]]) for row in rows]
+    (folder / "odometry.txt").write_text("\n".join(in_ms) + "\n")
+    with pytest.raises(FileError, match="no frame has a motion; both need one clock, and no hole over 1 s"):
+        read(folder)
     (folder / "odometry.txt").unlink()
     write_tum(folder / "poses.txt", walk, begin=2.0)
     with pytest.raises(FileError, match="20 of 60 frames have no pose: frame 0 is at 0 s, the poses reach from 2 to"):

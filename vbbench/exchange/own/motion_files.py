@@ -1,4 +1,4 @@
-"""Where the camera was, and how its bearer moved by its own measurement: TUM files at any rate.
+"""Where the camera was, and how its bearer moved by its own measurement: TUM files, a line a second or more.
 
 Lines of ``timestamp tx ty tz qx qy qz qw``, the clock that of the boxes; the body's x axis points forward, z up. Lines
 of ``odometry.txt`` may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn turn_turn
@@ -75,8 +75,9 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
     notes: tuple[str, ...] = ()
     if not measured.any():
-        problem = f"reaches from {times[0]:.10g} to {times[-1]:.10g} s, the boxes from {timeline.times[0]:.10g} to "
-        raise FileError(path, f"{problem}{timeline.times[-1]:.10g} s: no frame has a motion; both need one clock")
+        boxes = f"the boxes from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
+        problem = f"reaches from {times[0]:.10g} to {times[-1]:.10g} s, {boxes}: no frame has a motion"
+        raise FileError(path, f"{problem}; both need one clock, and no hole over {LONGEST_HOLE:g} s")
     if not measured.all():
         notes = (f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}",)
     return Odometry(motions=motions, covariances=covariances), notes
