@@ -22,6 +22,7 @@ from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import world_to_relative
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 from vbbench.pictures.video import write_mp4
+from vbbench.solver import Frame, FrameEstimate, Problem
 
 FRAMES, FPS, PEOPLE = 40, 10.0, 6
 CAMERA = PerspectiveCamera(width=640, height=360, focal=400.0, cx=320.0, cy=180.0, mount_height=1.5)
@@ -145,10 +146,24 @@ def test_a_film_of_another_size_or_of_no_rate_is_one_clear_line(folder, tmp_path
         birdify_film(folder / "pictures", folder / "camera.toml", tmp_path / "map", FOUND)
 
 
+class Helpless:
+    """Fails at the first frame."""
+
+    def start(self, problem: Problem) -> None:
+        """Nothing to begin."""
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        raise VbbenchError("this cannot be solved")
+
+
 @pytest.mark.slow
 def test_boxes_stay_where_the_map_cannot_be_made(folder, tmp_path):
+    given, helpless = (folder / "pictures", folder / "timed.toml", tmp_path / "map", FOUND), f"{__name__}:Helpless"
     with pytest.raises(VbbenchError, match="no solver is called 'nobody'"):
-        birdify_film(folder / "pictures", folder / "timed.toml", tmp_path / "map", FOUND, solver="nobody", film=False)
+        birdify_film(*given, solver="nobody", film=False)
+    assert not (tmp_path / "map.boxes.txt").exists()
+    with pytest.raises(VbbenchError, match="this cannot be solved"):
+        birdify_film(*given, solver=helpless, film=False)
     assert (tmp_path / "map.boxes.txt").is_file()
     assert not (tmp_path / "map").exists()
 

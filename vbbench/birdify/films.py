@@ -14,6 +14,7 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.folders.work_folder import check_free
 from vbbench.pictures.reading import Film, open_film
 from vbbench.pictures.rendering import silent
+from vbbench.registry import load
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +57,7 @@ def birdify_film(
         If the film cannot be read, is not of the camera's size, or nobody is found; or as `birdify` raises it.
     """
     out, shot, own = Path(out), open_film(Path(path)), read_camera(Path(camera))
+    load("solver", solver)  # nobody waits for boxes to hear that its name is wrong
     _check_size(shot, own)
     check_free(out, REPORT, "folder that birdify made", overwrite)
     found = _find(shot, own, out, detection, announce)

@@ -153,9 +153,8 @@ the way the crowd goes, by more than σ says, while places relative to the camer
 
 def _scale(report: Report) -> str:
     if report.cues is None:
-        return (
-            f"by heights of {report.height_mean:g} m on average; too few whole boxes to hold against the mount height"
-        )
+        why = "too few whole boxes, or feet that fit no tilt, to hold against the mount height"
+        return f"by heights of {report.height_mean:g} m on average; {why}"
     found, std = report.cues.mount_height, report.cues.mount_height_std
     return (
         f"heights of {report.height_mean:g} m on average put the camera {plus_minus(found, std)} m above the ground; "
