@@ -15,9 +15,10 @@ from tests.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_f
 from vbbench.birdify.birdify import birdify
 from vbbench.birdify.cues import compare_cues
 from vbbench.boxes import rectangles
-from vbbench.camera import PerspectiveCamera
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
@@ -176,6 +177,21 @@ def test_a_tilt_is_found_however_large(wrong):
     assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
 
 
+def test_cues_of_a_panorama_and_of_a_camera_that_looks_straight_down():
+    rng = np.random.default_rng(0)
+    relative, heights = rng.uniform(-15.0, 15.0, (30, 40, 2)), np.broadcast_to(rng.normal(1.72, 0.08, 40), (30, 40))
+    around = PanoramaCamera(mount_height=1.6)
+    cues = compare_cues(around.project(relative, heights), replace(around, cy=around.cy + 5.0), 1.72, 0.09)
+    assert cues is not None
+    assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
+    assert abs(cues.tilt) > 0.01
+    ahead = PerspectiveCamera(mount_height=1.6)
+    boxes = ahead.project(np.abs(relative) + np.array((0.0, 4.0)), heights)
+    for wrong in (-1.45, -1.2, 0.9, 1.2, 1.45):
+        cues = compare_cues(boxes, replace(ahead, pitch=wrong), 1.72, 0.09)
+        assert cues is None or cues.mount_height > 0.0
+
+
 def test_odometry_reaches_any_solver_and_time_stamps_stay(tmp_path):
     walk = make_walk(30)
     folder = write_folder(tmp_path / "walk", walk)
@@ -210,6 +226,8 @@ def test_what_is_kept_says_how_long_a_frame_lasts(tmp_path, capsys):
     assert main([*asked, "--out", str(tmp_path / "map"), "--dt", "0.1"]) == 0
     kept = tmp_path / "map" / "recording"
     again = birdify(kept / "boxes.csv", kept / "camera.toml", tmp_path / "again", solver=FAST, film=False)
+    birdify(kept / "boxes.csv", camera, tmp_path / "numpy", solver=FAST, film=False, dt=np.float64(0.1))
+    assert read_camera(tmp_path / "numpy" / "recording" / "camera.toml").facts.seconds == 0.1
     assert (again.folder / "poses.csv").read_bytes() == (tmp_path / "map" / "poses.csv").read_bytes()
 
 

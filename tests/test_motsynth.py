@@ -150,7 +150,7 @@ def _nodding(values):
         (lambda v: v["images"][2].update(id={}), r"image 2: id is {}, not one of its own"),
         (lambda v: v["images"][2].update(id=1000), "image 2: id is 1000, not one of its own"),
         (lambda v: v["annotations"][0].update(bbox=[10**400, 2, 3, 4]), "bbox of some annotation is not a list of 4"),
-        (lambda v: v["info"].update(fps=10**400), "fps: "),
+        (lambda v: v["info"].update(fps=10**400), "fps is 1000.*, not a number"),
         (
             lambda v: [row.update(keypoints_3d=[0.0] * 88) for row in v["annotations"]],
             "no joint of keypoints_3d lies before the camera",

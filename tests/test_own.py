@@ -201,10 +201,12 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
     with pytest.raises(FileError, match="shares of the picture"):
         read(folder)
     (folder / "boxes.csv").write_text(
-        HEAD + "".join(f"{t},{k},{300 + 9 * k + t},320,{330 + 9 * k + t},410\n" for t in range(8) for k in range(4))
+        HEAD + "".join(f"{t},{k},{300 + 49 * k + t},320,{330 + 49 * k + t},410\n" for t in range(8) for k in range(4))
     )
     with pytest.raises(FileError, match="seem to be the right and lower borders of boxes; subtract left and top"):
         read(folder)
+    (folder / "boxes.csv").write_text(HEAD + "".join(f"{t},1,{600 + t % 2},380,610,470\n" for t in range(30)))
+    assert len(read(folder).footage.tracks) == 1
     (folder / "boxes.csv").write_bytes((HEAD + GOOD).replace("\n", "\r").encode())
     assert len(read(folder).footage.tracks) == 4
     (folder / "boxes.csv").write_text(HEAD + GOOD + "40,1,300,320,30,90\n")
@@ -298,6 +300,19 @@ def test_no_motion_is_made_up_before_the_first_line_of_odometry_and_after_its_la
     assert np.flatnonzero(measured).tolist() == list(range(first + 1, last + 1))
     np.testing.assert_allclose(odometry.motions[measured], whole.motions[measured], atol=1e-12)
     assert recording.notes == (f"{59 - int(measured.sum())} of 59 motions are not in odometry.txt",)
+
+
+def test_poses_that_begin_half_a_frame_late_go_back_straight_and_not_by_their_noise(folder, walk):
+    write_tum(folder / "poses.txt", walk, every=0.01)
+    rows = [row.split() for row in (folder / "poses.txt").read_text().splitlines()[45:]]
+    noise = np.random.default_rng(0).normal(0.0, 0.002, (len(rows), 2))
+    noisy = [
+        [t, f"{float(x) + dx:.6f}", f"{float(y) + dy:.6f}", *rest]
+        for (t, x, y, *rest), (dx, dy) in zip(rows, noise, strict=True)
+    ]
+    (folder / "poses.txt").write_text("\n".join(" ".join(row) for row in noisy) + "\n")
+    poses = read(folder).footage.poses
+    assert np.abs(poses[:, :2] - walk.poses[:, :2]).max() < 0.012
 
 
 def test_files_of_another_clock_or_frame_are_refused(folder, walk):

@@ -112,7 +112,7 @@ def birdify(
         If a file cannot be used, ``dt`` cannot be, the solver is unknown or fails, or ``out`` exists.
     """
     out, solving = Path(out), make_solver(solver)
-    _check_seconds(dt)
+    dt = None if dt is None else _seconds(dt)
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
         recording = _read(Path(boxes), Path(camera), None if odometry is None else Path(odometry), dt, pictures)
         work.begin()
@@ -133,12 +133,13 @@ def birdify(
     return Birdified(folder=out, report=report)
 
 
-def _check_seconds(dt: float | None) -> None:
-    if dt is not None:
-        try:
-            FRAME_TIME.check("dt", dt)
-        except ValueError as error:
-            raise VbbenchError(str(error)) from error
+def _seconds(dt: float) -> float:
+    """The time of a frame; raises VbbenchError if it cannot be."""
+    try:
+        FRAME_TIME.check("dt", dt)
+    except ValueError as error:
+        raise VbbenchError(str(error)) from error
+    return float(dt)
 
 
 def _read(

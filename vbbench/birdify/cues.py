@@ -22,6 +22,8 @@ ROUNDS, TUNING = 15, 1.345
 """Of reweighting, with Huber's constant."""
 LOOKS, SAME_TILT, STEEPEST = 15, 1e-4, 0.8
 """Most fits, and, in rad, the tilt that is as good as none, and more than a camera of people has."""
+STEEPEST_PITCH = 1.5
+"""In rad: a camera that looks straight up or down sees nobody walk."""
 STARTS, LOWEST = (0.0, -0.3, 0.3), 0.05
 """Tilts in rad to begin with, one after the other, until the camera is higher than so many m."""
 DRAWS = 200
@@ -61,9 +63,11 @@ def compare_cues(boxes: FloatArray, camera: Camera, height_mean: float, height_s
     return None
 
 
-def _settled(boxes: FloatArray, camera: Camera, height_mean: float, height_std: float, tilt: float) -> Cues | None:
+def _settled(boxes: FloatArray, camera: Any, height_mean: float, height_std: float, tilt: float) -> Cues | None:
     """The cues once a ``tilt`` in rad to begin with has become the one that is found again."""
     for _ in range(LOOKS):
+        if _can_tilt(camera) and abs(camera.pitch + tilt) > STEEPEST_PITCH:
+            return None
         found = _compare(boxes, _tilted(camera, tilt), height_mean, height_std)
         if found is None or abs(tilt + found.tilt) > STEEPEST:
             return None
@@ -80,7 +84,8 @@ def _tilted(camera: Any, tilt: float) -> Camera:
 
 
 def _can_tilt(camera: Any) -> bool:
-    return isinstance(camera, CentralCamera) and "pitch" in vars(camera)
+    """Whether all that the camera sees goes up and down with its pitch: not so all around."""
+    return isinstance(camera, CentralCamera) and "pitch" in vars(camera) and camera.period is None
 
 
 def _compare(boxes: FloatArray, camera: Camera, height_mean: float, height_std: float) -> Cues | None:

@@ -78,13 +78,14 @@ def picture_size_of(path: Path) -> tuple[int, int] | None:
     return width, height
 
 
-def sequence_facts(path: Path, content: bytes) -> Mapping[str, str] | None:
+def sequence_facts(path: Path, content: bytes, *, strict: bool = False) -> Mapping[str, str] | None:
     """What a ``seqinfo.ini`` says, by key, whatever its case; ``None`` without a section [Sequence].
 
     Parameters
     ----------
     path : what messages call it.
     content : the text, UTF-8.
+    strict : whether no key may stand twice.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def sequence_facts(path: Path, content: bytes) -> Mapping[str, str] | None:
     endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)
     if endless is not None:  # the time of parsing a line grows with the square of its length
         raise FileError(path, f"has more than {_LONGEST_ROW:,} bytes; a line of this file has a few dozen", endless)
-    parser = configparser.ConfigParser(interpolation=None)
+    parser = configparser.ConfigParser(interpolation=None, strict=strict)
     try:
         parser.read_string(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

@@ -219,9 +219,12 @@ def _number(path: Path, video: dict[str, Any], name: str) -> float:
         raise _missing(path, "neither 'info' nor the first image", name, video)
     try:
         value = float(video[name])
+    except (TypeError, ValueError, OverflowError):
+        raise FileError(path, f"{name} is {quoted(video[name])}, not a number") from None
+    try:
         _RANGES[name].check(name, value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise FileError(path, f"{name}: {error}") from None
+    except ValueError as error:
+        raise FileError(path, str(error)) from None
     return value
 
 

@@ -114,6 +114,11 @@ def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: flo
         return np.full((len(wanted), 3), np.nan)
     after = np.searchsorted(times, wanted).clip(1, len(times) - 1)
     before = after - 1
+    # Beyond the ends the motion of half a frame or so goes on, not the noise between two lines.
+    early, late = wanted < times[0], wanted > times[-1]
+    after[early] = np.searchsorted(times, times[0] + beyond).clip(1, len(times) - 1)
+    before[early], after[late] = 0, len(times) - 1
+    before[late] = (np.searchsorted(times, times[-1] - beyond, side="right") - 1).clip(0, len(times) - 2)
     turned = np.column_stack([poses[:, :2], np.unwrap(poses[:, 2])])
     share = (wanted - times[before]) / (times[after] - times[before])
     found: FloatArray = turned[before] + share[:, None] * (turned[after] - turned[before])

@@ -59,10 +59,14 @@ def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
 
 
 def _are_corners(boxes: FloatArray, picture: tuple[float, float]) -> bool:
-    """Whether boxes [N, 4] (left, top, width, height), most of them beyond the picture, lie in it as two corners."""
+    """Whether boxes [N, 4] (left, top, width, height), most of them beyond the picture, lie in it as two corners.
+
+    One person near the upper left may look like that, several people do not.
+    """
     near, far = boxes[:, :2], boxes[:, 2:]
-    beyond = (near + far > picture).any(axis=1)
-    return len(boxes) >= FEW and bool(beyond.mean() > 0.5 and (far > near).all() and (far <= picture).all())
+    beyond, spread = (near + far > picture).any(axis=1), float(np.ptp(near[:, 0]))
+    several = len(boxes) >= FEW and spread > np.median(far[:, 0] - near[:, 0])
+    return bool(several and beyond.mean() > 0.5 and (far > near).all() and (far <= picture).all())
 
 
 def _check_sequence_info(path: Path, own: OwnCamera) -> None:

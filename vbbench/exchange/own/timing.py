@@ -12,8 +12,8 @@ SAME_FRAME = 0.1
 """Time stamps that differ by less, in frames, are of one frame."""
 UNEVEN = 0.25
 """How far the time between two frames may be from a whole number of frames before it is worth a note."""
-LONGEST_GAP = 60.0
-"""Numbers and clocks that go on by more seconds from one box to the next have jumped."""
+LONGEST_GAP, LONGEST_ABSENCE = 60.0, 3600.0
+"""A clock that goes on by more seconds from one box to the next has jumped; so has a frame number."""
 DRIFT = 0.02
 """How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
 
@@ -135,8 +135,8 @@ def _check_gaps(path: Path, numbers: FloatArray, lines: IntArray, dt: float) -> 
     """Refuse frames with nothing between them for too long."""
     order = np.argsort(numbers, kind="stable")
     apart = np.diff(numbers[order]) * dt
-    if (apart > LONGEST_GAP).any():
-        before, after = order[(row := int(np.argmax(apart > LONGEST_GAP))) : row + 2]
+    if (apart > LONGEST_ABSENCE).any():
+        before, after = order[(row := int(np.argmax(apart > LONGEST_ABSENCE))) : row + 2]
         problem = f"frame {numbers[after]:.10g} is {apart[row]:.6g} s after the one before, {numbers[before]:.10g}"
         raise FileError(path, f"{problem}; split the recording there", int(lines[after]))
 

@@ -96,7 +96,7 @@ class Session:
         forget_after: float = 10.0,
         people: int = PEOPLE,
     ) -> None:
-        if not isinstance(camera, Camera):
+        if not isinstance(camera, Camera) or isinstance(camera, type):
             raise VbbenchError(f"camera must be one such as vbbench.PerspectiveCamera(...), not {quoted(camera)}")
         _check(FRAME_TIME, dt=dt)
         _check(BODY_HEIGHT, height_mean=height_mean)

@@ -170,7 +170,8 @@ class Recipe:
 
     def _check_people(self) -> None:
         for scenario, numbers in self.people.items():
-            if not isinstance(numbers, list | tuple) or not numbers:
+            whole = isinstance(numbers, list | tuple) and all(isinstance(number, int) for number in numbers)
+            if not whole or not numbers:
                 raise ValueError(f"[people] {scenario} is a list of numbers of people, such as [5, 10]")
             for number in numbers:
                 PEOPLE.check(f"[people] {scenario}", number)

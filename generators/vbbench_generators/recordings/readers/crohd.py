@@ -175,7 +175,7 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
     FileError
         If it is not such a file, or a key is missing or cannot be.
     """
-    facts = sequence_facts(path, content)
+    facts = sequence_facts(path, content, strict=True)
     if facts is None:
         raise FileError(path, f"has no section [{SECTION}]")
     for key in ("name", "frameRate", "seqLength", "imWidth", "imHeight"):
