@@ -110,6 +110,15 @@ class VbbenchWarning(UserWarning):
 
 
 @contextmanager
+def user_mistakes() -> Iterator[None]:
+    """Turn a ValueError in the block, about something that the user wrote, into a VbbenchError in the same words."""
+    try:
+        yield
+    except ValueError as error:
+        raise VbbenchError(str(error)) from error
+
+
+@contextmanager
 def plain_errors(path: Path, place: Path | None = None) -> Iterator[None]:
     """Turn system errors in the block into a FileError: ``path`` cannot be written.
 

@@ -85,10 +85,11 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
 def _check_declared(solver: str) -> None:
     """Raise VbbenchError if the solver's class does not say what its row must, before anything is made."""
     declared = declared_facts(solver)
-    if any(not declared.get(name, "").strip() for name in NEEDED):
+    missing = [name for name in NEEDED if not declared.get(name, "").strip()]
+    if missing:
         example = {"authors": "your name"} | dict.fromkeys(NEEDED[1:], "nothing")
-        missing = ", ".join(name for name in NEEDED if not declared.get(name, "").strip())
-        raise VbbenchError(f"{solver} does not say {missing}; its class needs a line such as facts = {example}")
+        words = f"{solver} does not say {', '.join(missing)}"
+        raise VbbenchError(f"{words}; its class needs a line such as facts = {example}")
 
 
 def parse_board(key: str) -> Board:

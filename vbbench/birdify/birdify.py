@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 from vbbench.birdify.measuring import make_report
 from vbbench.birdify.report import REPORT, Report
 from vbbench.birdify.tables import write_tables
-from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning, user_mistakes
 from vbbench.estimate import Estimate
 from vbbench.exchange.own.recording import (
     CAMERA,
@@ -112,7 +112,10 @@ def birdify(
         If a file cannot be used, ``dt`` cannot be, the solver is unknown or fails, or ``out`` exists.
     """
     out, solving = Path(out), make_solver(solver)
-    dt = None if dt is None else _seconds(dt)
+    if dt is not None:
+        with user_mistakes():
+            FRAME_TIME.check("dt", dt)
+        dt = float(dt)
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
         recording = _read(Path(boxes), Path(camera), None if odometry is None else Path(odometry), dt, pictures)
         work.begin()
@@ -131,15 +134,6 @@ def birdify(
     for warning in report.warnings:
         warnings.warn(VbbenchWarning(warning), stacklevel=2)
     return Birdified(folder=out, report=report)
-
-
-def _seconds(dt: float) -> float:
-    """The time of a frame; raises VbbenchError if it cannot be."""
-    try:
-        FRAME_TIME.check("dt", dt)
-    except ValueError as error:
-        raise VbbenchError(str(error)) from error
-    return float(dt)
 
 
 def _read(
@@ -165,13 +159,13 @@ def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None
     folder.mkdir(parents=True)
     files = recording.files
     named = files.boxes.suffix.lower() == ".csv"
-    kept = {CAMERA: files.camera, "boxes.csv" if named else "gt.txt": files.boxes, ODOMETRY: files.odometry}
+    kept = {"boxes.csv" if named else "gt.txt": files.boxes, ODOMETRY: files.odometry}
     for name, path in kept.items():
         if path is not None:
             shutil.copyfile(path, folder / name)
-    if recording.own.facts.seconds is None and dt is not None:
-        text = files.camera.read_text("utf-8-sig")
-        write_text_atomically(folder / CAMERA, f"dt = {dt!r}  # seconds per frame, told beside this file\n{text}")
+    told = dt is not None and recording.own.facts.seconds is None
+    line = f"dt = {dt!r}  # seconds per frame, told beside this file\n" if told else ""
+    (folder / CAMERA).write_bytes(line.encode() + files.camera.read_bytes())
 
 
 def _dataset(recording: OwnRecording, folder: Path) -> Dataset:

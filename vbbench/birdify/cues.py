@@ -5,6 +5,7 @@ distance, from a camera at height c. By heights, d is known up to the spread of 
 how high the camera really is, and by which angle p it looks higher than its file says.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -56,36 +57,36 @@ def compare_cues(boxes: FloatArray, camera: Camera, height_mean: float, height_s
     whose feet are hidden. The standard deviations are over draws of tracks, and hold the spread of heights. A tilt is
     found again from the camera tilted by it, until it is: s d is a straight line for a small one only.
     """
-    for start in STARTS if _can_tilt(camera) else STARTS[:1]:
-        found = _settled(boxes, camera, height_mean, height_std, start)
-        if found is not None and found.mount_height > LOWEST:
-            return found
-    return None
+    looks: Iterable[Cues | None]
+    if _can_tilt(camera):
+        looks = (_settled(boxes, camera, height_mean, height_std, tilt=start) for start in STARTS)
+    else:
+        looks = [_compare(boxes, camera, height_mean, height_std)]
+    return next((cues for cues in looks if cues is not None and _is_possible(cues)), None)
 
 
-def _settled(boxes: FloatArray, camera: Any, height_mean: float, height_std: float, tilt: float) -> Cues | None:
-    """The cues once a ``tilt`` in rad to begin with has become the one that is found again."""
+def _settled(boxes: FloatArray, camera: Any, height_mean: float, height_std: float, *, tilt: float) -> Cues | None:
+    """The cues of a camera that can tilt, once a ``tilt`` in rad to begin with is the one that is found again."""
     for _ in range(LOOKS):
-        if _can_tilt(camera) and abs(camera.pitch + tilt) > STEEPEST_PITCH:
+        if abs(camera.pitch + tilt) > STEEPEST_PITCH:
             return None
-        found = _compare(boxes, _tilted(camera, tilt), height_mean, height_std)
+        found = _compare(boxes, replace(camera, pitch=camera.pitch + tilt), height_mean, height_std)
         if found is None or abs(tilt + found.tilt) > STEEPEST:
             return None
         tilt += found.tilt
-        if abs(found.tilt) < SAME_TILT or not _can_tilt(camera):
+        if abs(found.tilt) < SAME_TILT:
             return replace(found, tilt=tilt)
     return None
 
 
-def _tilted(camera: Any, tilt: float) -> Camera:
-    """The camera as it looks higher by ``tilt`` rad, if its model can."""
-    tilted: Camera = replace(camera, pitch=camera.pitch + tilt) if _can_tilt(camera) else camera
-    return tilted
-
-
-def _can_tilt(camera: Any) -> bool:
+def _can_tilt(camera: Camera) -> bool:
     """Whether all that the camera sees goes up and down with its pitch: not so all around."""
     return isinstance(camera, CentralCamera) and "pitch" in vars(camera) and camera.period is None
+
+
+def _is_possible(cues: Cues) -> bool:
+    """Whether a camera of people may be so high and so tilted."""
+    return cues.mount_height > LOWEST and abs(cues.tilt) <= STEEPEST
 
 
 def _compare(boxes: FloatArray, camera: Camera, height_mean: float, height_std: float) -> Cues | None:

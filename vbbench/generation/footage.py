@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError
+from vbbench.errors import user_mistakes
 from vbbench.files.dataset_info import Known, Pictures
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.parsing.numbers import Within, check_ranges
@@ -205,7 +205,5 @@ class FootageOptions:
     interpolated: bool = True
 
     def __post_init__(self) -> None:
-        try:
+        with user_mistakes():
             check_ranges(self)
-        except ValueError as error:
-            raise VbbenchError(str(error)) from error

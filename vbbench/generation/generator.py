@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError
+from vbbench.errors import VbbenchError, user_mistakes
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
@@ -22,10 +22,8 @@ MOST_PEOPLE = 10_000
 
 
 def _check_ranges(values: object) -> None:
-    try:
+    with user_mistakes():
         check_ranges(values)
-    except ValueError as error:
-        raise VbbenchError(str(error)) from error
 
 
 @dataclass(frozen=True, kw_only=True)

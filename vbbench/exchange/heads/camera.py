@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.errors import VbbenchError, quoted
+from vbbench.errors import VbbenchError, quoted, user_mistakes
 from vbbench.exchange.heads.settings import HeadOptions
 from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import check_ranges
@@ -97,10 +97,8 @@ def camera_of(options: HeadOptions) -> SurveillanceCamera:
     VbbenchError
         If an option is out of range, or the camera would not see heads from above.
     """
-    try:
+    with user_mistakes():
         check_ranges(options)
-    except ValueError as error:
-        raise VbbenchError(str(error)) from error
     size = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", options.size)
     if size is None or min(int(size[1]), int(size[2])) < 1:
         raise VbbenchError(f"size must be width x height in px such as 1920x1080, not {quoted(options.size)}")

@@ -69,8 +69,9 @@ def number_frames(
         raise FileError(
             path, "its frames are numbered, and nothing says how long one lasts: write dt or fps in camera.toml"
         )
-    _check_gaps(path, numbers, lines, dt)
-    different = np.unique(numbers.astype(np.int64))
+    different = np.unique(numbers)
+    _check_gaps(path, numbers, different, lines, dt)
+    different = different.astype(np.int64)
     step = max(1, int(np.gcd.reduce(np.diff(different)))) if len(different) > 1 else 1
     first = int(different[0])
     frame = (numbers.astype(np.int64) - first) // step
@@ -131,14 +132,14 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     return frame, Timeline(count, lasts, np.interp(np.arange(count), number, stamps), notes=tuple(notes))
 
 
-def _check_gaps(path: Path, numbers: FloatArray, lines: IntArray, dt: float) -> None:
-    """Refuse frames with nothing between them for too long."""
-    order = np.argsort(numbers, kind="stable")
-    apart = np.diff(numbers[order]) * dt
+def _check_gaps(path: Path, numbers: FloatArray, different: FloatArray, lines: IntArray, dt: float) -> None:
+    """Refuse ``numbers`` [N] whose ``different`` ones, ascending, have nothing between them for too long."""
+    apart = np.diff(different) * dt
     if (apart > LONGEST_ABSENCE).any():
-        before, after = order[(row := int(np.argmax(apart > LONGEST_ABSENCE))) : row + 2]
-        problem = f"frame {numbers[after]:.10g} is {apart[row]:.6g} s after the one before, {numbers[before]:.10g}"
-        raise FileError(path, f"{problem}; split the recording there", int(lines[after]))
+        gap = int(np.argmax(apart > LONGEST_ABSENCE))
+        before, after = different[gap : gap + 2]
+        problem = f"frame {after:.10g} is {apart[gap]:.6g} s after the one before, {before:.10g}"
+        raise FileError(path, f"{problem}; split the recording there", int(lines[np.argmax(numbers == after)]))
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:

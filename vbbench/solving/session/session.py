@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from vbbench.boxes import observations_of
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError, quoted
+from vbbench.errors import VbbenchError, quoted, user_mistakes
 from vbbench.estimate import LARGEST, FrameEstimate, is_credible
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within
+from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME
 from vbbench.registry import make_solver
 from vbbench.sequence import Odometry
 from vbbench.solver import FrameSolver, Problem, SequenceSolver
@@ -98,8 +98,9 @@ class Session:
     ) -> None:
         if not isinstance(camera, Camera) or isinstance(camera, type):
             raise VbbenchError(f"camera must be one such as vbbench.PerspectiveCamera(...), not {quoted(camera)}")
-        _check(FRAME_TIME, dt=dt)
-        _check(BODY_HEIGHT, height_mean=height_mean)
+        with user_mistakes():
+            FRAME_TIME.check("dt", dt)
+            BODY_HEIGHT.check("height_mean", height_mean)
         _check_above_zero(forget_after=forget_after, people=people)
         _check_above_zero(or_zero=True, height_std=height_std, pixel_std=pixel_std)
         start = np.array(origin, np.float64)
@@ -199,14 +200,6 @@ def _frame_solver(solver: str | FrameSolver) -> FrameSolver:
         return made
     kind = "solves whole sequences" if isinstance(made, SequenceSolver) else "has no start and step"
     raise VbbenchError(f"{type(made).__name__} {kind}; a session needs a solver that works frame by frame: map-causal")
-
-
-def _check(allowed: Within, **values: float) -> None:
-    for name, value in values.items():
-        try:
-            allowed.check(name, value)
-        except ValueError as error:
-            raise VbbenchError(str(error)) from error
 
 
 def _check_above_zero(*, or_zero: bool = False, **values: float) -> None:
