@@ -16,6 +16,8 @@ focal = 700.0
 mount_height = 1.5
 fps = 10
 """
+HEAD = "frame,id,left,top,width,height\n"
+"""The first line of ``boxes.csv``."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.own_recording import (
     CAMERA_TOML,
+    HEAD,
     Walk,
     make_walk,
     write_csv,
@@ -21,7 +22,6 @@ from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.mot import import_mot
-from vbbench.exchange.own.box_files import read_boxes
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.plausibility import box_noise
 from vbbench.exchange.own.recording import files_in, read_recording
@@ -34,8 +34,6 @@ from vbbench.geometry import relative_to_world
 from vbbench.scoring import score
 from vbbench.solving import solve
 
-HEAD = "frame,id,left,top,width,height\n"
-TIMED = HEAD.replace("frame", "time")
 GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
 
 
@@ -70,68 +68,6 @@ def test_every_kind_of_box_file_says_the_same(folder, walk):
     write_csv(folder / "boxes.csv", walk, begin=1.7e9)
     np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
     assert read(folder).timeline.times[:2].tolist() == [1.7e9, pytest.approx(1.7e9 + 0.1)]
-
-
-def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
-    plain, quoted = tmp_path / "plain.csv", tmp_path / "quoted.csv"
-    plain.write_text("frame,id,left,top,width,height,score,visible\n0,1,2,3,4,50,.5,\n1,1,2,3,4,50,,1\n")
-    quoted.write_text('frame,id,left,top,width,height,score,visible\n0,"1", 2,3,4,50,0.5,\n\n1,1,2,3,4,50,,1\n')
-    one, other = (read_boxes(path, 0.1) for path in (plain, quoted))
-    for name in ("frame", "track", "boxes", "scores", "visible"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    assert other.lines.tolist() == [2, 4]
-
-
-@pytest.mark.parametrize(
-    ("text", "line", "problem"),
-    [
-        ("frame,id,left,top,width\n0,1,2,3,4\n", 1, "no column height"),
-        ("fram,id,left,top,width,height\n0,1,2,3,4,50\n", 1, "no column frame or time; did you mean 'frame'"),
-        ("frame,time,id,left,top,width,height\n0,0,1,2,3,4,50\n", 1, "columns frame and time, which say the same"),
-        ("x,y,w,h\n1,2,3,4\n", 1, "its first line is 'x,y,w,h', wanted: frame or time, left"),
-        (HEAD.replace(",", ";") + "0;1;2;3;4;50\n", 1, "columns are separated by ',', not by ';'"),
-        (HEAD, None, "holds no row"),
-        (HEAD + "0,1,2,3,4\n", 2, "5 columns, the first line names 6"),
-        (HEAD + "0,1,2,3,4,50\n1,1,x,3,4,50\n", 3, "left is 'x'; write a number"),
-        (HEAD + "0,1,2,3,4,50\n1,1,nan,3,4,50\n", 3, "left is nan"),
-        (HEAD + "0,1,2,3,4,50\n1,1,2,3,0,50\n", 3, "the box is 0 x 50 px"),
-        (HEAD + "0,1,2,3,4,50\n1,1,2e7,3,4,50\n", 3, "reaches 2e\\+07 px"),
-        (HEAD + "0,1,2,3,4,50\n0,1,2,3,4,50\n", 3, "id 1 already has a box in this frame, in line 2"),
-        (HEAD + "0,1,2,3,4,50\n1,1.5,2,3,4,50\n", 3, "the id is 1.5, which is not a whole number"),
-        (HEAD + "0,1,2,3,4,50\n1,-1,2,3,4,50\n", 3, "the id is missing here"),
-        (HEAD + "0,1,2,3,4,50\n1.5,1,2,3,4,50\n", 3, "frame 1.5 is not a whole number from 0 on"),
-        (
-            HEAD + "0,1,2,3,4,50\n1e15,1,2,3,4,50\n1,1,2,3,4,50\n",
-            3,
-            "frame 1e\\+15 is 1e\\+14 s after the one before, 1; split",
-        ),
-        (HEAD + "0,1,2,3,4,50\n1e300,1,2,3,4,50\n", 3, "frame 1e\\+300 is 1e\\+299 s after the one before, 0; split"),
-        ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visible is 2"),
-        (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
-        (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
-        (TIMED + "5,1,2,3,4,50\n", None, "all boxes are of one time"),
-    ],
-)
-def test_a_bad_row_is_named(tmp_path, text, line, problem):
-    path = tmp_path / "boxes.csv"
-    path.write_text(text)
-    with pytest.raises(FileError, match=problem) as caught:
-        read_boxes(path, 0.1)
-    assert caught.value.line == line
-
-
-def test_clocks_that_drift_and_frames_in_steps_are_counted(tmp_path):
-    path = tmp_path / "boxes.csv"
-    lines = [f"{0.1035 * t:.4f},1,{100 + t},100,20,60\n" for t in range(50) if t != 20]
-    path.write_text("time,id,left,top,width,height\n" + "".join(lines))
-    rows = read_boxes(path, 0.1)
-    assert rows.frame.tolist() == [t for t in range(50) if t != 20]
-    assert rows.timeline.dt == pytest.approx(0.1035)
-    assert "every 0.1035 s, and dt is 0.1 s" in rows.timeline.notes[0]
-    path.write_text(HEAD + "".join(f"{t},1,{100 + t},100,20,60\n" for t in range(7, 60, 4)))
-    rows = read_boxes(path, 0.04)
-    assert (rows.frame[-1], rows.timeline.dt, rows.timeline.times[0]) == (13, pytest.approx(0.16), pytest.approx(0.28))
-    assert "in steps of 4" in rows.timeline.notes[0]
 
 
 @pytest.mark.parametrize(
