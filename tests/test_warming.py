@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -148,16 +149,22 @@ def test_a_start_that_cannot_be_called_fails_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("camera", "tier"), list(zip(CAMERAS, ("ideal", "noisy"), strict=True)))
-def test_nothing_is_compiled_or_loaded_while_the_clock_runs(camera: Any, tier: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("camera", "tier", "every"), [(CAMERAS[0], "ideal", 0), (CAMERAS[1], "noisy", 1)])
+def test_nothing_is_compiled_or_loaded_while_the_clock_runs(camera: Any, tier: Any, every: int, tmp_path: Path) -> None:
+    """Each camera with every second pair of a solver and a protocol."""
     generate("demo", tmp_path / "data", Options(camera=camera, tier=tier, limit=6))
-    cases = [word for solver, covs in SOLVERS.items() for name in PROTOCOLS for word in (solver, name, covs)]
+    pairs = [
+        (solver, name)
+        for (i, solver), (j, name) in product(enumerate(SOLVERS), enumerate(PROTOCOLS))
+        if (i + j) % 2 == every
+    ]
+    cases = [word for solver, name in pairs for word in (solver, name, SOLVERS[solver])]
     command = [sys.executable, "-m", "tests.late_loading", str(tmp_path / "data"), *cases]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     found = json.loads(run.stdout)
-    assert len(found) == len(SOLVERS) * len(PROTOCOLS)
+    assert len(found) == len(pairs)
     without = [name for name, case in found.items() if not case["loaded"]]
-    assert without == [f"{KERNEL_FREE} {protocol} yes" for protocol in PROTOCOLS]
+    assert without == [f"{solver} {name} yes" for solver, name in pairs if solver == KERNEL_FREE]
     assert {name: case["late"] for name, case in found.items() if case["late"]} == {}
 
 
