@@ -45,7 +45,7 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
         rows.push(tracking.bearings, shown, frames[-1])
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
         columns.append(rows.column.copy())
-    rows.frames = unwrapped(np.array(frames))
+    rows.frames[:] = unwrapped(np.array(frames))
     for t, places in enumerate(found):
         here = ~np.isnan(places[:, 0]) & (columns[t] != NOBODY)
         rows.places[t, columns[t][here]] = places[here]

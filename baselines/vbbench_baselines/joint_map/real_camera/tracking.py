@@ -8,7 +8,7 @@ import numpy as np
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
-from vbbench_baselines.common.bearings import bearings_of
+from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.joint_map.flow import Flow
@@ -24,7 +24,7 @@ from vbbench_baselines.joint_map.real_camera.newest import solve_newest
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.settings import Settings
-from vbbench_baselines.joint_map.real_camera.window import NOBODY, NOTHING, Window
+from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 LATE = 2
 """Frames after which a residual teaches the noise: by then later frames have told where the box should be."""
@@ -63,7 +63,7 @@ class Tracking:
         self._settings, self._problem = settings, problem
         self._cold, self.age, self._astray, self._lost = False, 0, 0.0, 0.0
         self._odds = np.zeros(LAWS)
-        self.bearings = NOTHING
+        self.bearings: Bearings
         self._hands = Hands(len(problem.tracks))
         first = settings.noise_at_first(problem)
         self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
@@ -204,13 +204,13 @@ class Tracking:
 
     def _keep(self, point: Point, columns: IntArray) -> None:
         rows = self.rows
-        rows.frames = point.frames
+        rows.frames[:] = point.frames
         rows.places[:, columns] = point.places
         rows.numbers[columns], rows.variances[columns] = point.people, point.variances
 
     def _at_speed(self, speed: float) -> FloatArray:
         """The frames as of an observer who goes straight ahead at ``speed`` m/s from the first on."""
-        frames = self.rows.frames.copy()
+        frames: FloatArray = self.rows.frames.copy()
         yaw = frames[0, 2]
         along = np.arange(len(frames)) * speed * self._problem.dt
         frames[:, 0], frames[:, 1] = frames[0, 0] + along * math.cos(yaw), frames[0, 1] + along * math.sin(yaw)

@@ -27,8 +27,8 @@ SHOWN_AGAIN = 3
 
 LONG_AGO = -(10**6)
 
-_NONE = np.zeros((0, 0))
-NOTHING = Bearings(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE.astype(np.int64))
+SPARE = 32
+"""Frames that there is room for beyond a window's, so that rows are moved only once in so many."""
 
 
 class Window:
@@ -38,6 +38,7 @@ class Window:
     ----------
     frames : [n, 7] as believed.
     given_poses : [n, 3].
+    motions, covariances : [n, 3] and [n, 3, 3] of odometry.
     places, given : [n, C, 2] in m.
     boxes : rows [n, C].
     told : [n, C] as of `Seen`; in a new frame as in the one before.
@@ -49,31 +50,39 @@ class Window:
 
     def __init__(self, size: int, tracks: int, first: FloatArray, variance: float) -> None:
         self.size, self._first, self._variance = size, first, variance
-        self.frames, self.given_poses = np.zeros((0, FRAME)), np.zeros((0, 3))
-        self.motions, self.covariances = np.zeros((0, 3)), np.zeros((0, 3, 3))
-        self.places, self.given = np.zeros((2, 0, 0, 2))
-        self.boxes = each(np.copy, NOTHING)
-        self.told = np.zeros((0, 0))
+        self._room, self._used = _room(size + min(size, SPARE)), slice(0, 0)
+        self._show()
         self.numbers, self.variances = np.zeros((0, 2)), np.zeros(0)
         self.past = nothing_past(0)
         self.column: IntArray = np.full(tracks, NOBODY)
         self.names: IntArray = np.zeros(0, np.int64)
         self._named, self._seats = 0, deque[IntArray](maxlen=SHOWN_AGAIN)
 
+    def _show(self) -> None:
+        """The rows in use, as parts of the room that there is for them."""
+        used = [rows[self._used] for rows in self._room]
+        self.frames, self.given_poses, self.motions, self.covariances, self.places, self.given, self.told, *boxes = used
+        self.boxes = Bearings(*boxes)
+
+    def _add_row(self) -> None:
+        """One more frame, of which nothing is known; the oldest leaves if there are more than ``size``."""
+        begin, end = self._used.start, self._used.stop
+        if end == len(self._room[0]):
+            for rows in self._room:
+                rows[: self.size - 1] = rows[end - self.size + 1 :]
+            begin, end = 0, self.size - 1
+        self._used = slice(max(begin, end + 1 - self.size), end + 1)
+        for rows in self._room:
+            rows[end] = np.nan if rows.dtype.kind == "f" else 0
+        self._show()
+        self.told[-1] = self.told[-2] if len(self.told) > 1 else 0.0
+
     def push(self, seen: Bearings, given: Given, start: FloatArray) -> None:
         """Add a frame that begins at ``start`` [7], and what is given of the two before it."""
-        kept = slice(max(len(self.frames) + 1 - self.size, 0), None)
-        self.frames = np.concatenate((self.frames[kept], start[None]))
-        self.given_poses = np.concatenate((self.given_poses[kept], np.full((1, 3), np.nan)))
-        odometry = given.odometry
-        moved = np.full((1, 3), np.nan) if odometry is None else odometry.motions[-1:]
-        spread = np.full((1, 3, 3), np.nan) if odometry is None else odometry.covariances[-1:]
-        self.motions = np.concatenate((self.motions[kept], moved))
-        self.covariances = np.concatenate((self.covariances[kept], spread))
-        self.places, self.given = (_longer(rows[kept]) for rows in (self.places, self.given))
-        self.boxes = each(lambda rows: _longer(rows[kept]), self.boxes)
-        newest = self.told[-1:] if len(self.told) else np.zeros((1, self.told.shape[1]))
-        self.told = np.concatenate((self.told[kept], newest))
+        self._add_row()
+        self.frames[-1] = start
+        if given.odometry is not None:
+            self.motions[-1], self.covariances[-1] = given.odometry.motions[-1], given.odometry.covariances[-1]
         here = ~np.isnan(seen.azimuth) | ~np.isnan(given.positions[:, :, 0]).all(axis=0)
         self._seat(np.flatnonzero(here & (self.column == NOBODY)))
         tracks = np.flatnonzero(self.column != NOBODY)
@@ -113,20 +122,16 @@ class Window:
 
     def _seat(self, tracks: IntArray) -> None:
         """Give ``tracks`` [M] columns, those first that nobody is in any more."""
+        if len(tracks) == 0:
+            return
         used = np.zeros(self.places.shape[1], np.bool_)
         used[self.present()] = True
         used[self.column[self.column != NOBODY]] = True
         free = np.flatnonzero(~used)[: len(tracks)]
         missing = len(tracks) - len(free)
         if missing > 0:
-            free = np.concatenate((free, self.places.shape[1] + np.arange(missing)))
-            self.places, self.given = (_wider(rows, missing) for rows in (self.places, self.given))
-            self.boxes = each(lambda rows: _wider(rows, missing), self.boxes)
-            self.told = np.concatenate((self.told, np.zeros((len(self.told), missing))), axis=1)
-            self.numbers = np.concatenate((self.numbers, np.zeros((missing, 2))))
-            self.variances = np.concatenate((self.variances, np.zeros(missing)))
-            self.names = np.concatenate((self.names, np.zeros(missing, np.int64)))
-            self.past = Past(*(np.concatenate(rows) for rows in zip(self.past, nothing_past(missing), strict=True)))
+            self._widen(max(missing, len(used) // 4))  # a few at once: not every newcomer moves all that is known
+            free = np.concatenate((free, len(used) + np.arange(missing)))
         self.places[:, free], self.told[:, free] = np.nan, 0.0
         for rows in self.past:
             rows[free] = 0.0
@@ -134,6 +139,19 @@ class Window:
         self.names[free] = self._named + np.arange(len(free))
         self._named += len(free)
         self.column[tracks] = free
+
+    def _widen(self, more: int) -> None:
+        """So many ``more`` columns, empty."""
+        columns = self.places.shape[1] + more
+        wide = _room(len(self._room[0]), columns)
+        for rows, before in zip(wide, self._room, strict=True):
+            rows[:, : before.shape[1]] = before
+        self._room = wide
+        self._show()
+        self.numbers = np.concatenate((self.numbers, np.zeros((more, 2))))
+        self.variances = np.concatenate((self.variances, np.zeros(more)))
+        self.names = np.concatenate((self.names, np.zeros(more, np.int64)))
+        self.past = Past(*(np.concatenate(rows) for rows in zip(self.past, nothing_past(more), strict=True)))
 
     def present(self) -> IntArray:
         """The columns [M] of whom anything is known in these frames; tracks that left give theirs up."""
@@ -148,8 +166,8 @@ class Window:
 
     def move(self, moved: FloatArray) -> None:
         """Move each frame [n, 2] with all that is believed of it; what boxes tell of people stays."""
-        self.frames, self.places = self.frames.copy(), self.places + moved[:, None]
         self.frames[:, :2] += moved
+        self.places += moved[:, None]
         reach = min(len(moved), REACH)
         self.past.about[:, : 2 * reach] += moved[:reach].ravel()
 
@@ -186,13 +204,7 @@ def last_before(azimuth: FloatArray) -> IntArray:
     return np.where(seen.any(axis=0), len(seen) - 1 - np.argmax(seen[::-1], axis=0), LONG_AGO)
 
 
-def _longer(rows: Any) -> Any:
-    """One more row, empty."""
-    empty = np.full((1, *rows.shape[1:]), np.nan if rows.dtype.kind == "f" else 0, rows.dtype)
-    return np.concatenate((rows, empty))
-
-
-def _wider(rows: Any, columns: int) -> Any:
-    """So many more columns, empty."""
-    shape = (rows.shape[0], columns, *rows.shape[2:])
-    return np.concatenate((rows, np.full(shape, np.nan if rows.dtype.kind == "f" else 0, rows.dtype)), axis=1)
+def _room(size: int, columns: int = 0) -> list[Any]:
+    """For so many frames and columns: frames, given poses, odometry and its covariances, places, given, told, boxes."""
+    shapes = ((FRAME,), (3,), (3,), (3, 3), (columns, 2), (columns, 2), (columns,), *[(columns,)] * 5)
+    return [*(np.full((size, *shape), np.nan) for shape in shapes), np.zeros((size, columns), np.int64)]
