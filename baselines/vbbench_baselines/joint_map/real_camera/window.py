@@ -181,7 +181,7 @@ class Window:
 
         Besides given poses those of the first ``held`` frames stay.
         """
-        known = (~np.isnan(self.boxes.azimuth) | ~np.isnan(self.given[..., 0]))[block]
+        known = ~np.isnan(self.boxes.azimuth[block]) | ~np.isnan(self.given[block, :, 0])
         columns = np.flatnonzero(known.any(axis=0))
         known = known[:, columns]
         boxes = each(lambda rows: rows[block].take(columns, axis=1), self.boxes)
