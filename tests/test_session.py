@@ -12,7 +12,7 @@ from vbbench import Session
 from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import UnknownNameError, VbbenchError
-from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.geometry import FloatArray, pose_levers, world_to_relative
 from vbbench.solver import ForgettingSolver
 from vbbench.solving.session.endless import SHOWN_AGAIN
 
@@ -120,11 +120,16 @@ def test_a_missed_frame_is_made_up_for_with_nobody_and_its_share_of_the_motion()
     shown = [np.isfinite(frame.observations).any() for frame in solver.frames]
     assert shown == [True, False, False, True]
     np.testing.assert_allclose(answer.pose, motion, atol=1e-12)
-    np.testing.assert_allclose(solver.frames[-1].given.odometry.covariances[-1], 3.0 * SURE)
-    pose = np.zeros(3)
+    pose, spread = np.zeros(3), np.zeros((3, 3))
     for frame in solver.frames[1:]:
-        pose = moved(pose, frame.given.odometry.motions[-1])
+        before, odometry = pose, frame.given.odometry
+        pose = moved(pose, odometry.motions[-1])
+        along = pose_levers(pose, before)
+        sin, cos = np.sin(before[2]), np.cos(before[2])
+        axes = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        spread = along @ spread @ along.T + axes @ odometry.covariances[-1] @ axes.T
     np.testing.assert_allclose(pose, motion, atol=1e-12)
+    np.testing.assert_allclose(spread, 9.0 * SURE, rtol=1e-9)  # all shares together are what was given
 
 
 @pytest.mark.parametrize("rate", [0.8, 0.965, 1.0, 1.035, 1.2])
@@ -268,7 +273,7 @@ WRONG_ODOMETRY = [
     (5.0, "must be a pair, a motion .* and its covariance"),
 ]
 WRONG_TIMES = [
-    (np.nan, "must be finite"),
+    (np.nan, "must be a finite number of seconds"),
     (10.0, "not later than the one before at 10.000 s"),
     (9.9, "not later than the one before"),
     (10.01, r"0.010 s later than the one before, and frames are 0.1 s apart; leave frames out"),
@@ -363,10 +368,17 @@ def test_where_nobody_is_seen_and_the_solver_is_silent_the_pose_is_carried_on() 
         ({"dt": 0.0}, "dt, the time of a frame, must be 0.001 to 60 s, not 0"),
         ({"dt": np.nan}, "dt, the time of a frame, must be 0.001 to 60 s"),
         ({"height_mean": 172.0}, "height_mean must be 0.5 to 2.5 m, not 172"),
-        ({"height_std": -0.1}, "height_std must be a number above 0 or 0"),
-        ({"pixel_std": np.inf}, "pixel_std must be a number above 0 or 0"),
-        ({"forget_after": 0.0}, "forget_after must be"),
-        ({"people": 0}, "people must be"),
+        ({"height_std": -0.1}, "height_std must be 0 to 10,000, not -0.1"),
+        ({"pixel_std": np.inf}, "pixel_std must be 0 to 10,000, not inf"),
+        ({"tilt_std": "x"}, "tilt_std must be a number, 0 to 10,000, not 'x'"),
+        ({"box_std": None}, "box_std must be a number"),
+        ({"forget_after": 0.0}, "forget_after must be 0.001 to 999,999 s"),
+        ({"forget_after": None}, "forget_after must be a number"),
+        ({"people": 0}, "people must be a whole number from 1 to 100,000, not 0"),
+        ({"people": 2.5}, "people must be a whole number"),
+        ({"people": True}, "people must be a whole number"),
+        ({"people": 10**9}, "people must be a whole number"),
+        ({"origin": "abc"}, r"origin must be \(x, y, yaw\)"),
         ({"origin": (0.0, 0.0)}, r"origin must be \(x, y, yaw\)"),
         ({"origin": (0.0, 0.0, np.nan)}, "origin must be"),
         ({"origin": (450_000.0, 5.4e6, 0.0)}, "no answer goes beyond 1,000,000 m; begin at a place nearby"),

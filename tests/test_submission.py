@@ -227,7 +227,7 @@ def test_a_check_counts_what_is_there_and_says_what_is_held(dataset, scored, tmp
     whole = submit(tmp_path / "whole", dataset, (poses, positions))
     status, out, _ = run(capsys, "check", whole, "--dataset", dataset)
     assert status == 0
-    assert f"{wanted} of {wanted} poses and {len(scored)} of {len(scored)} positions that are scored" in out
+    assert f"{wanted} of {wanted} poses and {len(scored)} of {len(scored)} positions that must be answered" in out
     held = submit(tmp_path / "held", dataset, (poses.tail(3), positions), failure_policy="hold")
     status, out, _ = run(capsys, "check", held, "--dataset", dataset)
     assert status == 0

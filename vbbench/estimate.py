@@ -1,8 +1,8 @@
 """A solver's answer: poses and positions, and optionally heights and uncertainty."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -107,6 +107,17 @@ class Estimate:
             heights=self.heights,
             height_variances=self.height_variances,
         )
+
+
+Answer = TypeVar("Answer", FrameEstimate, Estimate)
+
+
+def copy_of(answer: Answer) -> Answer:
+    """The same answer in memory of its own: whatever its solver writes into its arrays later changes nothing."""
+    kind = FrameEstimate if isinstance(answer, FrameEstimate) else Estimate
+    values: dict[str, Any] = {field.name: getattr(answer, field.name) for field in fields(kind)}
+    own: dict[str, Any] = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+    return kind(**own)
 
 
 def _freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | None, ...]) -> None:

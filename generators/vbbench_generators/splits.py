@@ -80,6 +80,7 @@ class RecipeSplit:
             citation=recipe.citation,
             sources=recipe.sources,
             caution=caution,
+            own_files=not recipe.sources,
         )
 
 

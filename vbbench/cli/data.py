@@ -89,7 +89,7 @@ def generate(
             alone; default: the tier's own.
         observer: Who carries the camera: a walker, one of the people; a vehicle that stands or drives among them; or a
             robot that drives among them and measures its own motion (splits sim, street).
-        detector: In tier field, whether boxes are those of a detector and tracker, or as people draw them.
+        detector: In tier field, boxes of a detector and tracker; without it, boxes as people draw them.
         noise: Standard deviation in px of columns, tops and bottoms of boxes in tier noisy; default: 1.
         least_track: Fewest frames of a track that counts, in tiers tracked and field; default: 3. The paper's rule,
             tracked in more than three frames, is 4.

@@ -78,7 +78,7 @@ def export_mot(
         sequence: Number of the only sequence to write.
         frames: Also render the pictures, without marks, for your own detector and tracker.
         backend: With --frames: the renderer; see 'vbbench render'.
-        plain: With --frames: ground and sky only.
+        plain: With --frames: people on plain ground, without façades, trees and furniture.
         seed: With --frames: seed of looks and surroundings. With --heads: of the annotators' errors.
         truth: Folder with the truth tables, if they are not in the dataset.
         heads: Write the heads that a surveillance camera above the crowd sees in a sequence's scene, as one folder of
@@ -168,7 +168,7 @@ def detect(
         tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
         every: Use every n-th frame only.
         backend: The renderer; see 'vbbench render'.
-        plain: Ground and sky only.
+        plain: People on plain ground, without façades, trees and furniture.
         seed: Seed of looks and surroundings.
         truth: Folder with the truth tables, if they are not in the dataset.
     """

@@ -26,7 +26,9 @@ def fetch_splits(names: Sequence[str]) -> list[Path]:
 
 def _describe(card: Card) -> str:
     here = sum(map(is_here, card.sources))
-    state = f"source here ({here}/{len(card.sources)} files)" if card.sources else "no source files"
+    state = "files of your own, --source" if card.own_files else "no source files"
+    if card.sources:
+        state = f"source here ({here}/{len(card.sources)} files)"
     if here < len(card.sources):
         state = f"source missing: {here} of {len(card.sources)} files here; vbbench fetch {card.name}"
     notes = {"licence": card.licence, "cite": card.citation, "caution": card.caution}

@@ -165,7 +165,8 @@ class Options:
 class Card:
     """What a person wants to know of a split before making it.
 
-    ``people`` are real ones who were filmed or measured, or nobody but a program's.
+    ``people`` are real ones who were filmed or measured, or nobody but a program's; with ``own_files`` users bring the
+    files that it is made from.
     """
 
     name: str
@@ -175,6 +176,7 @@ class Card:
     sources: tuple[Source, ...]
     caution: str | None = None
     people: Literal["recorded", "simulated"] = "recorded"
+    own_files: bool = False
 
 
 def refuse_footage(options: Options, split: str) -> None:

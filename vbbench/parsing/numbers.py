@@ -87,7 +87,10 @@ def _check(name: str, value: Any, hint: Any) -> None:
 def _shown(value: float) -> str:
     """A number in few characters."""
     if isinstance(value, int):
-        return f"{value:,}" if abs(value) < 10**15 else f"a whole number of {value.bit_length()} bits"
+        if abs(value) < 10**15:
+            return f"{value:,}"
+        bits = value.bit_length()
+        return f"2^{bits - 1}" if value == 2 ** (bits - 1) else f"a whole number of {bits} bits"
     return f"{value:,.6g}" if math.isfinite(value) else str(value)
 
 

@@ -28,7 +28,7 @@ class Checked:
     Parameters
     ----------
     info, dataset, protocol : the submission's facts, the dataset it answers, and how it was solved.
-    poses, positions : scored rows.
+    poses, positions : rows that must be there. Boxes of nobody are among them, which are not scored: only truth tells.
     """
 
     info: SubmissionInfo
@@ -43,7 +43,8 @@ class Checked:
         lines = [
             f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, {data.id}), "
             f"{self.protocol.id}: no fault",
-            f"{self.poses} poses and {self.positions} positions that are scored; missing rows: {info.failure_policy}",
+            f"{self.poses} poses and {self.positions} positions that must be answered; "
+            f"missing rows: {info.failure_policy}",
         ]
         if self.poses.there < self.poses.wanted or self.positions.there < self.positions.wanted:
             lines.append("A missing row counts as the last one known of the same person in the same sequence.")

@@ -1,16 +1,17 @@
 """Runs a solver on one sequence under a protocol, showing it only what the protocol gives.
 
-Every array that a solver gets is a copy: neither its values nor its memory lead to truth.
+Every array that a solver gets is a copy: neither its values nor its memory lead to truth. Its answers are copied, too,
+as soon as they come: what it writes into them later changes nothing.
 """
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from time import perf_counter
-from typing import TypeVar
 
 import numpy as np
 
 from vbbench.errors import VbbenchError
-from vbbench.estimate import LARGEST, is_credible
+from vbbench.estimate import LARGEST, Answer, copy_of, is_credible
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import START_FRAMES, Protocol, scored_frames, scored_positions
 from vbbench.sequence import Given, Odometry, Sequence, Truth
@@ -18,8 +19,6 @@ from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem,
 
 WINDOW = 2
 """Past frames that a solver is shown besides the current one."""
-
-Answer = TypeVar("Answer", FrameEstimate, Estimate)
 
 
 def run_sequence(
@@ -93,13 +92,30 @@ def _run_frames(
 ) -> tuple[Estimate, float]:
     answers: list[FrameEstimate] = []
     seconds = 0.0
-    solver.start(problem)
-    for frame in frames_of(sequence, given, known):
-        started = perf_counter()
-        answer = solver.step(frame)
-        seconds += perf_counter() - started
-        answers.append(_checked_kind(answer, FrameEstimate, sequence))
+    with _staying(sequence):
+        solver.start(problem)
+        for frame in frames_of(sequence, given, known):
+            started = perf_counter()
+            answer = solver.step(frame)
+            seconds += perf_counter() - started
+            answers.append(copy_of(_checked_kind(answer, FrameEstimate, sequence)))
+            if answer.positions.shape != (len(sequence.tracks), 2):
+                raise VbbenchError(
+                    f"sequence {sequence.index}, frame {frame.index}: the solver's positions have shape "
+                    f"{list(answer.positions.shape)}, not {[len(sequence.tracks), 2]}"
+                )
     return Estimate.of_frames(answers), seconds
+
+
+@contextmanager
+def _staying(sequence: Sequence) -> Iterator[None]:
+    """Turn a solver's own end of the program into a fault of the solver: answers of others would be lost unsaid."""
+    try:
+        yield
+    except SystemExit as error:
+        raise VbbenchError(
+            f"sequence {sequence.index}: the solver ended the program (exit status {error.code}); it is to answer"
+        ) from error
 
 
 def _run_prefixes(
@@ -120,13 +136,18 @@ def _run_prefixes(
 def _timed_solve(
     solver: SequenceSolver, problem: Problem, sequence: Sequence, frames: int, given: Given
 ) -> tuple[Estimate, float]:
-    shown = Given(poses=given.poses.copy(), positions=given.positions.copy(), odometry=given.odometry)
+    measured = given.odometry
+    odometry = None
+    if measured is not None:
+        odometry = Odometry(motions=measured.motions.copy(), covariances=measured.covariances.copy())
+    shown = Given(poses=given.poses.copy(), positions=given.positions.copy(), odometry=odometry)
     observations = sequence.observations[:frames].copy()
-    started = perf_counter()
-    estimate = solver.solve(problem, observations, shown)
-    seconds = perf_counter() - started
+    with _staying(sequence):
+        started = perf_counter()
+        estimate = solver.solve(problem, observations, shown)
+        seconds = perf_counter() - started
     _check_shape(_checked_kind(estimate, Estimate, sequence), sequence, shown)
-    return estimate, seconds
+    return copy_of(estimate), seconds
 
 
 def _checked_kind(answer: Answer, kind: type[Answer], sequence: Sequence) -> Answer:

@@ -86,7 +86,7 @@ def solve(
         )
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
-            f"'{protocol}' needs truth while solving; use sequential or rollout, "
+            f"'{protocol}' needs truth while solving; use sequential, rollout or cold-start, "
             "or name the folder that holds it (truth)"
         )
     isolate = isolate or fresh_processes

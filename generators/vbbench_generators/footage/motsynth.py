@@ -30,6 +30,7 @@ CARD = Card(
     licence="for research; see the terms at motchallenge.net/data/MOTSynth-MOT-CVPR22 (your own download)",
     citation="Fabbri et al., MOTSynth: How Can Synthetic Data Help Pedestrian Detection and Tracking?, ICCV 2021",
     sources=(),
+    own_files=True,
     caution=f"nothing of it comes with vbbench: {WHERE}, with --source",
     people="simulated",
 )

@@ -17,6 +17,7 @@ CARD = Card(
     licence="your own",
     citation="your own",
     sources=(),
+    own_files=True,
     caution="a folder of yours, named by --source: camera.toml, and boxes.csv, gt.txt or det.txt; see docs/own.md",
 )
 

@@ -23,8 +23,8 @@ class ResultsError(VbbenchError):
 
     def __init__(self, results: Path, faults: Iterable[str]) -> None:
         self.faults = tuple(faults)
-        listing = "".join(f"\n  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
-        super().__init__(f"{results}: {_count(len(self.faults), 'fault')}{listing}")
+        listing = (f"  {n}. {fault}" for n, fault in enumerate(self.faults, 1))
+        super().__init__(f"{results}: {_count(len(self.faults), 'fault')}", *listing)
 
 
 def check(

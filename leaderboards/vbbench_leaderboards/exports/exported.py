@@ -107,8 +107,9 @@ class ExportedBoard:
 
 
 _RANKS = (
-    "Rank: one more than the number of solvers that are significantly better in Δx, in brackets what the figures leave "
-    "open; solvers that see frames after the one they answer are ranked apart."
+    "Rank: one more than the number of solvers that are significantly better in Δx, and never above a solver with a "
+    "smaller mean, in brackets what the figures leave open; solvers that see frames after the one they answer are "
+    "ranked apart."
 )
 
 

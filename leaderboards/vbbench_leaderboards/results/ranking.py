@@ -3,7 +3,9 @@
 Boards rank by capped means. Every pair of solvers is compared by its differences of each sequence's capped figures, in
 a block bootstrap over time. The p-values of a metric are corrected after Holm, so that on the whole board a difference
 that is none is called one with a chance of at most `LEVEL`. A solver's rank is one more than the number of solvers
-that are significantly better; solvers between which nothing is settled can share a rank.
+that are significantly better, and no lower than that of anybody whose figure is smaller: errors that come in clumps
+make a solver's mean so uncertain that nobody is significantly better, and being wrong must not pay. Solvers between
+which nothing is settled can share a rank.
 """
 
 from collections.abc import Sequence
@@ -71,7 +73,7 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     names = [result.solver for result in results]
     pairs = list(combinations(range(len(results)), 2))
     if not pairs:
-        return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in METRICS}
+        return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in METRICS}  # of one solver, or none
     timeline, _, figures = capped_table(results)
     differences = np.stack([figures[a] - figures[b] for a, b in pairs], axis=1)
     found = block_means(timeline, differences.reshape(len(differences), -1))
@@ -79,8 +81,16 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     mean, p = found.mean.reshape(shape), np.nan_to_num(found.p_values(), nan=1.0).reshape(shape)
     interval = found.interval().reshape(*shape, 2)
     return {
-        metric: _ranking(names, pairs, mean[:, m], interval[:, m], holm(p[:, m])) for m, metric in enumerate(METRICS)
+        metric: _ranking(_by_mean(names, figures[:, :, m]), names, pairs, mean[:, m], interval[:, m], holm(p[:, m]))
+        for m, metric in enumerate(METRICS)
     }
+
+
+def _by_mean(names: list[str], figures: FloatArray) -> list[str]:
+    """Names of solvers with capped errors [solvers, N] of a metric, the smallest mean first, those without any last."""
+    counts = np.isfinite(figures).sum(axis=1)
+    means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
+    return [names[row] for row in np.argsort(means, kind="stable")]
 
 
 def holm(p: FloatArray) -> FloatArray:
@@ -111,20 +121,32 @@ def capped_table(results: Sequence[Result]) -> tuple[Timeline, IntArray, FloatAr
 
 
 def _ranking(
-    names: list[str], pairs: list[tuple[int, int]], mean: FloatArray, interval: FloatArray, p: FloatArray
+    order: list[str],
+    names: list[str],
+    pairs: list[tuple[int, int]],
+    mean: FloatArray,
+    interval: FloatArray,
+    p: FloatArray,
 ) -> Ranking:
-    """One metric's ranking, from the pairs' mean differences [P], their intervals [P, 2] and p-values [P]."""
+    """One metric's ranking of names in the ``order`` of their means.
+
+    From the pairs' mean differences [P], their intervals [P, 2] and p-values [P].
+    """
     found = tuple(
         Pair(a=names[a], b=names[b], difference=difference, ci95=(low, high), p=value)
         for (a, b), difference, (low, high), value in zip(
             pairs, mean.tolist(), interval.tolist(), p.tolist(), strict=True
         )
     )
-    return Ranking(places=_places(names, found), pairs=found)
+    return Ranking(places=_places(order, found), pairs=found)
 
 
 def _places(names: list[str], pairs: Sequence[Pair]) -> dict[str, Place]:
+    """Places of solvers, of which the one with the smallest mean comes first."""
     settled = [(pair.better, pair.a if pair.better == pair.b else pair.b) for pair in pairs if pair.better]
-    better = {name: sum(loser == name for _, loser in settled) for name in names}
     worse = {name: sum(winner == name for winner, _ in settled) for name in names}
-    return {name: Place(rank=1 + better[name], best=1 + better[name], worst=len(names) - worse[name]) for name in names}
+    places, last = dict[str, Place](), 1
+    for name in names:
+        last = max(last, 1 + sum(loser == name for _, loser in settled))
+        places[name] = Place(rank=last, best=last, worst=max(last, len(names) - worse[name]))
+    return places

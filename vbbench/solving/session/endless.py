@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vbbench.errors import VbbenchError
-from vbbench.estimate import FrameEstimate, is_credible
+from vbbench.estimate import FrameEstimate, copy_of, is_credible
 from vbbench.geometry import FloatArray, IntArray, place_levers, pose_levers, relative_to_world
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import ForgettingSolver, Frame, FrameSolver, Problem
@@ -170,6 +170,7 @@ class EndlessRun:
         self._index += 1
         if not isinstance(answer, FrameEstimate):
             raise VbbenchError(f"it returned a {type(answer).__name__}, not a FrameEstimate")
+        answer = copy_of(answer)
         if answer.positions.shape != (len(observations), 2):
             raise VbbenchError(f"its positions have shape {list(answer.positions.shape)}, not {[len(observations), 2]}")
         return answer

@@ -21,6 +21,9 @@ LATE = 0.75
 EARLIEST = 0.5
 """Frames that come earlier than after so many dt are too many."""
 
+TALLEST = 4.0
+"""In heights of the picture: no box is believed to reach farther beyond it."""
+
 LONGEST_BREAK = 3600.0
 """Seconds after which a session cannot go on."""
 
@@ -75,6 +78,11 @@ def _is_row(value: ArrayLike, length: int) -> bool:
 
 
 def _check_tracks(tracks: list[Hashable]) -> None:
+    for track in tracks:
+        if track != track:  # NaN, as a table has it that knows no ids
+            raise VbbenchError(
+                f"the id {quoted(track)} of a track is not equal to itself; give each track one of its own"
+            )
     try:
         distinct = len(set(tracks)) == len(tracks)
     except TypeError as error:
@@ -85,18 +93,23 @@ def _check_tracks(tracks: list[Hashable]) -> None:
 
 
 def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: Camera) -> None:
-    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture: the camera is another one."""
-    if camera.period is not None or not tracks:
+    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture: the camera is another one.
+
+    Columns of a picture all around may go on beyond its sides by one turn.
+    """
+    if not tracks:
         return
     size = np.array(camera.picture_size)
     off = np.abs(observations[:, :2] - 0.5 * size) - 0.5 * size
-    outside = (off > observations[:, 2:]).any(axis=1)
+    if camera.period is not None:
+        off[:, 0] -= camera.period
+    outside = (off > np.minimum(observations[:, 2:], TALLEST * size[1])).any(axis=1)
     if outside.any():
         row = int(np.argmax(outside))
         column, line, height = observations[row]
         raise VbbenchError(
-            f"box of track {quoted(tracks[row])}: its centre ({column:g}, {line:g}) is farther than its height of "
-            f"{height:g} px outside the camera's picture of {size[0]} x {size[1]} px; is it the camera that took it?"
+            f"box of track {quoted(tracks[row])}: its centre ({column:g}, {line:g}) is too far, at a height of "
+            f"{height:g} px, outside the camera's picture of {size[0]} x {size[1]} px; is it the camera that took it?"
         )
 
 
@@ -133,14 +146,26 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
 
 
 def shared_out(odometry: Odometry, frames: int) -> Odometry:
-    """One motion as ``frames`` equal ones in a row along the same arc, with equal shares of its covariance."""
+    """One motion as ``frames`` equal ones in a row along the same arc, which together are as unsure as it is.
+
+    An error e of the motion into frame i moves and turns all that follows, by J_i e in the axes before the first; with
+    J_i⁻¹ C/n J_i⁻ᵀ as the covariance of each, that of all n together is C.
+    """
     if frames == 1:
         return odometry
     forward, left, turn = odometry.motions[0]
     turn = float(wrap_angle(turn)) / frames
     first = complex(forward, left) / np.exp(1j * turn * np.arange(frames)).sum()
     motions = np.tile([first.real, first.imag, turn], (frames, 1))
-    return Odometry(motions=motions, covariances=np.tile(odometry.covariances / frames, (frames, 1, 1)))
+    places = np.cumsum(first * np.exp(1j * turn * np.arange(frames)))
+    behind = places[-1] - places  # from where each motion ends to where the last one does
+    axes = np.exp(1j * turn * np.arange(frames))
+    levers = np.zeros((frames, 3, 3))
+    levers[:, 0, 0], levers[:, 0, 1], levers[:, 0, 2] = axes.real, -axes.imag, -behind.imag
+    levers[:, 1, 0], levers[:, 1, 1], levers[:, 1, 2] = axes.imag, axes.real, behind.real
+    levers[:, 2, 2] = 1.0
+    back = np.linalg.inv(levers)
+    return Odometry(motions=motions, covariances=back @ (odometry.covariances / frames) @ back.transpose(0, 2, 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,10 +193,12 @@ class FrameClock:
         """
         if time is None:
             return 1, replace(self, last=None if self.last is None else self.last + self.dt)
-        if not np.isfinite(time):
-            raise VbbenchError(f"the time of a frame must be finite, not {quoted(time)}")
+        number = isinstance(time, (int, float, np.integer, np.floating)) and not isinstance(time, bool)
+        if not number or not np.isfinite(float(time)):
+            raise VbbenchError(f"the time of a frame must be a finite number of seconds, not {quoted(time)}")
+        time = float(time)
         if self.last is None:
-            return 1, replace(self, last=float(time))
+            return 1, replace(self, last=time)
         elapsed = time - self.last
         if elapsed <= 0.0:
             raise VbbenchError(f"the frame at {time:.3f} s is not later than the one before at {self.last:.3f} s")
@@ -187,4 +214,4 @@ class FrameClock:
                 "apart; leave frames out, or give the session the camera's dt"
             )
         frames = max(1, int(np.ceil(due / self.dt - LATE)))
-        return frames, replace(self, last=float(time), behind=0.5 * (due - frames * self.dt))
+        return frames, replace(self, last=time, behind=0.5 * (due - frames * self.dt))

@@ -12,7 +12,7 @@ from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted, user_mistakes
 from vbbench.estimate import LARGEST, FrameEstimate, is_credible
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME
+from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within
 from vbbench.registry import make_solver
 from vbbench.sequence import Odometry
 from vbbench.solver import FrameSolver, Problem, SequenceSolver
@@ -27,8 +27,14 @@ from vbbench.solving.session.measured import (
     shared_out,
 )
 
-PEOPLE = 256
-"""Columns of the solver's arrays to begin with."""
+PEOPLE, MOST_PEOPLE = 256, 100_000
+"""Columns of the solver's arrays to begin with, and at most."""
+
+FORGOTTEN = Within(0.001, 999_999.0, "s")
+"""After how long people may be forgotten."""
+
+SPREAD = Within(0.0, 10_000.0)
+"""What a standard deviation may be."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +77,9 @@ class Session:
     dt : seconds a frame.
     height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
     pixel_std : standard deviation in px of a box's column, top and bottom.
+    tilt_std, mount_height_std : of the camera's tilt in rad and mount height in m about what ``camera`` says; 0 where
+        they are exact.
+    box_std : of a box's borders, as a share of its height, beside ``pixel_std``.
     covariances : whether they are wanted; leaving them out saves time.
     origin : (x, y, yaw) of the camera in the first frame, in m and rad.
     forget_after : seconds out of sight after which a track is forgotten.
@@ -91,19 +100,32 @@ class Session:
         height_mean: float = 1.72,
         height_std: float = 0.09,
         pixel_std: float = 2.0,
+        tilt_std: float = 0.0,
+        mount_height_std: float = 0.0,
+        box_std: float = 0.0,
         covariances: bool = True,
         origin: ArrayLike = (0.0, 0.0, 0.0),
         forget_after: float = 10.0,
         people: int = PEOPLE,
     ) -> None:
+        spreads = {
+            "height_std": height_std,
+            "pixel_std": pixel_std,
+            "tilt_std": tilt_std,
+            "mount_height_std": mount_height_std,
+            "box_std": box_std,
+        }
         if not isinstance(camera, Camera) or isinstance(camera, type):
             raise VbbenchError(f"camera must be one such as vbbench.PerspectiveCamera(...), not {quoted(camera)}")
         with user_mistakes():
             FRAME_TIME.check("dt", dt)
             BODY_HEIGHT.check("height_mean", height_mean)
-        _check_above_zero(forget_after=forget_after, people=people)
-        _check_above_zero(or_zero=True, height_std=height_std, pixel_std=pixel_std)
-        start = np.array(origin, np.float64)
+            FORGOTTEN.check("forget_after", forget_after)
+            for name, value in spreads.items():
+                SPREAD.check(name, value)
+        if isinstance(people, bool) or not isinstance(people, (int, np.integer)) or not 1 <= people <= MOST_PEOPLE:
+            raise VbbenchError(f"people must be a whole number from 1 to {MOST_PEOPLE:,}, not {quoted(people)}")
+        start = _numbers(origin)
         if start.shape != (3,) or not np.isfinite(start).all():
             raise VbbenchError(f"origin must be (x, y, yaw) in m and rad, not {quoted(origin)}")
         if not is_credible(start).all():
@@ -112,17 +134,16 @@ class Session:
         problem = Problem(
             camera=camera,
             dt=float(dt),
-            tracks=np.arange(people),
+            tracks=np.arange(int(people)),
             height_mean=height_mean,
-            height_std=height_std,
-            pixel_std=pixel_std,
+            **{name: float(value) for name, value in spreads.items()},
             covariances=covariances,
         )
         ready = _frame_solver(solver)
         rehearse(ready, problem)
         self.camera = camera
         self._patience = max(1, math.ceil(forget_after / dt))
-        self._columns, self._run = Columns(people, self._patience), EndlessRun(ready, problem, start)
+        self._columns, self._run = Columns(int(people), self._patience), EndlessRun(ready, problem, start)
         self._clock, self._frame = FrameClock(dt=float(dt)), -1
 
     def step(
@@ -202,10 +223,12 @@ def _frame_solver(solver: str | FrameSolver) -> FrameSolver:
     raise VbbenchError(f"{type(made).__name__} {kind}; a session needs a solver that works frame by frame: map-causal")
 
 
-def _check_above_zero(*, or_zero: bool = False, **values: float) -> None:
-    for name, value in values.items():
-        if not (math.isfinite(value) and (value > 0 or (or_zero and value == 0))):
-            raise VbbenchError(f"{name} must be a number above 0{' or 0' if or_zero else ''}, not {quoted(value)}")
+def _numbers(values: ArrayLike) -> FloatArray:
+    """As an array of its own; an empty one if they are no numbers."""
+    try:
+        return np.array(values, np.float64)
+    except (TypeError, ValueError):
+        return np.empty(0)
 
 
 def _answer_of(answer: FrameEstimate, tracks: list[Hashable], columns: list[int]) -> SessionAnswer:

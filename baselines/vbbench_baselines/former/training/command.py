@@ -22,7 +22,7 @@ def train_vb_former(
         seed: Of the first weights and of what is drawn from the crowds.
         recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
         pure: Train a network that tells the pose by itself and fits nothing (VbFormerPure).
-        feet: Whether it may see where feet stand.
+        feet: The network sees where feet stand; without, heights of boxes alone tell distances.
         sequences: Learn from only about so many of the sequences.
         part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
         crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.

@@ -1,6 +1,6 @@
 """The frames that are solved together: what is known of them, and the window that a causal solver keeps of the last."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -110,11 +110,19 @@ class Window:
     def __init__(self, size: int, people: int) -> None:
         self.size, self.frames = size, 0
         self._rows = [np.full(shape, np.nan) for shape in ((2, size, 3), (3, size, people, 2))]
-        self.poses, self.given_poses = self._rows[0]
-        self.places, self.given, self.relative = self._rows[1]
+        self._name_rows()
         self.information = np.full((size, people, 3), np.nan)
         self.motions, self.covariances = np.full((size, 3), np.nan), np.full((size, 3, 3), np.nan)
         self.new = np.zeros(size, np.int64)
+
+    def _name_rows(self) -> None:
+        self.poses, self.given_poses = self._rows[0]
+        self.places, self.given, self.relative = self._rows[1]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Of a copy: its named rows are parts of its own rows, not copies of what they were."""
+        self.__dict__.update(state)
+        self._name_rows()
 
     def push(self, seen: Sightings, statures: Statures, given: Given) -> None:
         """Add a frame, and what is given of the two before it."""

@@ -64,6 +64,11 @@ class Window:
         self.frames, self.given_poses, self.motions, self.covariances, self.places, self.given, self.told, *boxes = used
         self.boxes = Bearings(*boxes)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Of a copy: the rows that it shows are parts of its own room, not copies of what they were."""
+        self.__dict__.update(state)
+        self._show()
+
     def _add_row(self) -> None:
         """One more frame, of which nothing is known; the oldest leaves if there are more than ``size``."""
         begin, end = self._used.start, self._used.stop

@@ -258,6 +258,7 @@ jrdb = JrdbSplit(
         licence=f"CC BY-NC-SA 3.0; download it yourself at {ADDRESS} and name its folder with --source",
         citation="Martín-Martín et al., JRDB: Dataset and Benchmark of Egocentric Robot Visual Perception, TPAMI 2021",
         sources=(),
+        own_files=True,
         caution="boxes are drawn by hand, furniture hides legs, some people sit; poses are of a robot that stands, or "
         "come from its wheels and gyro (--bags), whose errors are in the truth, too",
     ),

@@ -22,6 +22,7 @@ CARD = Card(
     f"Made from your own download: --source the folder with {WANTED}",
     citation="Geiger, Lenz, Urtasun: Are we ready for autonomous driving? The KITTI vision benchmark suite, CVPR 2012",
     sources=(),
+    own_files=True,
     caution="poses have errors of their own, about as large as parked cars seem to move (see calibration), and finer "
     "scores mean nothing; heights told are of people who stand, and those who sit are about 1.2 m high",
 )
