@@ -245,6 +245,13 @@ def test_a_damaged_record_is_one_fault_whatever_stands_on_its_boards(results: Pa
     assert ["has no dataset record tiny/ideal.json" in fault for fault in faults(results)] == [True, True]
 
 
+def test_every_fault_stands_on_a_line_of_its_own_however_many_there_are() -> None:
+    error = ResultsError(Path("results"), (f"fault {n} {'x' * 200}" for n in range(60)))
+    lines = str(error).split("\n")
+    assert lines[0] == "results: 60 faults"
+    assert [line.split()[2] for line in lines[1:]] == [str(n) for n in range(60)]
+
+
 def test_an_empty_folder_is_no_leaderboard(tmp_path: Path) -> None:
     assert "no result is here" in faults(tmp_path)[0]
 

@@ -77,6 +77,24 @@ def test_solvers_that_share_no_sequence_are_not_compared() -> None:
     assert {place.rank for place in found.places.values()} == {1}
 
 
+@pytest.mark.parametrize("more", [0.1, 0.3, 1.0, 5.0])
+def test_errors_in_clumps_do_not_pay(more: float) -> None:
+    """Half of the sequences spoiled, one after the other: so uncertain that nobody is significantly better."""
+    spoiled = EASY + 0.01 + np.where(np.arange(len(EASY)) < len(EASY) // 2, more, 0.0)
+    found = ranked(a=EASY, b=EASY + 0.005, honest=EASY + 0.01, spoiled=spoiled)
+    assert found.places["honest"].rank == 3
+    assert found.places["spoiled"].rank >= 3
+
+
+def test_no_rank_is_above_that_of_a_smaller_mean() -> None:
+    for _ in range(20):
+        figures = {name: EASY + RNG.gamma(0.1, 0.2, len(EASY)) for name in "abcdef"}
+        found = ranked(**figures)
+        by_mean = sorted(figures, key=lambda name: float(figures[name].mean()))
+        ranks = [found.places[name].rank for name in by_mean]
+        assert ranks == sorted(ranks)
+
+
 def test_every_metric_is_ranked() -> None:
     assert set(rank([result("a", EASY), result("b", EASY)])) == set(METRICS)
 

@@ -2,6 +2,7 @@
 
 import gc
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence import Given, Odometry, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
 from vbbench.solving.isolation.solver_process import IsolatedSolver
 from vbbench.solving.runner import run_sequence
@@ -219,6 +220,68 @@ def test_what_a_solver_leaves_out_is_named(world: Any) -> None:
         run_sequence(Garbled(), world[0], world[1], get_protocol("sequential"), None)
     with pytest.raises(VbbenchError, match="neither start and step nor solve"):
         run_sequence(object(), world[0], world[1], get_protocol("sequential"), None)  # type: ignore[arg-type]
+
+
+class InPlace:
+    """Answers with the same arrays in every frame, into which it writes."""
+
+    def start(self, problem: Problem) -> None:
+        self.pose, self.positions = np.zeros(3), np.zeros((len(problem.tracks), 2))
+
+    def step(self, frame: Frame) -> FrameEstimate:
+        self.pose[0], self.positions[:] = frame.index, frame.index
+        return FrameEstimate(pose=self.pose, positions=self.positions)
+
+
+class InPlaceWhole:
+    """The same for a solver of whole sequences, which keeps what it answered before."""
+
+    def __init__(self) -> None:
+        self.poses, self.positions = np.zeros((FRAMES, 3)), np.zeros((FRAMES, PEOPLE, 2))
+
+    def solve(self, problem: Problem, observations: np.ndarray, given: Given) -> Estimate:
+        self.poses[:, 0] = self.positions[:] = len(observations) - 1
+        return Estimate(poses=self.poses[: len(observations)], positions=self.positions[: len(observations)])
+
+
+@pytest.mark.parametrize(("solver", "protocol"), [(InPlace, "sequential"), (InPlaceWhole, "one-step")])
+def test_what_a_solver_writes_into_its_answers_later_changes_nothing(solver: Any, protocol: str, world: Any) -> None:
+    problem, sequence, truth = world
+    estimate, _ = run_sequence(solver(), problem, sequence, get_protocol(protocol), truth)
+    np.testing.assert_array_equal(estimate.poses[2:, 0], np.arange(2.0, FRAMES))
+    np.testing.assert_array_equal(estimate.positions[2:, 1, 1], np.arange(2.0, FRAMES))
+
+
+def test_a_solver_that_ends_the_program_is_a_fault_of_the_solver(world: Any) -> None:
+    class Leaving(Recorder):
+        def step(self, frame: Frame) -> FrameEstimate:
+            raise SystemExit(0)
+
+    with pytest.raises(VbbenchError, match=r"sequence 0: the solver ended the program \(exit status 0\)"):
+        run_sequence(Leaving(), world[0], world[1], get_protocol("sequential"), None)
+
+
+def test_positions_of_a_changing_shape_are_named(world: Any) -> None:
+    class Growing(Recorder):
+        def step(self, frame: Frame) -> FrameEstimate:
+            return FrameEstimate(pose=np.zeros(3), positions=np.zeros((PEOPLE + (frame.index == 3), 2)))
+
+    with pytest.raises(VbbenchError, match=r"sequence 0, frame 3: the solver's positions have shape \[6, 2\], not"):
+        run_sequence(Growing(), world[0], world[1], get_protocol("sequential"), None)
+
+
+def test_motions_of_later_frames_cannot_be_reached_in_one_step(world: Any) -> None:
+    problem, sequence, truth = world
+    odometry = Odometry(motions=np.ones((FRAMES, 3)), covariances=np.tile(np.eye(3), (FRAMES, 1, 1)))
+    given = Given(poses=sequence.given.poses, positions=sequence.given.positions, odometry=odometry)
+    recorder = WholeRecorder()
+    run_sequence(recorder, problem, replace(sequence, given=given), get_protocol("one-step"), truth)
+    for call in recorder.calls:
+        assert call.odometry is not None
+        base: Any = call.odometry.motions
+        while base is not None:
+            assert len(base) == len(call.poses)
+            base = base.base
 
 
 def test_one_step_needs_truth(world: Any) -> None:

@@ -116,7 +116,9 @@ def copy_of(answer: Answer) -> Answer:
     """The same answer in memory of its own: whatever its solver writes into its arrays later changes nothing."""
     kind = FrameEstimate if isinstance(answer, FrameEstimate) else Estimate
     values: dict[str, Any] = {field.name: getattr(answer, field.name) for field in fields(kind)}
-    own: dict[str, Any] = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+    own: dict[str, Any] = {
+        name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()
+    }
     return kind(**own)
 
 

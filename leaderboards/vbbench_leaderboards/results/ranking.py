@@ -73,7 +73,7 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     names = [result.solver for result in results]
     pairs = list(combinations(range(len(results)), 2))
     if not pairs:
-        return {metric: Ranking(places=_places(names, ()), pairs=()) for metric in METRICS}  # of one solver, or none
+        return {metric: Ranking(places=_places(dict.fromkeys(names, 0.0), ()), pairs=()) for metric in METRICS}
     timeline, _, figures = capped_table(results)
     differences = np.stack([figures[a] - figures[b] for a, b in pairs], axis=1)
     found = block_means(timeline, differences.reshape(len(differences), -1))
@@ -81,16 +81,16 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     mean, p = found.mean.reshape(shape), np.nan_to_num(found.p_values(), nan=1.0).reshape(shape)
     interval = found.interval().reshape(*shape, 2)
     return {
-        metric: _ranking(_by_mean(names, figures[:, :, m]), names, pairs, mean[:, m], interval[:, m], holm(p[:, m]))
+        metric: _ranking(_means(names, figures[:, :, m]), pairs, mean[:, m], interval[:, m], holm(p[:, m]))
         for m, metric in enumerate(METRICS)
     }
 
 
-def _by_mean(names: list[str], figures: FloatArray) -> list[str]:
-    """Names of solvers with capped errors [solvers, N] of a metric, the smallest mean first, those without any last."""
+def _means(names: list[str], figures: FloatArray) -> dict[str, float]:
+    """The means of capped errors [solvers, N] of a metric; infinite without any."""
     counts = np.isfinite(figures).sum(axis=1)
     means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
-    return [names[row] for row in np.argsort(means, kind="stable")]
+    return dict(zip(names, means.tolist(), strict=True))
 
 
 def holm(p: FloatArray) -> FloatArray:
@@ -121,32 +121,26 @@ def capped_table(results: Sequence[Result]) -> tuple[Timeline, IntArray, FloatAr
 
 
 def _ranking(
-    order: list[str],
-    names: list[str],
-    pairs: list[tuple[int, int]],
-    mean: FloatArray,
-    interval: FloatArray,
-    p: FloatArray,
+    means: dict[str, float], pairs: list[tuple[int, int]], mean: FloatArray, interval: FloatArray, p: FloatArray
 ) -> Ranking:
-    """One metric's ranking of names in the ``order`` of their means.
-
-    From the pairs' mean differences [P], their intervals [P, 2] and p-values [P].
-    """
+    """One metric's ranking, from the pairs' mean differences [P], their intervals [P, 2] and p-values [P]."""
+    names = list(means)
     found = tuple(
         Pair(a=names[a], b=names[b], difference=difference, ci95=(low, high), p=value)
         for (a, b), difference, (low, high), value in zip(
             pairs, mean.tolist(), interval.tolist(), p.tolist(), strict=True
         )
     )
-    return Ranking(places=_places(order, found), pairs=found)
+    return Ranking(places=_places(means, found), pairs=found)
 
 
-def _places(names: list[str], pairs: Sequence[Pair]) -> dict[str, Place]:
-    """Places of solvers, of which the one with the smallest mean comes first."""
+def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
+    """Places of solvers with these means."""
     settled = [(pair.better, pair.a if pair.better == pair.b else pair.b) for pair in pairs if pair.better]
-    worse = {name: sum(winner == name for winner, _ in settled) for name in names}
+    better = {name: sum(loser == name for _, loser in settled) for name in means}
+    worse = {name: sum(winner == name for winner, _ in settled) for name in means}
     places, last = dict[str, Place](), 1
-    for name in names:
-        last = max(last, 1 + sum(loser == name for _, loser in settled))
-        places[name] = Place(rank=last, best=last, worst=max(last, len(names) - worse[name]))
+    for name in sorted(means, key=lambda name: (means[name], better[name])):
+        last = max(last, 1 + better[name])
+        places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
     return places
