@@ -1,9 +1,12 @@
 """A session that is fed with a dataset's sequence answers as `solve` does under cold-start, whatever the solver."""
 
 import json
+import pickle
 import subprocess
 import sys
+from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,14 +20,15 @@ from vbbench.protocol import scored_frames
 from vbbench.sequence import Sequence
 from vbbench.solving import solve
 
-SOLVERS = ["cv", "sf", "vb-cv", "vb-sf", "map-causal"]
+SOLVERS = ["cv", "sf", "vb-cv", "vb-sf", "map-causal", "vb-former"]
+TIERS = {"panorama": "noisy", "perspective": "noisy", "rough": "field"}
 
 
-@pytest.fixture(scope="module", params=["panorama", "perspective"])
+@pytest.fixture(scope="module", params=TIERS)
 def dataset(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    camera = {"panorama": PanoramaCamera(), "perspective": PerspectiveCamera()}[request.param]
+    camera = PerspectiveCamera() if request.param == "perspective" else PanoramaCamera()
     folder = tmp_path_factory.mktemp("session") / request.param
-    return generate("demo", folder, Options(camera=camera, tier="noisy", limit=6))
+    return generate("demo", folder, Options(camera=camera, tier=TIERS[request.param], limit=6))
 
 
 def session_for(dataset: Dataset, sequence: Sequence, solver: str) -> Session:
@@ -37,6 +41,9 @@ def session_for(dataset: Dataset, sequence: Sequence, solver: str) -> Session:
         height_mean=problem.height_mean,
         height_std=problem.height_std,
         pixel_std=problem.pixel_std,
+        tilt_std=problem.tilt_std,
+        mount_height_std=problem.mount_height_std,
+        box_std=problem.box_std,
         covariances=False,
         origin=sequence.given.poses[0],
         forget_after=1000.0,
@@ -78,6 +85,25 @@ def test_new_starts_leave_nobody_out(dataset: Dataset, solver: str) -> None:
     for answer, observed in zip(answers_of(session, sequence), sequence.observed, strict=True):
         assert np.isfinite(answer.pose).all()
         assert list(answer.positions) == sequence.tracks[observed].tolist()
+
+
+@pytest.mark.parametrize("copy", [deepcopy, lambda session: pickle.loads(pickle.dumps(session))])  # noqa: S301
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_copy_goes_on_as_the_original_does(dataset: Dataset, solver: str, copy: Any) -> None:
+    sequence = max(dataset.sequences(0, len(dataset)), key=lambda sequence: sequence.frames)
+    original, half = session_for(dataset, sequence, solver), sequence.frames // 2
+    frames = [
+        dict(zip(sequence.tracks[seen].tolist(), boxes[seen], strict=True))
+        for boxes, seen in zip(sequence.observations, sequence.observed, strict=True)
+    ]
+    for boxes in frames[:half]:
+        original.step_observations(boxes)
+    other = copy(original)
+    for boxes in frames[half:]:
+        answer, same = original.step_observations(boxes), other.step_observations(boxes)
+        np.testing.assert_array_equal(same.pose, answer.pose)
+        for track, place in answer.positions.items():
+            np.testing.assert_array_equal(same.positions[track], place)
 
 
 @pytest.mark.slow

@@ -8,14 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from vbbench.errors import FileError, VbbenchError
-from vbbench.files.dataset import LARGEST_ID, Dataset
-from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo
-from vbbench.files.submission_tables import open_table
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.work_folder import WorkFolder
+from vbbench.geometry import wrap_angle
+from vbbench.scoring.answers import CheckedSubmission
 from vbbench.scoring.checking import Checked, check_submission
 from vbbench_leaderboards.challenge.definition import Challenge
 
@@ -88,15 +87,15 @@ def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
 
 
 def digest_of_answers(submission: Path, dataset: Dataset) -> str:
-    """SHA-256 of what a submission without a fault answers: the same however its rows are stored and in which order."""
+    """SHA-256 of what a submission without a fault answers.
+
+    It is the same however its rows are stored, in which order, whatever rows stand there beside those that must be
+    answered, and however often yaws go round.
+    """
     whole = hashlib.sha256()
-    for name, ids in (("poses", ("sequence", "frame")), ("positions", ("sequence", "frame", "track"))):
-        table = open_table(submission, name, dataset, Faults())
-        if table is None:
-            continue
-        columns = table.read(0, LARGEST_ID)
-        order = np.lexsort([columns[column] for column in reversed(ids)])
-        for column in (*ids, "x", "y", *(["yaw"] if name == "poses" else [])):
-            kind = "<i8" if column in ids else "<f8"
-            whole.update((columns[column][order].astype(kind) + 0).tobytes())
+    for _, answers in CheckedSubmission(submission, dataset, None).chunks():
+        poses = answers.poses.copy()
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        for values in (poses, answers.positions):
+            whole.update((values.astype("<f8") + 0).tobytes())
     return whole.hexdigest()

@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS, START_FRAMES
 from vbbench_baselines.former.sights import UNKNOWN_STD, Sights
 from vbbench_baselines.former.training.crowds import Crowds
@@ -76,7 +77,7 @@ def batch_of(
 
     Raises
     ------
-    ValueError
+    VbbenchError
         If no stream has sequences that long.
     """
     windows: list[Window] = []
@@ -90,7 +91,7 @@ def batch_of(
         if len(windows) == size.windows:
             people = size.most if filled else max(window.seen.shape[1] for window in windows)
             return _stacked(rng, windows, recipe, people)
-    raise ValueError(
+    raise VbbenchError(
         f"hardly any sequence of the recipe has {phase.frames} frames; ask for shorter ones in [[stage.phase]]"
     )
 

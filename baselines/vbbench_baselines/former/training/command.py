@@ -35,6 +35,10 @@ def train_vb_former(
 
     if not 0.0 < part <= 100.0:
         raise VbbenchError(f"--part is above 0 and at most 100, not {part:g}")
+    if not 0 <= seed < 2**63:
+        raise VbbenchError(f"--seed is from 0 to 2^63 - 1, not {seed}")
+    if sequences is not None and sequences < 1:
+        raise VbbenchError(f"--sequences is at least 1, not {sequences}")
     with needs_extra("torch", "training"):
         from vbbench_baselines.former.training.recipe import read_recipe
         from vbbench_baselines.former.training.run_folder import Asked, train

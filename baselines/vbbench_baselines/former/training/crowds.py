@@ -1,14 +1,17 @@
 """Simulated sequences as the network sees them: made once, in parallel, and kept in files of arrays."""
 
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.errors import FileError
 from vbbench.files.dataset import problem_of
 from vbbench.folders.replacing import replacing
 from vbbench.generation.generator import Plan
@@ -161,8 +164,11 @@ def _write(chunk: Chunk, file: Path) -> None:
 
 
 def _read(path: Path) -> list[Watched]:
-    with np.load(path) as file:
-        arrays = {name: file[name] for name in file.files}
+    try:
+        with np.load(path) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (OSError, ValueError, BadZipFile, zlib.error) as error:
+        raise FileError(path, "is damaged; remove it, and it is made again") from error
     shapes = [tuple(shape) for shape in arrays["shapes"].tolist()]
     cells = [0, *accumulate(frames * people for frames, people in shapes)]
     frames = [0, *accumulate(count for count, _ in shapes)]

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from vbbench.errors import FileError
 from vbbench.folders.replacing import replacing
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.layers import Network, first_weights
@@ -202,8 +203,17 @@ class Training:
             torch.save(state, draft)
 
     def resume(self, checkpoint: Path) -> None:
-        """Go on from a checkpoint."""
-        state = torch.load(checkpoint, weights_only=True, map_location=self.device)
+        """Go on from a checkpoint.
+
+        Raises
+        ------
+        FileError
+            If it cannot be read.
+        """
+        try:
+            state = torch.load(checkpoint, weights_only=True, map_location=self.device)
+        except Exception as error:  # whatever PyTorch raises on damaged bytes
+            raise FileError(checkpoint, "is damaged; remove it, and the training begins anew") from error
         for name, value in json.loads(state["facts"]).items():
             setattr(self, name, value)
         with torch.no_grad():

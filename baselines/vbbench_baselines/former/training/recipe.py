@@ -43,6 +43,8 @@ class Stream:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if not self.scenarios:
+            raise ValueError(f"the stream '{self.name}' names no scenarios; name one or more")
 
     def options(self, scenario: str, people: tuple[int, ...], seed: int) -> Options:
         """What is asked of the generator."""
@@ -117,7 +119,7 @@ class Stage:
     """
 
     windows: Annotated[int, Within(1, 10**9)]
-    rate: Annotated[float, Within(0.0, 1.0)]
+    rate: Annotated[float, Within(1e-9, 1.0)]
     decay: Annotated[float, Within(0.0, 0.99)]
     averaged: Annotated[float, Within(0.001, 1.0)]
     phase: tuple[Phase, ...]
@@ -155,6 +157,8 @@ class Recipe:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if self.seed == self.held_out_seed:
+            raise ValueError(f"seed and held_out_seed are both {self.seed}; what is held out needs crowds of its own")
         _check_shares("[[size]]", [size.share for size in self.size])
         _check_shares("[[stream]]", [stream.share for stream in self.stream])
         if not self.stage:
@@ -175,6 +179,11 @@ class Recipe:
                 raise ValueError(f"[people] {scenario} is a list of numbers of people, such as [5, 10]")
             for number in numbers:
                 PEOPLE.check(f"[people] {scenario}", number)
+        if not self.people:
+            raise ValueError("[people] is missing; it has a list of numbers of people for each scenario")
+        most, least = max(map(max, self.people.values())), min(size.least for size in self.size)
+        if most < least:
+            raise ValueError(f"[people] has crowds of at most {most}, and every [[size]] wants at least {least} people")
         for stream in self.stream:
             for scenario in stream.scenarios:
                 if scenario not in self.people:

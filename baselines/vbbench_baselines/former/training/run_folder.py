@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 
 from vbbench import __version__
-from vbbench.errors import VbbenchError
+from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing, write_text_atomically
 from vbbench.parallel.parts import processes_of, progress_bar
@@ -64,14 +65,16 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
     Raises
     ------
     VbbenchError
-        If the folder is not of this training, or there cannot be so many processes.
+        If the folder is not of this training, a file in it is damaged, the device cannot be used, or there cannot be so
+        many processes.
     """
+    _check_device(device)
     recipe, jobs = asked.recipe.shortened(asked.part), processes_of(jobs)
     facts = asdict(replace(asked, recipe=recipe))
     out.mkdir(parents=True, exist_ok=True)
     with locked(out):
         _begin(out, facts)
-        if (out / ABOUT).is_file():
+        if _is_done(out):
             return out / WEIGHTS
         folder = crowds or out / CROWDS
         learned = make_crowds(recipe, folder, recipe.seed, part=asked.part, jobs=jobs)
@@ -97,6 +100,21 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
         return out / WEIGHTS
 
 
+def _check_device(device: str) -> None:
+    try:
+        torch.empty(0, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise VbbenchError(f"PyTorch cannot use the device {quoted(device)}: {str(error).splitlines()[0]}") from error
+
+
+def _is_done(out: Path) -> bool:
+    """Whether the weights are there, as they were written."""
+    weights, about = out / WEIGHTS, out / ABOUT
+    if not (weights.is_file() and about.is_file()):
+        return False
+    return sha256(weights.read_bytes()).hexdigest() in about.read_text("utf-8")
+
+
 def _begin(out: Path, facts: dict[str, Any]) -> None:
     """Mark a new folder; raise VbbenchError if it is of something else."""
     if not (out / MARK).is_file():
@@ -104,7 +122,10 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
             raise VbbenchError(f"{out} exists and is not the folder of a training; choose another folder")
         text = json.dumps({"vbbench": __version__, **facts}, indent=1, ensure_ascii=False)
         write_text_atomically(out / MARK, text + "\n")
-    known: dict[str, Any] = json.loads((out / MARK).read_text("utf-8"))
+    try:
+        known: dict[str, Any] = json.loads((out / MARK).read_text("utf-8"))
+    except ValueError as error:
+        raise FileError(out / MARK, "is damaged: nothing tells what is trained here; choose another folder") from error
     asked = json.loads(json.dumps(facts))
     other = [name for name in asked if known.get(name) != asked[name]]
     if other:
