@@ -171,6 +171,7 @@ def write_bag(
     poses_only: bool = False,
     upside_down: bool = False,
     messages: bool = True,
+    restarted: bool = False,
 ) -> None:
     """Write a ROS 1 bag with wheel odometry and IMU as rosbags writes them.
 
@@ -178,6 +179,7 @@ def write_bag(
     ----------
     jump : seconds by which the wheels' clock leaps in the middle.
     poses_only : wheels tell where they are, and no speed.
+    restarted : drivers are started again in the middle, and write on connections of their own from then on.
     """
     from rosbags.rosbag1 import Writer
     from rosbags.typesys import Stores, get_typestore
@@ -191,10 +193,15 @@ def write_bag(
         rows += [(t, imu, m) for t, m in _imu_messages(types, driven, upside_down)] if imu else []
     with Writer(path) as bag:
         kinds = {wheels: "nav_msgs/msg/Odometry", **({imu: "sensor_msgs/msg/Imu"} if imu else {})}
-        open_ = {topic: bag.add_connection(topic, kind, typestore=store) for topic, kind in kinds.items()}
-        for time, topic, message in sorted(rows, key=lambda row: row[0]):
+        open_ = {
+            (topic, caller): bag.add_connection(topic, kind, typestore=store, callerid=caller)
+            for topic, kind in kinds.items()
+            for caller in ("/first", "/again")[: 1 + restarted]
+        }
+        for n, (time, topic, message) in enumerate(sorted(rows, key=lambda row: row[0])):
             raw = store.serialize_ros1(message, kinds[topic])
-            bag.write(open_[topic], round((START + time) * 1e9), raw)
+            caller = "/again" if restarted and n >= len(rows) // 2 else "/first"
+            bag.write(open_[topic, caller], round((START + time) * 1e9), raw)
 
 
 def _header(types: Any, time: float) -> Any:

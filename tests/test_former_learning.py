@@ -1,5 +1,6 @@
 """Training vb-former with PyTorch: what is given, that it learns, and that it can be stopped."""
 
+import shutil
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -118,3 +119,33 @@ def test_a_folder_of_something_else_is_left_alone(folder: Path, tmp_path: Path) 
     train(tmp_path / "run", Asked(recipe=TINY), crowds=folder)
     with pytest.raises(VbbenchError, match="another seed"):
         train(tmp_path / "run", Asked(recipe=TINY, seed=3), crowds=folder)
+    (tmp_path / "run" / "weights.npz").unlink()  # made again
+    with np.load(train(tmp_path / "run", Asked(recipe=TINY), crowds=folder)) as weights:
+        assert weights.files
+
+
+def test_what_is_damaged_or_cannot_be_is_one_line(crowds: Crowds, folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(VbbenchError, match="PyTorch cannot use the device 'nosuch'"):
+        train(tmp_path / "device", Asked(recipe=TINY), crowds=folder, device="nosuch")
+    with pytest.raises(VbbenchError, match=r"hardly any sequence of the recipe has 900 frames"):
+        batch_of(np.random.default_rng(0), crowds, TINY, Phase(frames=900, share=1.0), TINY.size[0])
+    for name, mark in (
+        ("checkpoint.pt", "is damaged; remove it, and the training begins anew"),
+        ("training.json", "is damaged"),
+    ):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Training, "run", stop)
+            with pytest.raises(KeyboardInterrupt):
+                train(tmp_path / name, Asked(recipe=TINY), crowds=folder)
+        (tmp_path / name / name).write_bytes(b'{"a')
+        with pytest.raises(VbbenchError, match=mark):
+            train(tmp_path / name, Asked(recipe=TINY), crowds=folder)
+    copy = Path(shutil.copytree(folder, tmp_path / "crowds"))
+    file = min(copy.glob("*.npz"))
+    file.write_bytes(file.read_bytes()[:500])
+    with pytest.raises(VbbenchError, match="is damaged; remove it, and it is made again"):
+        make_crowds(TINY, copy, TINY.seed)
+
+
+def stop(self: Training, checkpoint: Path, tell: object) -> Arrays:
+    raise KeyboardInterrupt

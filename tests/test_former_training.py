@@ -163,6 +163,12 @@ def test_recipes_with_mistakes_are_refused(tmp_path: Path) -> None:
         ({"stage": ()}, r"\[\[stage\]\] is missing"),
         ({"size": ()}, r"\[\[size\]\] is missing"),
         ({"stage": (replace(TINY.stage[0], phase=()),)}, r"\[\[stage.phase\]\] is missing"),
+        ({"people": {}}, r"\[people\] is missing"),
+        ({"held_out_seed": TINY.seed}, "seed and held_out_seed are both"),
+        (
+            {"size": (replace(TINY.size[0], least=900, most=900),)},
+            r"crowds of at most \d+, and every \[\[size\]\] wants",
+        ),
         ({"protocols": dict.fromkeys(PROTOCOLS, 0.0)}, r"\[protocols\] is missing, or all of its shares are 0"),
     ):
         with pytest.raises(ValueError, match=message):

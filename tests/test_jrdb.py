@@ -243,6 +243,21 @@ def test_bags_differ(files: Files, root: Path, tmp_path: Path, changes: dict[str
 
 
 @rosbags
+def test_drivers_that_were_started_again_change_nothing(files: Files, root: Path, tmp_path: Path) -> None:
+    once, twice = (
+        made(tmp_path / name, root, bags=files.write_bag(tmp_path / f"{name}-bags", restarted=name == "twice"))
+        for name in ("once", "twice")
+    )
+    for one, other in zip(once.sequences(), twice.sequences(), strict=True):
+        np.testing.assert_array_equal(twice.truth(other).poses, once.truth(one).poses)
+        odometry, same = one.given.odometry, other.given.odometry
+        assert odometry is not None
+        assert same is not None
+        assert np.isnan(odometry.motions[0]).all()  # it leads from a frame that is not shown
+        np.testing.assert_array_equal(same.motions, odometry.motions)
+
+
+@rosbags
 def test_what_the_wheels_say_is_not_the_truth_itself(files: Files, root: Path, tmp_path: Path) -> None:
     (one, *_) = (dataset := made(tmp_path / "d", root, bags=files.write_bag(tmp_path / "bags"))).sequences()
     assert one.given.odometry is not None

@@ -244,6 +244,33 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
             changed(r"(.* Pedestrian.*) (\S+) (\S+) (\S+) -1.5", r"\1 \4 \2 \3 -1.5"),
             r"line 1: the labelled place is .*, outside its box, as are \d+% of \d+: x, y, z are right, down and forw",
         ),
+        ("label_02", changed(r" 1\.7 ", " 17 ", 3), r"line 3: the height is 17 m, which no person's is"),
+        ("label_02", changed(r" 1\.7 ", " -1.7 ", 3), r"line 3: the height is -1.7 m"),
+        (
+            "label_02",
+            changed(r"(.* Pedestrian.*) (\S+) (\S+) (\S+) -1.5", r"\1 5e8 \3 \4 -1.5", 2),
+            r"line 2: the place is 5e\+08",
+        ),
+        (
+            "label_02",
+            changed(r"(.* Pedestrian.*) (\S+) -1.5", r"\1 -\2 -1.5", 2),
+            r"line 2: z is -\S+ m, behind the cam",
+        ),
+        (
+            "oxts",
+            lambda lines: [re.sub("^49", "50", line) if n > 40 else line for n, line in enumerate(lines)],
+            r"line 42: the camera is 1\d\d,\d+ m from where the line before has it",
+        ),
+        (
+            "oxts",
+            changed(r"^((\S+ ){5})\S+", r"\1 90", 7),
+            r"line 7: yaw is 90 rad, more than a full turn; is it in deg",
+        ),
+        (
+            "poses",
+            changed(r"\S+$", "1000", 9),
+            r"poses/0003.txt, line 9: the camera is \S+ m from where the line before",
+        ),
         ("oxts", lambda lines: lines[:-3], r"oxts/0003.txt, line 117: has 117 lines, but labels go on to frame 119"),
         (
             "oxts",

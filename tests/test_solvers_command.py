@@ -115,6 +115,7 @@ def test_those_of_other_packages_are_listed_too(install: Any, capsys: pytest.Cap
     ("value", "reason"),
     [
         ("nowhere:Solver", "cannot be imported: ModuleNotFoundError"),
+        ("./mine.py:Solver", "name the module, not its file: mine:Solver, from the folder of the file"),
         (f"{__name__}:NOTHING", "cannot be imported: AttributeError"),
         (f"{__name__}:Undecided", "has neither start and step nor solve"),
         (f"{__name__}:made_of_nothing", "not a class that can be called without arguments"),

@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import PurePath
 from typing import Any, Literal
 
 from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
@@ -121,6 +122,9 @@ def _owner(point: EntryPoint) -> str:
 
 def _import(kind: Kind, name: str, value: str) -> Any:
     module, _, attribute = value.partition(":")
+    if module.endswith(".py") or "/" in module or module.startswith("."):
+        name_of_it = f"{PurePath(module).stem}:{attribute}"
+        raise VbbenchError(f"{kind} '{name}': name the module, not its file: {name_of_it}, from the folder of the file")
     try:
         found: Any = import_module(module)
         for part in attribute.split("."):

@@ -69,7 +69,9 @@ def _height_rows(sequence: Sequence, estimate: Estimate) -> Columns:
 
 
 def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray]:
-    """Covariances [N, D, D] as the columns of the table that hold them."""
+    """Covariances [N, D, D] as the columns of the table that hold them; NaN, not reported, where one is infinite."""
+    finite = (np.abs(covariances) < np.finfo(np.float32).max).all(axis=(1, 2), keepdims=True)
+    covariances = np.where(finite, covariances, np.nan)
     i, j = np.triu_indices(covariances.shape[-1])
     return dict(zip(COVARIANCES[table], covariances[:, i, j].T, strict=True))
 

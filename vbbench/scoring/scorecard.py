@@ -198,10 +198,11 @@ class Score:
     def _line(self, name: str, coverage: float) -> str:
         metric, own = METRICS[name], self.summaries[name]
         failed = "" if np.isnan(own.failure_rate) else f"{own.failure_rate:.1%}"
-        over_frames = f"{own.frame_mean:.4f} ±{own.frame_std:.4f}"
+        over_frames = f"{_fitting(own.frame_mean, 9)} ±{_fitting(own.frame_std, 9)}"
         return (
-            f"{row_title(metric)}{own.capped:>9.4f}{interval_text(own.capped_ci95):>16}{failed:>8}{own.median:>9.4f}"
-            f"{own.mean:>10.4f}{own.std:>10.4f}{over_frames:>20}{coverage:>10.2%}"
+            f"{row_title(metric)}{own.capped:>9.4f}{interval_text(own.capped_ci95):>16}{failed:>8}"
+            f"{_fitting(own.median, 8):>9}{_fitting(own.mean, 9):>10}{_fitting(own.std, 9):>10}{over_frames:>20}"
+            f"{coverage:>10.2%}"
         )
 
     def _heading(self) -> list[str]:
@@ -215,6 +216,12 @@ class Score:
             f"{sequences}, {self.frames} frames{fallback}, {self.per_sequence.positions.sum()} positions{speed}; "
             f"missing rows: {info.failure_policy}",
         ]
+
+
+def _fitting(value: float, width: int) -> str:
+    """A figure in so many characters: fewer digits where poses ran away by kilometres."""
+    text = f"{value:.4f}"
+    return text if len(text) <= width else f"{value:.2e}"
 
 
 _UNKNOWN = {

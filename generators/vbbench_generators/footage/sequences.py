@@ -12,7 +12,7 @@ from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import NOBODY, Given, Sequence, SequenceData, Truth
+from vbbench.sequence import NOBODY, Given, Odometry, Sequence, SequenceData, Truth
 from vbbench_generators.footage.runs import Run
 
 NO_OBSERVER = -1
@@ -72,7 +72,7 @@ class FootageSequences:
         )
         given = self._given(truth, ~np.isnan(boxes[..., 2]))
         if one.odometry is not None:
-            odometry = one.odometry.frames(frames)
+            odometry = Odometry.unmeasured(1).followed_by(one.odometry.frames(frames).frames(slice(1, None)))
             given = Given(poses=given.poses, positions=given.positions, odometry=odometry)
         sequence = Sequence(
             index=index,

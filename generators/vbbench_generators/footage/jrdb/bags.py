@@ -1,5 +1,6 @@
 """What JRDB's robot measured of its own motion, from its rosbag: the speeds of its wheels, and its gyro."""
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -84,27 +85,33 @@ def _messages(path: Path) -> tuple[_Topic, _Topic]:
             if not bag.message_count:
                 raise FileError(path, "is an empty bag: it holds no message")
             wheels, imu = _find(bag.connections)
-            topics = {one: _Topic(one.topic, [], [], []) for one in (wheels, imu) if one is not None}
-            for connection, recorded, raw in bag.messages(connections=list(topics)) if topics else ():
+            found = {name: _Topic(name, [], [], []) for name in (wheels, imu) if name is not None}
+            read = [one for one in bag.connections if one.topic.strip("/") in found]
+            for connection, recorded, raw in bag.messages(connections=read) if read else ():
                 message = types.deserialize_ros1(raw, connection.msgtype)
-                topic, stamp = topics[connection], message.header.stamp
+                topic, stamp = found[connection.topic.strip("/")], message.header.stamp
                 topic.stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
                 topic.recorded.append(1e-9 * recorded)
-                topic.rows.append(_odometry(message) if connection is wheels else _imu(message))
+                topic.rows.append(_odometry(message) if topic.name == wheels else _imu(message))
     except VbbenchError:
         raise
     except Exception as error:  # whatever rosbags raises on damaged bytes
         raise FileError(path, f"is no whole ROS 1 bag: {error}") from error
     nothing = _Topic("", [], [], [])
-    return topics.get(wheels, nothing), topics.get(imu, nothing)
+    return found.get(wheels or "", nothing), found.get(imu or "", nothing)
 
 
-def _find(connections: Any) -> tuple[Any, Any]:
-    """The connection of the wheels, and that of the IMU with the most messages; ``None`` where there is none."""
-    wheels = {one.topic.strip("/"): one for one in connections if one.msgtype == _ODOMETRY and one.msgcount}
-    imus = [one for one in connections if one.msgtype == _IMU and one.msgcount]
-    found = next((wheels[name] for name in WHEELS if name in wheels), None)
-    return found, max(imus, key=lambda one: int(one.msgcount), default=None)
+def _find(connections: Any) -> tuple[str | None, str | None]:
+    """The topic of the wheels, and that of the IMU with the most messages; ``None`` where there is none.
+
+    A topic has one connection for each program that wrote it, and two if its driver was started again.
+    """
+    counts: dict[str, Counter[str]] = {_ODOMETRY: Counter(), _IMU: Counter()}
+    for one in connections:
+        if one.msgtype in counts:
+            counts[one.msgtype][one.topic.strip("/")] += int(one.msgcount)
+    wheels = next((name for name in WHEELS if counts[_ODOMETRY][name]), None)
+    return wheels, next((name for name, count in counts[_IMU].most_common(1) if count), None)
 
 
 def _odometry(message: Any) -> list[float]:

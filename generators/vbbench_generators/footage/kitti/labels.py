@@ -23,6 +23,9 @@ LABELS = Layout(columns=_COLUMNS, wanted=_READ, words={"type": CLASSES})
 RESULTS = Layout(columns=(*_COLUMNS, "score"), wanted=(*_READ, "score"), words={"type": CLASSES})
 """What trackers write for KITTI's evaluation."""
 
+FARTHEST = 500.0
+"""In m: no label is of anything farther off."""
+
 UNKNOWN = -1000.0
 """What stands in x, y and z where nobody knows."""
 MOST_FRAMES = 10**6
@@ -131,6 +134,13 @@ def parse_labels(path: Path, content: bytes) -> Labels:
     height, places = rows.columns["height"].copy(), rows.numbers("x", "y", "z")
     unknown = places[:, 2] == UNKNOWN
     height[unknown], places[unknown] = np.nan, np.nan
+    known = anybody & ~np.isnan(places[:, 2])
+    people = known & np.isin(kind, [CLASSES.index(name) for name in WALKERS])
+    far = np.abs(places).max(axis=1)
+    rows.refuse(known & ~(far < FARTHEST), "the place is {0:g} m away; x, y and z are in m", far)
+    rows.refuse(people & ~((height >= 0.3) & (height <= 3.0)), "the height is {0:g} m, which no person's is", height)
+    behind = people & (places[:, 2] < -1.0) & (rows.columns["truncated"] == 0.0)
+    rows.refuse(behind, "z is {0:g} m, behind the camera that shows the box; z is forward", places[:, 2])
     labels = Labels(
         path=path,
         frame=rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on"),

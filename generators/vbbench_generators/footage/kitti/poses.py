@@ -15,7 +15,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray
 from vbbench_generators.footage.kitti.calibration import Calibration, refuse_skewed
-from vbbench_generators.footage.kitti.text import Layout, names, parse_rows, read_content
+from vbbench_generators.footage.kitti.text import Layout, Rows, names, parse_rows, read_content
 
 EARTH_RADIUS = 6378137.0
 
@@ -32,6 +32,9 @@ _CELLS = tuple(f"{row}{column}" for row in "123" for column in "1234")
 MATRICES = Layout(columns=_CELLS, wanted=_CELLS)
 """A line is a [3, 4] matrix, row after row."""
 
+FARTHEST = 15.0
+"""In m from a line to the next, a tenth of a second: no car is as fast as that."""
+
 _Z_UP = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """From right, down, forward to forward, left, up."""
 
@@ -42,18 +45,23 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
     Raises
     ------
     FileError
-        If a line has other columns, or a place that is none on earth.
+        If a line has other columns, a place that is none on earth, or one far from that of the line before.
     """
     rows = parse_rows(path, read_content(path, "GPS/IMU, a line a frame"), OXTS)
     latitude, longitude, altitude, roll, pitch, yaw = (rows.columns[name] for name in OXTS.wanted)
     rows.refuse(np.abs(latitude) > 85.0, "lat is {0:g}°; the map ends at 85°", latitude)
     rows.refuse(np.abs(longitude) > 180.0, "lon is {0:g}°; it is -180° to 180°", longitude)
+    for name, angle in (("roll", roll), ("pitch", pitch), ("yaw", yaw)):
+        rows.refuse(
+            np.abs(angle) > 2.0 * np.pi, f"{name} is {{0:g}} rad, more than a full turn; is it in degrees?", angle
+        )
     scale = np.cos(np.radians(latitude[0])) * EARTH_RADIUS
     east = scale * np.radians(longitude)
     north = scale * np.log(np.tan(np.pi / 4.0 + np.radians(latitude) / 2.0))
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3, :3] = _rotations(roll, pitch, yaw)
     motions[:, :3, 3] = np.stack([east - east[0], north - north[0], altitude - altitude[0]], axis=-1)
+    _refuse_leaps(rows, motions[:, :3, 3])
     cameras = motions @ np.linalg.inv(calibration.imu_to_camera)
     cameras[:, :3, 3] -= cameras[0, :3, 3].copy()
     return cameras
@@ -65,14 +73,21 @@ def read_poses(path: Path) -> FloatArray:
     Raises
     ------
     FileError
-        If a line has other columns, or a rotation that is none.
+        If a line has other columns, a rotation that is none, or a place far from that of the line before.
     """
     rows = parse_rows(path, read_content(path, "poses of camera 0, a line a frame"), MATRICES)
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3] = rows.numbers(*MATRICES.wanted).reshape(-1, 3, 4)
     for motion, line in zip(motions, rows.lines.tolist(), strict=True):
         refuse_skewed(path, line, "the pose", motion[:3, :3])
+    _refuse_leaps(rows, motions[:, :3, 3])
     return _Z_UP @ np.linalg.inv(motions[0]) @ motions
+
+
+def _refuse_leaps(rows: Rows, places: FloatArray) -> None:
+    """Raise FileError at the first of the ``places`` [T, 3] that no camera reaches from the one before."""
+    moved = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
+    rows.refuse(moved > FARTHEST, "the camera is {0:,.0f} m from where the line before has it; are places in m?", moved)
 
 
 def on_the_ground(motions: FloatArray, calibration: Calibration) -> FloatArray:
