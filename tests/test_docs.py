@@ -1,5 +1,6 @@
 """The documentation is true: examples run, links and pictures exist, every command is shown."""
 
+import json
 import re
 import runpy
 import subprocess
@@ -12,6 +13,7 @@ import pytest
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import all_commands
 from vbbench.generation import generate
+from vbbench.generation.catalogue import describe_splits
 from vbbench.generation.generator import Options
 from vbbench.registry import registered
 from vbbench.scoring import score
@@ -120,3 +122,28 @@ def test_where_to_look_names_at_most_two_places_that_exist() -> None:
         assert 1 <= len(places) <= 2, row
         for place in places:
             assert any(list(home.glob(place)) for home in homes), f"{place} does not exist"
+
+
+def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today() -> None:
+    """Boards are made anew with a new seed; commands and messages that the pages show follow."""
+    records = ROOT / "leaderboards" / "results"
+    seed = str(json.loads((records / "sim" / "field.json").read_text("utf-8"))["seed"])
+    tutorial = (ROOT / "docs/tutorials/your-solver.md").read_text("utf-8")
+    assert f"generate sim --tier field --observer vehicle --seed {seed} --limit 150" in tutorial
+    shown = 0
+    for page in PAGES:
+        text = re.sub(r"\s+", " ", page.read_text("utf-8"))
+        for tier, identifier, number in re.findall(
+            r"the boards of sim (\w+) hold results on (\w+) alone; make that with '[^']*--seed (\d+) ", text
+        ):
+            shown += 1
+            assert number == seed, page
+            assert identifier == json.loads((records / "sim" / f"{tier}.json").read_text("utf-8"))["id"], page
+    assert shown >= 2
+
+
+def test_splits_say_whose_files_they_are_made_from() -> None:
+    lines = [line for line in describe_splits().splitlines() if line.endswith("]")]
+    own = {line.split(":")[0] for line in lines if line.endswith("[files of your own, --source]")}
+    assert own == {"custom", "jrdb", "kitti", "motsynth", "own"}
+    assert {line.split(":")[0] for line in lines if line.endswith("[no source files]")} == {"demo", "sim", "street"}

@@ -107,6 +107,14 @@ def test_the_table_says_what_was_scored_and_repeats_the_caution(dataset, noisy):
     assert text.count("100.00%") == 6
 
 
+def test_figures_of_runs_away_keep_their_columns_apart(dataset, tmp_path):
+    poses, positions = true_answers(dataset)
+    table = score(submit(tmp_path, dataset, (poses.assign(x=poses.x + 123456.789), positions)), dataset).table()
+    line = next(line for line in table.splitlines() if line.startswith("Δt"))
+    assert "1.23e+05  1.23e+05" in line
+    assert max(map(len, line.replace("±", " ").split())) < 16
+
+
 def test_csv_of_sequences(dataset, noisy, tmp_path):
     result = score(noisy, dataset)
     result.write_per_sequence(tmp_path / "figures.csv")
