@@ -238,11 +238,15 @@ class Replay:
         return places[:, ever], np.where(np.isfinite(heights), heights, self.info.height_mean)[ever]
 
     def headline(self, frame: int) -> str:
-        """What is drawn, and the errors of the first answer in a frame."""
+        """What is drawn, and the errors of the first answer in this frame alone."""
         caveat = [self.caveat] if self.caveat else []
         if self.answer is None:
             return "truth" if not caveat else self.caveat + (": what is given" if self.truth is None else "")
-        figures = self.answer.figures(frame) or (["given"] if np.isfinite(self.given.poses[frame]).all() else [])
+        figures = self.answer.figures(frame)
+        if figures:
+            figures = [f"in this frame {figures[0]}", *figures[1:]]
+        elif np.isfinite(self.given.poses[frame]).all():
+            figures = ["given"]
         return ",  ".join([self.answer.title, *figures, *caveat])
 
 
