@@ -34,15 +34,16 @@ def draw_bird(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable) -
 
 
 def _set_window(axes: Axes, replay: Replay, frame: int) -> None:
-    seen = replay.sequence.observed[frame]
+    """The people seen now with their last steps, and all that is known of the observer."""
+    seen, recent = replay.sequence.observed[frame], slice(max(0, frame + 1 - style.TAIL_FRAMES), frame + 1)
     known = replay.known
     here = replay.viewpoints[frame, :2]
     near = np.nan_to_num(here - _REACH, nan=-np.inf), np.nan_to_num(here + _REACH, nan=np.inf)
     paths = np.vstack([replay.given.poses[:, :2], replay.viewpoints[:, :2]]).clip(*near)
-    real = np.vstack([known.positions[frame, seen], paths])
+    real = np.vstack([known.positions[recent, seen].reshape(-1, 2), paths])
     if replay.places_known:
         near = np.nanmin(real, axis=0) - _OUTLIER, np.nanmax(real, axis=0) + _OUTLIER
-    points = np.vstack([real, replay.estimated[frame, seen].clip(*near)])
+    points = np.vstack([real, replay.estimated[recent, seen].reshape(-1, 2).clip(*near)])
     low, high = np.nanmin(points, axis=0) - _MARGIN, np.nanmax(points, axis=0) + _MARGIN
     fill_map(axes, low, high)
 
