@@ -188,6 +188,12 @@ def test_parameters_of_the_library_are_options_in_messages(command: str, python:
     assert in_options(python, all_commands()[command]) == shell
 
 
+def test_what_a_value_in_a_file_must_be_is_said_of_the_file() -> None:
+    function = all_commands()["generate"]
+    assert in_options("r.toml: seed must be 2 or more", function, of_file=True) == "r.toml: seed must be 2 or more"
+    assert in_options("x: limit must be 1 or more", function) == "x: --limit must be 1 or more"
+
+
 @pytest.mark.parametrize("name", all_commands())
 def test_help_says_nothing_of_defaults_that_say_nothing(name: str) -> None:
     text = " ".join(help_of(name).replace("│", " ").split()).partition("photo options")[0]

@@ -17,7 +17,7 @@ from vbbench.cli.mistakes import in_options
 from vbbench.cli.parsing import parse
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
-from vbbench.errors import UnknownNameError, VbbenchError, one_line
+from vbbench.errors import FileError, UnknownNameError, VbbenchError, one_line
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,
@@ -116,7 +116,7 @@ def _run(arguments: list[str]) -> int:
         with plain_output():
             return command() or 0
     except VbbenchError as error:
-        say(in_options(str(error), commands[arguments[0]]))
+        say(in_options(str(error), commands[arguments[0]], of_file=isinstance(error, FileError)))
         return 2
 
 

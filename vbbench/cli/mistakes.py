@@ -65,9 +65,11 @@ def explain(complaint: str, command: str, function: Callable[..., Any] | None) -
     return text
 
 
+_LIMITS = (r"(?:^|(?<=[:;] ))(\w+) (?=must (?:not )?be\b|is a number of\b)", "{} ")
+"""How messages say what a value is to be: of a parameter, or of what stands in a file under the same name."""
+
 _IN_PYTHON = (
     (r"\bset (\w+) to\b", "add {} to"),
-    (r"(?:^|(?<=[:;] ))(\w+) (?=must (?:not )?be\b|is a number of\b)", "{} "),
     (r"(?<=\bwithout )(\w+)$", "{}"),
     (r"`(\w+)(?:=True)?`", "{}"),
 )
@@ -77,8 +79,11 @@ _ALIASES = {"height_std": "sigma_h"}
 """Parameters of the library whose options have other names."""
 
 
-def in_options(message: str, function: Callable[..., Any]) -> str:
-    """A message of the library for users of a command, with its options: ``--limit`` for ``limit``."""
+def in_options(message: str, function: Callable[..., Any], *, of_file: bool = False) -> str:
+    """A message of the library for users of a command, with its options: ``--limit`` for ``limit``.
+
+    What a message ``of_file`` says that values must be is of the file's.
+    """
     options = dict(_options(function))
 
     def named(found: re.Match[str], words: str) -> str:
@@ -89,7 +94,7 @@ def in_options(message: str, function: Callable[..., Any]) -> str:
         message = re.sub(
             r"(name the folder that holds (?:it|all of them))(?: \(truth\))?$", r"\1 with --truth", message
         )
-    for pattern, words in _IN_PYTHON:
+    for pattern, words in _IN_PYTHON if of_file else (*_IN_PYTHON, _LIMITS):
         message = re.sub(pattern, lambda found, words=words: named(found, words), message)  # type: ignore[misc]
     return message
 
