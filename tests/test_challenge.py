@@ -236,7 +236,10 @@ def test_copies_are_found_in_whatever_form(room: Path, refused: Refused) -> None
     disguise = room / "disguise"
     disguise.mkdir()
     for name in ("poses", "positions"):
-        pd.read_parquet(room / "cv" / f"{name}.parquet").iloc[::-1].to_csv(disguise / f"{name}.csv", index=False)
+        rows = pd.read_parquet(room / "cv" / f"{name}.parquet").iloc[::-1]
+        if name == "poses":  # and a row that nobody asks for
+            rows = pd.concat([rows, rows[rows.sequence == 0].tail(1).assign(frame=0)])
+        rows.to_csv(disguise / f"{name}.csv", index=False)
     facts = json.loads((room / "cv" / "submission.json").read_text("utf-8"))
     (disguise / "submission.json").write_text(json.dumps({**facts, "solver": "mine"}), encoding="utf-8")
     assert "are the answers that honest handed in" in refused(*accept(room, disguise, "cheat"))
