@@ -99,11 +99,8 @@ def _run_frames(
             answer = solver.step(frame)
             seconds += perf_counter() - started
             answers.append(copy_of(_checked_kind(answer, FrameEstimate, sequence)))
-            if answer.positions.shape != (len(sequence.tracks), 2):
-                raise VbbenchError(
-                    f"sequence {sequence.index}, frame {frame.index}: the solver's positions have shape "
-                    f"{list(answer.positions.shape)}, not {[len(sequence.tracks), 2]}"
-                )
+            where = f"sequence {sequence.index}, frame {frame.index}"
+            _check_shape(answer.positions, (len(sequence.tracks), 2), where)
     return Estimate.of_frames(answers), seconds
 
 
@@ -146,7 +143,8 @@ def _timed_solve(
         started = perf_counter()
         estimate = solver.solve(problem, observations, shown)
         seconds = perf_counter() - started
-    _check_shape(_checked_kind(estimate, Estimate, sequence), sequence, shown)
+    positions = _checked_kind(estimate, Estimate, sequence).positions
+    _check_shape(positions, shown.positions.shape, f"sequence {sequence.index}")
     return copy_of(estimate), seconds
 
 
@@ -158,17 +156,14 @@ def _checked_kind(answer: Answer, kind: type[Answer], sequence: Sequence) -> Ans
     return answer
 
 
-def _check_shape(estimate: Estimate, sequence: Sequence, given: Given) -> None:
-    if estimate.positions.shape != given.positions.shape:
-        raise VbbenchError(
-            f"sequence {sequence.index}: the solver's positions have shape {list(estimate.positions.shape)}, "
-            f"not {list(given.positions.shape)}"
-        )
+def _check_shape(positions: FloatArray, wanted: tuple[int, ...], where: str) -> None:
+    if positions.shape != wanted:
+        raise VbbenchError(f"{where}: the solver's positions have shape {list(positions.shape)}, not {list(wanted)}")
 
 
 def _check_complete(estimate: Estimate, sequence: Sequence, given: Given) -> None:
     """Check that every scored answer exists and is credible."""
-    _check_shape(estimate, sequence, given)
+    _check_shape(estimate.positions, given.positions.shape, f"sequence {sequence.index}")
     wanted = {
         "pose": scored_frames(sequence.observed)[:, None] & ~is_credible(estimate.poses),
         "position": scored_positions(sequence.observed, given)[..., None] & ~is_credible(estimate.positions),

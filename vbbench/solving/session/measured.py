@@ -155,11 +155,11 @@ def shared_out(odometry: Odometry, frames: int) -> Odometry:
         return odometry
     forward, left, turn = odometry.motions[0]
     turn = float(wrap_angle(turn)) / frames
-    first = complex(forward, left) / np.exp(1j * turn * np.arange(frames)).sum()
+    axes = np.exp(1j * turn * np.arange(frames))  # of each frame, in those of the first
+    first = complex(forward, left) / axes.sum()
     motions = np.tile([first.real, first.imag, turn], (frames, 1))
-    places = np.cumsum(first * np.exp(1j * turn * np.arange(frames)))
+    places = np.cumsum(first * axes)
     behind = places[-1] - places  # from where each motion ends to where the last one does
-    axes = np.exp(1j * turn * np.arange(frames))
     levers = np.zeros((frames, 3, 3))
     levers[:, 0, 0], levers[:, 0, 1], levers[:, 0, 2] = axes.real, -axes.imag, -behind.imag
     levers[:, 1, 0], levers[:, 1, 1], levers[:, 1, 2] = axes.imag, axes.real, behind.real

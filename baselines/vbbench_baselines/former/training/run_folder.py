@@ -25,6 +25,7 @@ from vbbench.table import csv_text
 from vbbench_baselines.former.training.crowds import make_crowds
 from vbbench_baselines.former.training.loop import Training, held_out_batches
 from vbbench_baselines.former.training.recipe import Recipe
+from vbbench_baselines.former.weights import read_weights
 
 MARK, CHECKPOINT, LOG, CROWDS = "training.json", "checkpoint.pt", "log.csv", "crowds"
 WEIGHTS, ABOUT = "weights.npz", "weights.toml"
@@ -109,10 +110,11 @@ def _check_device(device: str) -> None:
 
 def _is_done(out: Path) -> bool:
     """Whether the weights are there, as they were written."""
-    weights, about = out / WEIGHTS, out / ABOUT
-    if not (weights.is_file() and about.is_file()):
+    try:
+        read_weights(out / WEIGHTS)
+    except FileError:
         return False
-    return sha256(weights.read_bytes()).hexdigest() in about.read_text("utf-8")
+    return True
 
 
 def _begin(out: Path, facts: dict[str, Any]) -> None:

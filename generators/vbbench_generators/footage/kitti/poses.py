@@ -32,7 +32,7 @@ _CELLS = tuple(f"{row}{column}" for row in "123" for column in "1234")
 MATRICES = Layout(columns=_CELLS, wanted=_CELLS)
 """A line is a [3, 4] matrix, row after row."""
 
-FARTHEST = 15.0
+LONGEST_STEP = 15.0
 """In m from a line to the next, a tenth of a second: no car is as fast as that."""
 
 _Z_UP = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -87,7 +87,9 @@ def read_poses(path: Path) -> FloatArray:
 def _refuse_leaps(rows: Rows, places: FloatArray) -> None:
     """Raise FileError at the first of the ``places`` [T, 3] that no camera reaches from the one before."""
     moved = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
-    rows.refuse(moved > FARTHEST, "the camera is {0:,.0f} m from where the line before has it; are places in m?", moved)
+    rows.refuse(
+        moved > LONGEST_STEP, "the camera is {0:,.0f} m from where the line before has it; are places in m?", moved
+    )
 
 
 def on_the_ground(motions: FloatArray, calibration: Calibration) -> FloatArray:
