@@ -7,7 +7,6 @@ enough people to be the observer.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
@@ -54,6 +53,8 @@ def draw_crowd(scenario: Scenario, people: int, model: Model, rng: np.random.Gen
 
 def draw_speeds(scenario: Scenario, people: int, rng: np.random.Generator) -> FloatArray:
     """Desired speeds [K] in m/s: a normal distribution cut off at three standard deviations, by inversion."""
+    from scipy.special import ndtr, ndtri  # slow to import, and only simulations need it
+
     low, high = ndtr(-SPEED_RANGE), ndtr(SPEED_RANGE)
     return scenario.speed_mean + scenario.speed_std * ndtri(rng.uniform(low, high, people))
 

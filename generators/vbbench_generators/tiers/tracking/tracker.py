@@ -17,7 +17,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from vbbench.exchange.detection import Detections
 from vbbench.geometry import BoolArray, FloatArray, IntArray
@@ -100,6 +99,8 @@ def associate(
     -------
     Indices [P] into ``tracks`` and [P] into ``detections``.
     """
+    from scipy.optimize import linear_sum_assignment  # slow to import, and only trackers need it
+
     if not len(tracks) or not len(detections):
         return np.empty(0, np.int64), np.empty(0, np.int64)
     worth = worths(tracks, detections, np.ones(len(detections)) if scores is None else scores, least, period or 0.0)
