@@ -24,7 +24,7 @@ from vbbench.solving.runner import frames_of, run_sequence
 from vbbench_baselines.former.composing import moved, seen_from
 from vbbench_baselines.former.layers import first_weights
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.solver import VbFormer, VbFormerPure
+from vbbench_baselines.former.solver import VbFormer
 
 GOLDEN = {
     "one-step": (0.0423, 0.0453),
@@ -49,7 +49,7 @@ FIRST, FIRST_PURE = first(pure=False), first(pure=True)
 SOLVERS: list[Make] = [
     VbFormer,
     lambda: VbFormer(weights=FIRST, feet=False),
-    lambda: VbFormerPure(weights=FIRST_PURE),
+    lambda: VbFormer(weights=FIRST_PURE),
 ]
 
 

@@ -37,8 +37,8 @@ def test_weights_are_those_of_their_recipe(tmp_path: Path) -> None:
 
 
 def test_bundled_weights_are_small_and_are_read_once() -> None:
-    weights = bundled_weights("vb-former")
-    assert weights is bundled_weights("vb-former")
+    weights = bundled_weights()
+    assert weights is bundled_weights()
     assert sum(values.nbytes for values in weights.values()) < 1e6
 
 

@@ -137,6 +137,19 @@ def test_sequences_are_as_long_as_is_asked(tmp_path: Path, capsys: Any) -> None:
     assert "longest must be" in capsys.readouterr().err
 
 
+def test_the_command_in_a_dataset_names_all_that_was_read(tmp_path: Path) -> None:
+    training, out = write_kitti(tmp_path / "training"), tmp_path / "d"
+    folders = {"--source": training, "--poses": tmp_path / "poses"}
+    asked = [str(word) for pair in folders.items() for word in pair]
+    assert main(["generate", "kitti", *asked, "--cyclists", "--out", str(out)]) == 0
+    facts = json.loads((out / "dataset.json").read_text("utf-8"))
+    words = generate_command(facts, str(tmp_path / "again")).split()[1:]
+    for option, folder in folders.items():
+        words[words.index(option) + 1] = str(folder)
+    assert main(words) == 0
+    assert Dataset(tmp_path / "again").info.id == Dataset(out).info.id
+
+
 def test_a_dataset_is_made_solved_and_every_4th_frame_kept(tmp_path: Path, capsys: Any) -> None:
     training = write_kitti(tmp_path / "training")
     out = tmp_path / "d"

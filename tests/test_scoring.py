@@ -80,10 +80,12 @@ def test_drift_is_the_error_of_the_motion_over_a_second(dataset, tmp_path):
 def test_json_is_the_contract(dataset, noisy):
     values = json.loads(score(noisy, dataset).to_json())
     keys = {"dataset", "protocol", "solver", "sequences", "frames", "coverage", "seconds_per_frame", "metrics"}
-    assert keys <= set(values)
+    assert {*keys, "failure_rate"} <= set(values)
+    assert values["failure_rate"] == values["metrics"]["dx"]["failure_rate"]
     assert set(values["metrics"]) == {"dr", "dt", "dx", "dx_rel"}
     for summary in values["metrics"].values():
-        assert list(summary) == SUMMARY
+        assert list(summary) == [*SUMMARY, "capped_mean"]
+        assert summary["capped_mean"] == summary["capped"]
         assert summary["ci95"][0] <= summary["mean"] <= summary["ci95"][1]
     assert values["dataset"] == Dataset(dataset).info.id
     assert (values["protocol"], values["solver"], values["seconds_per_frame"]) == ("sequential", "test", 0.01)

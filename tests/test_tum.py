@@ -77,6 +77,13 @@ def test_either_sign_of_a_quaternion_and_few_digits_are_read(file):
     np.testing.assert_allclose(poses[:, 2], 1.0, atol=1e-3)
 
 
+def test_a_camera_that_leans_looks_where_its_axis_points_on_the_ground(file):
+    turns = Rotation.from_euler("ZYX", [[1.1, 0.2, -0.1], [-2.5, -0.3, 0.4]])
+    rows = [f"{0.4 * t} 1 2 1.6 {' '.join(map(repr, turn))}\n" for t, turn in enumerate(turns.as_quat().tolist())]
+    file.write_text("".join(rows))
+    np.testing.assert_allclose(import_tum(file, DT)[1], [[1, 2, 1.1], [1, 2, -2.5]], atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("line", "problem"),
     [
@@ -88,7 +95,7 @@ def test_either_sign_of_a_quaternion_and_few_digits_are_read(file):
         ("0.8 1 2 1.6 0 0 0 0", "length 0"),
         ("0.8 1 2 1.6 0 0 0.5 0.5", "length 0.7071"),
         ("0.8 1 2 1.6 0.7071068 0 0 0.7071068", "leans by 90°"),
-        ("0.8 1 2 1.6 0 0.08715574 0 0.9961947", "leans by 10°"),
+        ("0.8 1 2 1.6 0 0.38268343 0 0.92387953", "leans by 45°"),
         ("0.8 1 2 1.6 0 1 0 0", "leans by 180°"),
         ("0.6 1 2 1.6 0 0 0 1", "timestamp 0.6 s is not a frame's"),
         ("-0.4 1 2 1.6 0 0 0 1", "timestamp -0.4 s is not a frame's"),

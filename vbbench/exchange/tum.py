@@ -27,8 +27,8 @@ _FARTHEST = 1e6
 """Largest distance in m of a pose from the world's origin."""
 _UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1: files are often written with four digits."""
-_TILT_TOLERANCE = 1e-2
-"""Roll or pitch, in rad, that counts as rounding."""
+_STEEPEST = 0.6
+"""Rad by which a body may lean; more is another convention of axes."""
 _GRID_TOLERANCE = 0.05
 """How far a timestamp may be from its frame, in frames."""
 _LAST_FRAME = 2**31 - 1
@@ -55,7 +55,7 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
 
 
 def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
-    """Read a TUM trajectory of a level camera.
+    """Read a TUM trajectory; of a camera that leans, the pose is where its x axis points on the ground.
 
     Parameters
     ----------
@@ -70,15 +70,15 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
     ------
     FileError
         With the line: wrong number of columns, text or NaN in a number, a quaternion that is not of unit length,
-        roll or pitch, a timestamp between two frames or before the first, a repeated frame; or an empty file.
+        a lean that is no camera's, a timestamp between two frames or before the first, or a repeated frame; or if the
+        file is empty.
     """
     path = Path(path)
     lines, values = read_tum_rows(path)
-    _check_level(path, lines, values)
+    poses = planar_poses(path, lines, values)
     frames = _frames(path, lines, values[:, 0], dt)
-    yaw = wrap_angle(2.0 * np.arctan2(values[:, 6], values[:, 7]))
     order = np.argsort(frames)
-    return frames[order], np.stack([values[:, 1], values[:, 2], yaw], axis=-1)[order]
+    return frames[order], poses[order]
 
 
 def read_tum_rows(path: Path, more: tuple[str, ...] = ()) -> tuple[IntArray, FloatArray]:
@@ -122,26 +122,25 @@ def _numbers(path: Path, line: int, cells: list[str], names: tuple[str, ...]) ->
     return numbers
 
 
-def _check_level(path: Path, lines: IntArray, values: FloatArray) -> None:
-    tilt = leaning(values[:, 4:8])
-    wrong = np.flatnonzero(tilt > _TILT_TOLERANCE)
-    if len(wrong):
-        problem = (
-            f"the camera leans by {np.degrees(tilt[wrong[0]]):.3g}°, and a pose here is (x, y, yaw) of a level camera; "
-            "write the body frame with x forward and z up (an optical frame, z forward, appears to lean by 90° or "
-            "more), in a world whose z is up"
-        )
-        raise FileError(path, problem, int(lines[wrong[0]]))
+def planar_poses(path: Path, lines: IntArray, values: FloatArray) -> FloatArray:
+    """Poses [N, 3] (x, y, yaw) of the body's x axis on the ground, yaw in [−π, π), from rows [N, 8].
 
-
-def leaning(quaternions: FloatArray) -> FloatArray:
-    """[N] how far the body's z axis leans from the world's, in rad; quaternions [N, 4] (x, y, z, w) of about length 1.
-
-    It is acos(1 − 2(qx² + qy²)), whatever the yaw.
+    Raises
+    ------
+    FileError
+        With the line of ``lines`` [N], where the body leans further than a camera that looks ahead.
     """
-    length = np.linalg.norm(quaternions, axis=-1)
-    lean: FloatArray = 2.0 * np.arcsin(np.clip(np.hypot(quaternions[:, 0], quaternions[:, 1]) / length, 0.0, 1.0))
-    return lean
+    x, y, z, w = values[:, 4:8].T
+    lean = 2.0 * np.arcsin(np.clip(np.hypot(x, y) / np.linalg.norm(values[:, 4:8], axis=-1), 0.0, 1.0))
+    if (lean > _STEEPEST).any():
+        row = int((lean > _STEEPEST).argmax())
+        problem = (
+            f"the body leans by {np.degrees(lean[row]):.3g}°; write the body frame with x forward and z up (an optical "
+            "frame, z forward, appears to lean by 90° or more), in a world whose z is up"
+        )
+        raise FileError(path, problem, int(lines[row]))
+    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return np.stack([values[:, 1], values[:, 2], wrap_angle(yaw)], axis=-1)
 
 
 def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:

@@ -9,6 +9,8 @@ from vbbench.errors import VbbenchError
 
 LEAST_TRACK = 3
 """Frames of the shortest tracks where ``--least-track`` is left out."""
+FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
+"""The options that name files of footage which its own folder does not hold, by what they hold."""
 _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
@@ -57,11 +59,27 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
 
 
 def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
-    """Of a recording: whoever has it knows where it lies."""
-    scenes = facts.get("scenes")
-    names = ",".join(map(str, scenes)) if isinstance(scenes, list) else None
-    kept = {"--every": definition.get("every"), "--longest": definition.get("longest")}
-    return {"--source": "FOLDER", "--sequences": names, **kept}
+    """Of a recording: whoever has it, and what else was read, knows where that lies."""
+    scenes, kinds = facts.get("scenes"), _kinds(definition.get("files"))
+    classes = definition.get("classes")
+    cyclists = isinstance(classes, list) and "Cyclist" in classes
+    return {
+        "--source": "FOLDER",
+        "--sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
+        **{f"--{option}": "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},
+        "--cyclists": "" if cyclists else None,
+        "--no-interpolated": "" if definition.get("interpolated") is False else None,
+        "--every": definition.get("every"),
+        "--longest": definition.get("longest"),
+    }
+
+
+def _kinds(files: Any) -> set[str]:
+    """What files of footage held: they are listed by kind and recording, or by recording and kind."""
+    if isinstance(files, dict):
+        return {str(kind) for sums in files.values() for kind in _object(sums)}
+    listed = files if isinstance(files, list) else []
+    return {str(one[0]).partition("/")[0] for one in listed if isinstance(one, list) and one}
 
 
 def _camera(values: Mapping[str, Any]) -> str | None:

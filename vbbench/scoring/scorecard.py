@@ -17,6 +17,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import Protocol
 from vbbench.scoring.block_bootstrap import is_enough
 from vbbench.scoring.metrics import METRICS, Metric, section
+from vbbench.scoring.score_columns import NONE
 from vbbench.scoring.statistics import Summary
 from vbbench.scoring.timeline import Timeline
 from vbbench.table import csv_text
@@ -151,8 +152,14 @@ class Score:
         return values | {name: note for name, note in notes.items() if note not in (None, "whole")}
 
     def to_json(self) -> str:
-        """`values` as text."""
-        return json.dumps(self.values(), indent=2, ensure_ascii=False)
+        """`values` as text, and by the names under which other programs look for them: ``capped_mean`` of each
+        metric, and Δx's ``failure_rate`` for all.
+        """
+        values = self.values()
+        for part in ("metrics", "drift"):
+            values[part] = {name: one | {"capped_mean": one["capped"]} for name, one in values[part].items()}
+        values["failure_rate"] = values["metrics"]["dx"]["failure_rate"]
+        return json.dumps(values, indent=2, ensure_ascii=False)
 
     def table(self) -> str:
         """The score as a table for people, with the dataset's caution if it has one."""
@@ -198,6 +205,8 @@ class Score:
     def _line(self, name: str, coverage: float) -> str:
         metric, own = METRICS[name], self.summaries[name]
         failed = "" if np.isnan(own.failure_rate) else f"{own.failure_rate:.1%}"
+        if np.isnan(own.capped):
+            return f"{row_title(metric)}{NONE:>9}{NONE:>16}"
         over_frames = f"{_fitting(own.frame_mean, 9)} ±{_fitting(own.frame_std, 9)}"
         return (
             f"{row_title(metric)}{own.capped:>9.4f}{interval_text(own.capped_ci95):>16}{failed:>8}"

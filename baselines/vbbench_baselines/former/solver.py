@@ -29,7 +29,7 @@ from vbbench_baselines.former.composing import (
     pose_covariance,
     seen_from,
 )
-from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.layers import Network, is_pure
 from vbbench_baselines.former.network import Answer, Birdifier, Told
 from vbbench_baselines.former.operations import NumpyOperations
 from vbbench_baselines.former.pose_fit import Motion
@@ -64,23 +64,19 @@ class VbFormer:
 
     Parameters
     ----------
-    weights : of the network, see `layers.shapes`; ``None`` for those that come with the package.
+    weights : of the network, pure or not, see `layers.shapes`; ``None`` for those that come with the package.
     feet : whether it may see where feet stand.
     """
 
     facts: ClassVar[Mapping[str, str]] = SIMULATED
-    pure: ClassVar[bool] = False
-    """Whether the network tells the pose, and does not fit it."""
-    bundled: ClassVar[str] = "vb-former"
-    """What the weights that come with the package are called."""
 
     weights: Weights | None = None
     feet: bool = True
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
-        weights = bundled_weights(self.bundled) if self.weights is None else self.weights
-        self._birdifier = Birdifier(Network(NumpyOperations(), weights), self.pure, self.feet)
+        weights = bundled_weights() if self.weights is None else self.weights
+        self._birdifier = Birdifier(Network(NumpyOperations(), weights), is_pure(weights), self.feet)
         self._problem, self._people = problem, len(problem.tracks)
         self._dt = np.float32(problem.dt)
         self._stature_spread = np.float32(problem.height_std / problem.height_mean)
@@ -201,14 +197,6 @@ class VbFormer:
         """[K] in m."""
         heights: FloatArray = self._problem.height_mean * np.exp(self._state.people.offsets[:, 0].astype(np.float64))
         return heights
-
-
-@dataclass(kw_only=True)
-class VbFormerPure(VbFormer):
-    """The same, but the network tells the pose itself: for comparison with what the fit gives."""
-
-    pure: ClassVar[bool] = True
-    bundled: ClassVar[str] = "vb-former-pure"
 
 
 def _on_one_core(people: int) -> AbstractContextManager[Any]:

@@ -1,4 +1,4 @@
-"""The weights that are learned, as they come with the package: ``weights/NAME.npz``, and ``NAME.toml`` of how.
+"""The weights that are learned: those that come with the package are ``weights/vb-former.npz``, made as its TOML says.
 
 The file of weights must be the one that its recipe names, by its SHA-256.
 """
@@ -39,10 +39,10 @@ class Recipe:
 
 
 @cache
-def bundled_weights(name: str) -> Weights:
-    """The weights called ``name`` that come with the package."""
+def bundled_weights() -> Weights:
+    """The weights that come with the package."""
     with as_file(files(__package__).joinpath("weights")) as folder:
-        return read_weights(folder / f"{name}.npz")
+        return read_weights(folder / "vb-former.npz")
 
 
 def read_weights(path: Path) -> Weights:

@@ -11,7 +11,7 @@ REFERENCES = {
     "vb-former": "Recurrent attention about a pose fit, learned from simulated crowds, bundled with vbbench",
 }
 
-SINGLE_PRECISION = ("vb-former", "vb-former-pure")
+SINGLE_PRECISION = ("vb-former",)
 """Solvers that count with 24 bits."""
 
 

@@ -12,13 +12,11 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.own.camera_file import OdometryNoise
 from vbbench.exchange.own.timing import Timeline
-from vbbench.exchange.tum import leaning, read_tum_rows
+from vbbench.exchange.tum import planar_poses, read_tum_rows
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import FloatArray, IntArray, world_to_relative, wrap_angle
 from vbbench.sequence import Odometry
 
-STEEPEST = 0.6
-"""Rad by which a body may lean; more is another convention of axes."""
 LONGEST_HOLE = 1.0
 """Poses farther apart, in s, are not interpolated between."""
 SAME_TIME = 1e-3
@@ -36,7 +34,7 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
         If the file cannot be read, or some frame has no pose: truth is whole, or it is none.
     """
     lines, values = _in_order(path, *read_tum_rows(path))
-    times, poses = values[:, 0], _planar(path, lines, values)
+    times, poses = values[:, 0], planar_poses(path, lines, values)
     found = _at(times, poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
@@ -62,7 +60,7 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
         If the file cannot be read, a covariance is not positive, or hardly any frame has a motion.
     """
     lines, values = _in_order(path, *read_tum_rows(path, MOTION_COVARIANCE))
-    times, poses = values[:, 0], _planar(path, lines, values[:, :8])
+    times, poses = values[:, 0], planar_poses(path, lines, values[:, :8])
     at = _at(times, poses, timeline.times, beyond=SAME_TIME)
     motions = np.full((timeline.frames, 3), np.nan)
     motions[1:, :2] = world_to_relative(at[1:, None, :2], at[:-1])[:, 0, ::-1] * np.array([1.0, -1.0])
@@ -70,7 +68,7 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     seconds = np.diff(timeline.times, prepend=np.nan)
     covariances = noise.covariances(motions, seconds)
     if values.shape[1] > 8:
-        covariances = _stated(path, lines, times, values[:, 8:], timeline.times)
+        covariances = _stated(path, lines, times, poses, values[:, 8:], timeline.times)
     measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
     notes: tuple[str, ...] = ()
@@ -94,20 +92,6 @@ def _in_order(path: Path, lines: IntArray, values: FloatArray) -> tuple[IntArray
     return lines, values
 
 
-def _planar(path: Path, lines: IntArray, values: FloatArray) -> FloatArray:
-    """Poses [N, 3] of the body's x axis on the ground."""
-    x, y, z, w = values[:, 4:].T
-    lean = leaning(values[:, 4:])
-    if (lean > STEEPEST).any():
-        row = int((lean > STEEPEST).argmax())
-        problem = (
-            f"the body leans by {np.degrees(lean[row]):.3g}°; write it with x forward and z up, in a world with z up"
-        )
-        raise FileError(path, problem, int(lines[row]))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.stack([values[:, 1], values[:, 2], yaw], axis=-1)
-
-
 def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: float) -> FloatArray:
     """Poses [T, 3] at the times ``wanted`` [T] in s, interpolated; NaN ``beyond`` the first and last, and in holes."""
     if len(times) < 2:
@@ -129,7 +113,9 @@ def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: flo
     return found
 
 
-def _stated(path: Path, lines: IntArray, times: FloatArray, triangles: FloatArray, wanted: FloatArray) -> FloatArray:
+def _stated(
+    path: Path, lines: IntArray, times: FloatArray, poses: FloatArray, triangles: FloatArray, wanted: FloatArray
+) -> FloatArray:
     """[T, 3, 3] covariances of the motions since the frame before, from those [N, 6] since the line before."""
     matrices = np.empty((len(triangles), 3, 3))
     i, j = np.triu_indices(3)
@@ -139,8 +125,35 @@ def _stated(path: Path, lines: IntArray, times: FloatArray, triangles: FloatArra
     if wrong.any():
         row = 1 + int(wrong.argmax())
         raise FileError(path, f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite", int(lines[row]))
-    grown = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(matrices[1:], axis=0)]).reshape(-1, 9)
-    at = np.stack([np.interp(wanted, times, column) for column in grown.T], axis=-1).reshape(-1, 3, 3)
-    covariances = np.full((len(wanted), 3, 3), np.nan)
-    covariances[1:] = np.diff(at, axis=0)
+    return _composed(times, poses, matrices, wanted)
+
+
+def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The covariances [T, 3, 3] of motions of which each line states its part; where no line is, nothing is added.
+
+    A part that moves by m with covariance C, in the axes where it begins, adds A C Aᵀ in those of the frame before:
+    A turns it there, and an error of its turn moves the place that is reached in the end, as far as that is off.
+    """
+    inside = wanted[(wanted >= times[0]) & (wanted <= times[-1])]
+    knots = np.union1d(times, inside)
+    line = np.searchsorted(times, knots[1:])
+    frame = np.searchsorted(wanted, knots[1:])
+    parts = np.flatnonzero((frame > 0) & (frame < len(wanted)))
+    line, frame, ends = line[parts], frame[parts], parts + 1
+    at = _at(times, poses, np.concatenate([knots, wanted]), beyond=SAME_TIME)
+    here, there = at[: len(knots)], at[len(knots) :]
+    turn = here[ends - 1, 2] - there[frame - 1, 2]
+    left_to_go = there[frame, :2] - here[ends, :2]
+    sin, cos = np.sin(there[frame - 1, 2]), np.cos(there[frame - 1, 2])
+    moves = np.zeros((len(parts), 3, 3))
+    moves[:, 0, 0] = moves[:, 1, 1] = np.cos(turn)
+    moves[:, 1, 0] = np.sin(turn)
+    moves[:, 0, 1] = -moves[:, 1, 0]
+    moves[:, 0, 2] = sin * left_to_go[:, 0] - cos * left_to_go[:, 1]
+    moves[:, 1, 2] = cos * left_to_go[:, 0] + sin * left_to_go[:, 1]
+    moves[:, 2, 2] = 1.0
+    shares = (knots[ends] - knots[ends - 1]) / (times[line] - times[line - 1])
+    covariances = np.zeros((len(wanted), 3, 3))
+    covariances[0] = np.nan
+    np.add.at(covariances, frame, moves @ (shares[:, None, None] * matrices[line]) @ moves.transpose(0, 2, 1))
     return covariances

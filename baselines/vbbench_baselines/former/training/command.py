@@ -21,7 +21,7 @@ def train_vb_former(
         out: Folder of the training; ends with weights.npz.
         seed: Of the first weights and of what is drawn from the crowds.
         recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
-        pure: Train a network that tells the pose by itself and fits nothing (VbFormerPure).
+        pure: Train a network that tells the pose by itself and fits nothing.
         feet: The network sees where feet stand; without, heights of boxes alone tell distances.
         sequences: Learn from only about so many of the sequences.
         part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
