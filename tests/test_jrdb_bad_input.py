@@ -163,8 +163,8 @@ def test_what_is_no_folder_of_jrdb(tmp_path: Path, root: Path, capsys: pytest.Ca
 def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], files: Files) -> None:
     assert "did you mean" in refusal(capsys, tmp_path, root, "--sequences", files.name + "0")
     assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--boxes", tmp_path)
-    assert "--poses is not read" in refusal(capsys, tmp_path, root, "--poses", tmp_path)
-    assert "--cyclists is for kitti" in refusal(capsys, tmp_path, root, "--cyclists")
+    assert "jrdb is footage and does not read --poses;" in refusal(capsys, tmp_path, root, "--poses", tmp_path)
+    assert "does not read --cyclists; " in refusal(capsys, tmp_path, root, "--cyclists")
     assert f"holds no {files.name}.bag" in refusal(capsys, tmp_path, root, "--bags", tmp_path)
 
 

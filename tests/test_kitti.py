@@ -358,11 +358,6 @@ def test_names_of_sequences_are_known_and_the_nearest_is_suggested(tmp_path: Pat
         read(training, poses=tmp_path / "poses")
 
 
-def test_options_of_other_footage_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match="--bags and --no-interpolated are for jrdb"):
-        read(write_kitti(tmp_path / "training"), interpolated=False)
-
-
 def test_spaces_line_ends_and_blank_lines_do_not_matter(tmp_path: Path) -> None:
     lines = Drive().labels()
     plain = read_labels(write_kitti(tmp_path / "a" / "training") / "label_02" / "0003.txt")

@@ -138,5 +138,5 @@ def test_a_tier_says_how_heads_turn_unless_the_user_does(monkeypatch: pytest.Mon
 
 
 def test_footage_has_no_look() -> None:
-    with pytest.raises(VbbenchError, match="--look"):
-        load("generator", "kitti")._check(Options(look="natural"))
+    with pytest.raises(VbbenchError, match="`look`"):
+        load("generator", "kitti").plan(Options(look="natural"))

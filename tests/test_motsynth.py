@@ -202,6 +202,8 @@ def test_videos_are_chosen_by_name_and_unusable_ones_left_out_loudly(tmp_path):
         motsynth.plan(options(tmp_path, sequences=("001",)))
     with pytest.raises(VbbenchError, match="has no video '01'; did you mean '001'"):
         motsynth.plan(options(tmp_path, sequences=("01",)))
+    with pytest.raises(VbbenchError, match="has no video '001'; did you mean '000'"):
+        motsynth.plan(options(tmp_path / "annotations" / "000.json", sequences=("001",)))
 
 
 def test_without_a_source_it_says_where_to_get_it(tmp_path):
@@ -209,8 +211,6 @@ def test_without_a_source_it_says_where_to_get_it(tmp_path):
         motsynth.plan(Options())
     with pytest.raises(SourceMissingError, match="no annotation files of MOTSynth here"):
         motsynth.plan(options(tmp_path))
-    with pytest.raises(VbbenchError, match="--bags is not for motsynth"):
-        motsynth.plan(options(tmp_path, bags=tmp_path))
 
 
 @pytest.mark.slow

@@ -34,6 +34,7 @@ from vbbench.geometry import relative_to_world
 from vbbench.scoring import score
 from vbbench.sequence import Odometry
 from vbbench.solving import solve
+from vbbench_generators.footage.own import own
 
 GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
 
@@ -333,6 +334,11 @@ def test_noise_is_measured_from_boxes(folder):
     assert box_noise(np.full((9, 2, 3), np.nan), 640.0, None) is None
 
 
+def read_split(source: Path, **asked) -> str:
+    """The id of the dataset."""
+    return own.plan(Options(source=source, footage=FootageOptions(**asked))).info.id
+
+
 def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     write_folder(tmp_path / "all" / "one", walk)
     write_folder(tmp_path / "all" / "two", make_walk(seed=1), camera=CAMERA_TOML.replace("1.5", "1.2"))
@@ -344,6 +350,10 @@ def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     assert (len(two), two.info.dt, two.info.truth) == (1, pytest.approx(0.2), "none")
     with pytest.raises(VbbenchError, match="no recording is called 'three'"):
         generate("own", tmp_path / "f", Options(source=tmp_path / "all", footage=FootageOptions(sequences=("three",))))
+    alone = tmp_path / "all" / "one"
+    assert read_split(alone, sequences=("one",)) == read_split(alone)
+    with pytest.raises(VbbenchError, match="no recording is called 'xyz'; known: one"):
+        read_split(alone, sequences=("xyz",))
     with pytest.raises(VbbenchError, match="name the folder of your recording with --source"):
         generate("own", tmp_path / "f", Options())
     with pytest.raises(FileError, match=r"holds no camera.toml"):

@@ -81,7 +81,7 @@ def test_what_cannot_be_is_refused(options: dict[str, object], message: str) -> 
 
 @pytest.mark.parametrize(("name", "value"), [("noise", 2.0), ("least_track", 4)])
 def test_footage_is_as_it_was_seen(name: str, value: float, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match=f"--{name.replace('_', '-')} is for splits made from trajectories"):
+    with pytest.raises(VbbenchError, match=f"own is footage and does not read `{name}`"):
         own.plan(Options(source=tmp_path, **{name: value}))  # type: ignore[arg-type]
 
 

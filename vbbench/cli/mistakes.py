@@ -82,13 +82,16 @@ _ALIASES = {"height_std": "sigma_h"}
 def in_options(message: str, function: Callable[..., Any], *, of_file: bool = False) -> str:
     """A message of the library for users of a command, with its options: ``--limit`` for ``limit``.
 
+    What is on unless it is turned off has the option that turns it off: ``--no-detector`` for ``detector``.
+
     What a message ``of_file`` says that values must be is of the file's.
     """
     options = dict(_options(function))
 
     def named(found: re.Match[str], words: str) -> str:
-        option = f"--{_ALIASES.get(found[1], found[1]).replace('_', '-')}"
-        return words.format(option) if option in options else found[0]
+        name = _ALIASES.get(found[1], found[1]).replace("_", "-")
+        option = next((option for option in (f"--{name}", f"--no-{name}") if option in options), None)
+        return found[0] if option is None else words.format(option)
 
     if "--truth" in options:
         message = re.sub(

@@ -49,7 +49,6 @@ class MotsynthSplit(FootageSplit):
     def recordings(self, options: Options) -> Recordings:
         """Read the annotation files that are asked for; a video that cannot be used is left out, unless it is named."""
         asked = options.footage or FootageOptions()
-        _refuse_other_options(asked)
         files = _annotation_files(options.source, asked.sequences)
         footage, reports, digests = [], {}, {}
         for path in files:
@@ -73,27 +72,15 @@ class MotsynthSplit(FootageSplit):
         )
 
 
-def _refuse_other_options(asked: FootageOptions) -> None:
-    other = {
-        "--poses": asked.poses is not None,
-        "--boxes": asked.boxes is not None,
-        "--bags": asked.bags is not None,
-        "--cyclists": asked.cyclists,
-        "--no-interpolated": not asked.interpolated,
-    }
-    named = [name for name, given in other.items() if given]
-    if named:
-        raise VbbenchError(f"{named[0]} is not for motsynth: its poses and boxes are the game's own")
-
-
 def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
     """The files of the videos that are asked for; all of them by default."""
     if source is None:
         raise SourceMissingError(f"motsynth needs --source: {WHERE}")
-    if source.is_file():
-        return [source]
     folder = source / "annotations" if (source / "annotations").is_dir() else source
-    files = {path.stem: path for path in sorted(folder.glob("*.json")) if _NAME.fullmatch(path.stem)}
+    if source.is_file():
+        files = {source.stem: source}
+    else:
+        files = {path.stem: path for path in sorted(folder.glob("*.json")) if _NAME.fullmatch(path.stem)}
     if not files:
         raise SourceMissingError(f"{source}: no annotation files of MOTSynth here; {WHERE}")
     unknown = [name for name in names or () if name not in files]

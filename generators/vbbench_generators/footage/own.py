@@ -3,13 +3,14 @@
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning
 from vbbench.exchange.own.recording import CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import RunRules
-from vbbench_generators.footage.split import FootageSplit
+from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 
 CARD = Card(
     name="own",
@@ -25,6 +26,8 @@ CARD = Card(
 @dataclass(frozen=True, kw_only=True)
 class OwnSplit(FootageSplit):
     """Recordings in a folder, or in the folders inside it; each is one sequence."""
+
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "dt"}
 
     card: Card = CARD
     rules: RunRules = field(default_factory=lambda: RunRules(fewest=0, longest=None))
@@ -47,14 +50,15 @@ def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
     if not source.is_dir():
         raise FileError(source, f"is not a folder; name {CARD.caution}")
     if (source / CAMERA).is_file():
-        return [source]
-    inside = {path.parent.name: path.parent for path in sorted(source.glob(f"*/{CAMERA}"))}
-    if not inside:
+        found = {source.resolve().name: source}
+    else:
+        found = {path.parent.name: path.parent for path in sorted(source.glob(f"*/{CAMERA}"))}
+    if not found:
         raise FileError(source, f"holds no {CAMERA}, nor does a folder in it; docs/own.md says what to write")
     for name in names or ():
-        if name not in inside:
-            raise UnknownNameError("recording", name, inside)
-    return [inside[name] for name in names or inside]
+        if name not in found:
+            raise UnknownNameError("recording", name, found)
+    return [found[name] for name in names or found]
 
 
 def _files(folder: Path, asked: FootageOptions) -> RecordingFiles:

@@ -1,7 +1,8 @@
 """A split of footage: a reader of recordings, and how they are cut into sequences."""
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import ClassVar
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures
@@ -10,15 +11,26 @@ from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import Run, RunRules, find_runs
 from vbbench_generators.footage.sequences import FootageSequences, least_known
 
-__all__ = ["REVISION", "FootageSplit", "Recordings"]
+__all__ = ["READ_BY_ALL", "REVISION", "FootageSplit", "Recordings"]
 
 REVISION = 3
 """Raised whenever the same recordings give other sequences, so that dataset ids differ too."""
+
+READ_BY_ALL = frozenset({"source", "seed", "limit", "sequences", "every", "longest"})
+"""Options, and options of footage, that every split of footage reads."""
+
+_ELSEWHERE = frozenset({"footage", "stride"})
+"""Options that are no split's: one holds others, and `vbbench.generation.thinning` refuses the other for footage."""
+
+_IN_PARTS = {"simulation": "`scenario`, `people` or `engine`"}
+"""Options that messages name by what they hold."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FootageSplit(ABC):
     """Base of the splits of footage: a subclass reads the recordings.
+
+    ``reads`` names the options, and options of footage, that a split reads; a dataset is not made with any other.
 
     Parameters
     ----------
@@ -30,6 +42,8 @@ class FootageSplit(ABC):
     tilt_std, mount_height_std : in rad and m, how far a camera's pitch, roll and height over the ground at a moment are
         from its calibration, as solvers are told: a plane through the feet of people in KITTI's frames is so far off.
     """
+
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL
 
     card: Card
     every: int = 1
@@ -51,8 +65,14 @@ class FootageSplit(ABC):
         """
 
     def plan(self, options: Options) -> FootageSequences:
-        """Read the recordings and lay out the sequences."""
-        self._check(options)
+        """Read the recordings and lay out the sequences.
+
+        Raises
+        ------
+        VbbenchError
+            If an option is set that the split does not read, or there is nothing to read.
+        """
+        self._refuse_others(options)
         return self.lay_out(self.recordings(options), options)
 
     def lay_out(self, found: Recordings, options: Options) -> FootageSequences:
@@ -70,21 +90,20 @@ class FootageSplit(ABC):
             raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another --every")
         return FootageSequences(self._info(options, found, footage, runs, every, rules), footage, tuple(runs))
 
-    def _check(self, options: Options) -> None:
-        refused = {
-            "--tier": options.tier != "ideal",
-            "--camera": options.camera is not None,
-            "--observer": options.observer != "walker",
-            "--no-detector": not options.detector,
-            "--noise": options.noise is not None,
-            "--least-track": options.least_track is not None,
-            "--look": options.look is not None,
-            "--scenario, --people or --engine": options.simulation is not None,
-        }
-        named = [name for name, asked in refused.items() if asked]
-        if named:
+    def _refuse_others(self, options: Options) -> None:
+        """Raise VbbenchError if an option is set that the split does not read, and would so be lost."""
+        known = [
+            (option.name, getattr(values, option.name) == option.default)
+            for values in (options, options.footage or FootageOptions())
+            for option in fields(values)
+            if option.name not in _ELSEWHERE
+        ]
+        other = next((name for name, unasked in known if not unasked and name not in self.reads), None)
+        if other is not None:
+            *most, last = (f"`{name}`" for name, _ in known if name in self.reads)
+            named = _IN_PARTS.get(other, f"`{other}`")
             raise VbbenchError(
-                f"{named[0]} is for splits made from trajectories; {self.card.name} shows what a camera saw"
+                f"{self.card.name} is footage and does not read {named}; it reads {', '.join(most)} and {last}"
             )
 
     def _info(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, r
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, measure_motion
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, lay_out, nominal_stamps, read_stamps
-from vbbench_generators.footage.split import FootageSplit, Recordings
+from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks
 
 ADDRESS = "https://jrdb.erc.monash.edu"
@@ -75,12 +75,13 @@ class JrdbSplit(FootageSplit):
     camera : of all recordings.
     """
 
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "bags", "interpolated"}
+
     camera: PanoramaCamera = CAMERA
 
     def recordings(self, options: Options) -> Recordings:
         """Read the recordings that are asked for; without every one's poses, nobody's are told."""
         asked = options.footage or FootageOptions()
-        _refuse(asked)
         found = _chosen(find_recordings(options.source), asked.sequences)
         bags = {} if asked.bags is None else {one.name: find_bag(asked.bags, one.name) for one in found}
         known = [one.name in bags or one.name in STANDING for one in found]
@@ -214,13 +215,6 @@ def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
         if name not in there:
             raise UnknownNameError("recording of jrdb", name, there)
     return [there[name] for name in dict.fromkeys(names)]
-
-
-def _refuse(asked: FootageOptions) -> None:
-    if asked.poses is not None:
-        raise VbbenchError("jrdb: --poses is not read; the robot's motion comes from its rosbags (--bags)")
-    if asked.cyclists:
-        raise VbbenchError("jrdb: --cyclists is for kitti; here all people are labelled as pedestrians")
 
 
 def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:

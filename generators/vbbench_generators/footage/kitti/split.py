@@ -1,8 +1,8 @@
 """The split ``kitti``: recordings of KITTI's tracking benchmark as footage."""
 
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
-from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.found_boxes import LEAST_SCORE
@@ -12,7 +12,7 @@ from vbbench_generators.footage.kitti.recording import read_recording
 from vbbench_generators.footage.kitti.summary import summarise
 from vbbench_generators.footage.runs import RunRules
 from vbbench_generators.footage.sequences import FootageSequences
-from vbbench_generators.footage.split import FootageSplit, Recordings
+from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import LEAST_OVERLAP
 
 CARD = Card(
@@ -36,6 +36,8 @@ class KittiSplit(FootageSplit):
     than people's height says. Solvers are told so: heights of N(1.77, .09²) m, which is 1.03 × 1.72.
     """
 
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "cyclists"}
+
     card: Card = CARD
     every: int = 4
     rules: RunRules = field(default_factory=lambda: RunRules(shortest=10))
@@ -52,8 +54,6 @@ class KittiSplit(FootageSplit):
     def recordings(self, options: Options) -> Recordings:
         """See `FootageSplit.recordings`."""
         asked = options.footage or FootageOptions()
-        if asked.bags is not None or not asked.interpolated:
-            raise VbbenchError("--bags and --no-interpolated are for jrdb; kitti has neither")
         folder = find_folder(options.source)
         names = folder.chosen(asked.sequences)
         classes = (*self.classes, *(CYCLISTS if asked.cyclists else ()))
