@@ -26,7 +26,9 @@ def made_up(rows: int, seed: int = 0) -> list[str]:
     """Rows as long as KITTI's."""
     rng = np.random.default_rng(seed)
     corners = rng.uniform(0.0, 300.0, (rows, 2))
-    numbers = np.column_stack([rng.normal(size=rows), corners, corners + 50.0, rng.normal(size=(rows, 7))])
+    heights, forward, others = rng.uniform(1.5, 2.0, rows), rng.uniform(5.0, 30.0, rows), rng.normal(size=(rows, 6))
+    body = [heights, others[:, :4], forward, others[:, 4]]
+    numbers = np.column_stack([others[:, 5], corners, corners + 50.0, *body])
     return [" ".join(["Pedestrian 0 1", *(f"{value:.6f}" for value in row)]) for row in numbers.tolist()]
 
 
