@@ -19,6 +19,7 @@ from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.parsing.numbers import finite_number
+from vbbench.parsing.rows import first_repetition
 from vbbench.sequence import Sequence
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
@@ -153,12 +154,11 @@ def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> I
         problem = f"timestamp {timestamps[wrong[0]]:.10g} s is not a frame's; frame n is at n × {dt:g} s, from 0"
         raise FileError(path, problem, int(lines[wrong[0]]))
     frames = nearest.astype(np.int64)
-    _, first, place = np.unique(frames, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[place] != np.arange(len(frames)))
-    if len(again):
-        before = int(lines[first[place[again[0]]]])
-        problem = f"frame {frames[again[0]]} was already given in line {before}; leave one of them out"
-        raise FileError(path, problem, int(lines[again[0]]))
+    found = first_repetition(frames)
+    if found is not None:
+        before, again = found
+        problem = f"frame {frames[again]} was already given in line {lines[before]}; leave one of them out"
+        raise FileError(path, problem, int(lines[again]))
     return frames
 
 

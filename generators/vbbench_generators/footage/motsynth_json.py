@@ -13,6 +13,7 @@ import numpy as np
 from vbbench.errors import FileError, VbbenchWarning, quoted, suggestion
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.numbers import Within
+from vbbench.parsing.rows import first_repetition
 
 JOINTS = 22
 VISIBLE = 2
@@ -275,7 +276,7 @@ def _refuse_zoom(path: Path, images: list[dict[str, Any]]) -> None:
 
 
 def _refuse_repetition(path: Path, frame: IntArray, person: IntArray) -> None:
-    again = np.flatnonzero((np.diff(frame) == 0) & (np.diff(person) == 0))
-    if again.size:
-        row = again[0]
-        raise FileError(path, f"person {person[row]} has two boxes in frame {frame[row]}")
+    found = first_repetition(frame, person)
+    if found is not None:
+        _, again = found
+        raise FileError(path, f"person {person[again]} has two boxes in frame {frame[again]}")

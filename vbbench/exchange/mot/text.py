@@ -19,6 +19,7 @@ from vbbench.files.tables import column_values
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
 from vbbench.parsing.numbers import finite_number
+from vbbench.parsing.rows import first_repetition
 
 UNLINKED = -1
 """Track of an unlinked detection; class and visibility if they are unknown."""
@@ -138,13 +139,9 @@ class MotTable:
             At the first line that repeats an earlier one.
         """
         linked = np.flatnonzero(self.track != UNLINKED)
-        frame, track = self.frame[linked], self.track[linked]
-        order = np.lexsort((frame, track))  # stable: of two boxes, the earlier line comes first
-        same = (np.diff(track[order]) == 0) & (np.diff(frame[order]) == 0)
-        if same.any():
-            place = np.flatnonzero(same)
-            place = place[order[place + 1].argmin()]
-            before, again = linked[order[place]], linked[order[place + 1]]
+        found = first_repetition(self.frame[linked], self.track[linked])
+        if found is not None:
+            before, again = linked[list(found)]
             box = f"id {self.track[again]} already has a box in frame {self.frame[again] + 1}"
             raise FileError(
                 self.path, f"{box}, in line {self.lines[before]}; leave one of them out", int(self.lines[again])

@@ -15,6 +15,7 @@ from vbbench.exchange.mot.text import FARTHEST, UNLINKED, MotTable, parse_mot
 from vbbench.exchange.own.named_columns import NamedColumns, read_named
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
 from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.rows import first_repetition
 
 OPTIONAL = ("id", "score", "visible")
 _LARGEST_ID = 2**31 - 1
@@ -174,17 +175,11 @@ def _check(rows: BoxRows) -> None:
 
 
 def _refuse_repetition(rows: BoxRows) -> None:
-    track = rows.track
-    order = np.lexsort((rows.frame, track))
-    same = (np.diff(track[order]) == 0) & (np.diff(rows.frame[order]) == 0)
-    if same.any():
-        place = np.flatnonzero(same)
-        place = place[order[place + 1].argmin()]
-        before, again = order[place], order[place + 1]
-        problem = (
-            f"id {track[again]} already has a box in this frame, in line {rows.lines[before]}; leave one of them out"
-        )
-        raise FileError(rows.path, problem, int(rows.lines[again]))
+    found = first_repetition(rows.frame, rows.track)
+    if found is not None:
+        before, again = found
+        problem = f"id {rows.track[again]} already has a box in this frame, in line {rows.lines[before]}"
+        raise FileError(rows.path, f"{problem}; leave one of them out", int(rows.lines[again]))
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:

@@ -9,6 +9,7 @@ from vbbench.exchange.own.box_files import named_frames
 from vbbench.exchange.own.named_columns import read_named
 from vbbench.exchange.own.timing import Timeline
 from vbbench.geometry import IntArray
+from vbbench.parsing.rows import first_repetition
 from vbbench.scene import Scene
 
 
@@ -48,9 +49,7 @@ def read_people(path: Path, name: str, timeline: Timeline) -> tuple[Scene, tuple
 
 
 def _refuse_repetition(path: Path, frame: IntArray, column: IntArray, lines: IntArray) -> None:
-    key = frame * (int(column.max()) + 1) + column
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[place] != np.arange(len(key)))
-    if len(again):
-        before = int(lines[first[place[again[0]]]])
-        raise FileError(path, f"this id already has a place in this frame, in line {before}", int(lines[again[0]]))
+    found = first_repetition(frame, column)
+    if found is not None:
+        before, again = lines[list(found)]
+        raise FileError(path, f"this id already has a place in this frame, in line {before}", int(again))

@@ -17,6 +17,7 @@ from vbbench.errors import FileError, quoted, suggestion
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
 from vbbench.parsing.numbers import finite_number
+from vbbench.parsing.rows import first_repetition
 
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
 """JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""
@@ -262,8 +263,7 @@ def _frame(path: Path, picture: str, ending: str) -> int:
 
 
 def _refuse_repetition(path: Path, frames: IntArray, people: IntArray) -> None:
-    order = np.lexsort((people, frames))
-    same = (np.diff(frames[order]) == 0) & (np.diff(people[order]) == 0)
-    if same.any():
-        row = int(order[1:][same.argmax()])
-        raise FileError(path, f"person {people[row]} stands in frame {frames[row]} twice", row + 1)
+    found = first_repetition(frames, people)
+    if found is not None:
+        _, again = found
+        raise FileError(path, f"person {people[again]} stands in frame {frames[again]} twice", again + 1)

@@ -8,6 +8,7 @@ import numpy as np
 
 from vbbench.errors import FileError
 from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.parsing.rows import first_repetition
 from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 
@@ -202,12 +203,9 @@ def _level(rows: Rows, name: str, anybody: BoolArray, levels: int) -> IntArray:
 
 def _refuse_repetition(labels: Labels) -> None:
     linked = np.flatnonzero(labels.track >= 0)
-    boxes = labels.frame[linked] * (LONGEST_ID + 1) + labels.track[linked]
-    order = np.argsort(boxes, kind="stable")  # of two alike, the earlier line comes first
-    same = np.diff(boxes[order]) == 0
-    if same.any():
-        first = int(same.argmax())
-        before, again = linked[order[first]], linked[order[first + 1]]
+    found = first_repetition(labels.frame[linked], labels.track[linked])
+    if found is not None:
+        before, again = linked[list(found)]
         problem = f"track {labels.track[again]} has a box in frame {labels.frame[again]} already"
         raise FileError(
             labels.path, f"{problem}, in line {labels.lines[before]}; leave one out", int(labels.lines[again])
