@@ -6,6 +6,7 @@ import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -122,6 +123,48 @@ def test_where_to_look_names_at_most_two_places_that_exist() -> None:
         assert 1 <= len(places) <= 2, row
         for place in places:
             assert any(list(home.glob(place)) for home in homes), f"{place} does not exist"
+
+
+WRITTEN_BY_READERS = {"damped.py", "learn.py", "line.py", "still.py"}
+"""Examples that pages tell to save."""
+GROUPS = entry_points().groups
+
+
+def code_words(pattern: str) -> list[tuple[str, str]]:
+    """Code in lines of prose that fits a pattern, with its page."""
+    prose = {
+        page: re.sub(r"^```.*?^```|^    [^\n]*$", "", page.read_text("utf-8"), flags=re.M | re.S) for page in PAGES
+    }
+    return [(page.name, word) for page, text in prose.items() for word in re.findall(rf"`({pattern})`", text)]
+
+
+@pytest.fixture(scope="module")
+def sources() -> str:
+    """A line for each file of the packages, tests and tools, with a slash before its path."""
+    top = ("vbbench", "generators", "baselines", "renderers", "leaderboards", "tests", "benchmarks", "docs", "release")
+    found = [path for home in top for path in (ROOT / home).rglob("*") if path.suffix in (".py", ".toml")]
+    return "".join(f"/{path.relative_to(ROOT).as_posix()}\n" for path in found)
+
+
+def test_modules_that_pages_name_exist(sources: str) -> None:
+    named = code_words(r"[\w./-]+\.py|[\w./-]*vbbench[\w./-]*(?:\.toml|/)")
+    assert len(named) > 150
+    for page, path in named:
+        pattern = re.escape(path).replace("NAME", r"\w+")
+        assert path in WRITTEN_BY_READERS or re.search(rf"/{pattern}(?m:$|(?<=/))", sources), f"{page} names {path}"
+
+
+def test_what_pages_name_in_packages_exists(sources: str) -> None:
+    named = code_words(r"vbbench(?:_\w+)?(?:[.:]\w+)+")
+    assert len(named) > 30
+    for page, name in named:
+        module, _, rest = name.replace(":", ".").partition(".")
+        while rest and (step := re.search(rf"/{module}/{rest.partition('.')[0]}(?=/|\.py$)", sources, re.M)):
+            module, rest = step[0].strip("/"), rest.partition(".")[2]
+        file = re.search(rf"^(.*/{module}(?:/__init__)?\.py)$", sources, re.M)
+        text = (ROOT / file[1].lstrip("/")).read_text("utf-8") if file else ""
+        there = name in GROUPS or (file and all(re.search(rf"\b{word}\b", text) for word in rest.split(".")))
+        assert there, f"{page} names {name}"
 
 
 def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today() -> None:

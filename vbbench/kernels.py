@@ -5,7 +5,8 @@ in the order in which they are written, so that results depend neither on the wi
 threads, and neighbouring triangles share their edges to the last bit. The cache is beside the source, or in the user's
 cache folder if nothing can be written there. ``docs/development.md`` explains how to write kernels that compile fast.
 
-Only this module of the core and `vbbench.inner_kernels` import numba.
+Only this module of the core and `vbbench.inner_kernels` import numba; `vbbench.solving.isolation.kernel_cache` does
+when numba asks it for a cache.
 """
 
 import errno
