@@ -1,7 +1,7 @@
 """`vbbench birdify` on a long recording: processor seconds of the whole command, first and best of three more.
 
-Run from the repository: ``python -m benchmarks.bench_birdify [--frames 1000] [--people 12] [--cold]``. A made crowd
-crosses the view of somebody who walks, fresh people every few seconds, with boxes as noisy as their size and a camera
+Run from the repository: ``python -m benchmarks.bench_birdify [--frames 1000] [--people 12] [--cold]``. Made-up people
+cross the view of somebody who walks, others every few seconds, with boxes as noisy as their size and a camera
 that looks a little higher than its file says. With ``--cold`` no kernel is compiled before the first run. Processor
 time, user and system, is what other work on the machine disturbs least; the last column, how many times as long as
 with the solver ``cv`` (whatever is read, written and drawn, and hardly any solving), depends least on the machine.

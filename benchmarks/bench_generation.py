@@ -1,6 +1,6 @@
 """Generating Students against a straightforward loop over frames with NumPy and pandas.
 
-Both read the same scenes and write observations of the same sequences; without the recordings a made crowd of the same
+Both read the same scenes and write observations of the same sequences; without the recordings a crowd of the same
 size takes their place. Both are measured in seconds of the processor: what the clock says depends on the disk, for
 which only `generate` waits (it flushes every table), and on what else the machine does. Run with ``make bench`` or
 ``python -m benchmarks.bench_generation``; ``make bench-summary`` prints one line.
@@ -100,7 +100,7 @@ def _split() -> tuple[str, Options]:
 
 
 class _Made:
-    card = Card(name="made", title="Made crowds", licence="", citation="", sources=())
+    card = Card(name="made", title="Synthetic crowds", licence="", citation="", sources=())
 
     def plan(self, _options: Options) -> Reprojection:
         return plan()

@@ -3,7 +3,7 @@
     python -m benchmarks.bench_player [--work out/leaderboard] [--results leaderboards/results] [--sequences 24]
 
 Sizes are of the data files as they lie on disk. Drawing is timed in headless Chromium, without a graphics card, on the
-sequence of Students whose size is the middle one, and on a made crowd of 500 people over 300 frames; a pixel is read
+sequence of Students of middle size, and on a synthetic crowd of 500 people over 300 frames; a pixel is read
 back after each picture, so that nothing is put off. Figures: median and 95th percentile of a call.
 """
 

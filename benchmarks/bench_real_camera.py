@@ -1,6 +1,6 @@
 """map-causal and map-batch on a camera known only roughly: frames a second on one core over people K, beside vb-sf.
 
-A made crowd walks about an observer whose camera is tilted by more than it says, with boxes as noisy as their size.
+Synthetic people walk about an observer whose camera is tilted by more than it says, with boxes as noisy as their size.
 The last column is how many times as long as vb-sf a solver takes; it says more than frames a second on a busy machine.
 """
 

@@ -51,7 +51,7 @@ class Crossing:
     )
 
     def plan(self, options: Options) -> Reprojection:
-        """The plan of the made crowd."""
+        """The plan of the synthetic crowd."""
         facts = {"jitter": self.jitter}
         rules = Rules(skip_first_frames=1, count_observer=False)
         return plan_reprojection(

@@ -1,6 +1,6 @@
 """The tiers' speed on one core: the occlusion model over the crowd of scenario `street`, and `field` beside `noisy`.
 
-Sequences are built from a made crowd as large as Students, in seconds of the processor; nothing is written.
+Sequences are built from a synthetic crowd as large as Students, in seconds of the processor; nothing is written.
 """
 
 from dataclasses import replace
@@ -42,7 +42,7 @@ def observations_a_second(camera: Camera, repeats: int = REPEATS, frames: int | 
 def built_a_second(options: Options, every: int) -> float:
     """Observations a second, the quickest of some repeats, of every so many-th sequence."""
     scenes = [record_plaza(0, index, 60, 300) for index in range(2)]
-    card = Card(name="made", title="Made crowds", licence="", citation="", sources=())
+    card = Card(name="made", title="Synthetic crowds", licence="", citation="", sources=())
     plan = plan_reprojection(card, Rules(), scenes, options, {})
     best = 0.0
     for _ in range(BUILDS):

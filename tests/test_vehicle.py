@@ -25,7 +25,7 @@ from vbbench_generators.views.reprojection import Reprojection, plan_reprojectio
 from vbbench_generators.views.vehicle import VehicleModel, drive, find_windows, get_vehicle
 
 MODEL = get_vehicle()
-CARD = Card(name="made", title="Made crowds", licence="", citation="", sources=())
+CARD = Card(name="made", title="Synthetic crowds", licence="", citation="", sources=())
 
 
 def plan(options: Options) -> Reprojection:

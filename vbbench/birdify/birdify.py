@@ -109,7 +109,7 @@ def birdify(
     Raises
     ------
     VbbenchError
-        If a file cannot be used, ``dt`` cannot be, the solver is unknown or fails, or ``out`` exists.
+        If a file cannot be used, ``dt`` lies outside its range, the solver is unknown or fails, or ``out`` exists.
     """
     out, solving = Path(out), make_solver(solver)
     if dt is not None:

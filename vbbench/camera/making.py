@@ -19,7 +19,7 @@ def make_camera(kind: str, **parameters: Any) -> Camera:
     UnknownNameError
         If no model is called so.
     VbbenchError
-        If a parameter is unknown, or a value cannot be.
+        If a parameter is unknown, or a value is not valid.
     """
     model = load_registered("camera", kind)
     try:

@@ -46,7 +46,7 @@ def read_toml(path: Path, kind: type[T], where: str) -> T:
     ------
     FileError
         If the file is missing or not TOML, a key is unknown (the nearest is suggested), missing, of another type, or
-        its value cannot be.
+        has a value outside its range.
     """
     table = _parse(path)
     try:

@@ -159,7 +159,7 @@ class VbFormer:
         )
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
-        """The network's answer; where that cannot be, the pose stays, boxes alone tell places, and nothing is kept."""
+        """The network's answer; where there is none, the pose stays, boxes alone tell places, and nothing is kept."""
         with np.errstate(all="ignore"):
             state, answer = self._birdifier.advance(self._state, sights, told, self._dt, self._stature_spread)
         self._state = state._replace(people=_as_trained(state.people))

@@ -22,7 +22,7 @@ class DemoSplit:
 
     card = Card(
         name="demo",
-        title="Made crowds passing through a square (no recording)",
+        title="Synthetic crowds passing through a square (no recording)",
         licence="Apache-2.0, like vbbench",
         citation="none; made by vbbench",
         sources=(),

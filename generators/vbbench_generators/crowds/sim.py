@@ -167,7 +167,7 @@ def plan_simulation(
     Raises
     ------
     VbbenchError
-        If an option cannot be.
+        If an option is not for this split, or a number is not one of its scenario.
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
         raise VbbenchError(f"{card.name} has no source: leave --source, --dt and --homography out")

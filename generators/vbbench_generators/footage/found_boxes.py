@@ -56,7 +56,7 @@ def boxes_of_mot(path: Path, frames: int) -> FoundBoxes:
     Raises
     ------
     FileError
-        At the first row that cannot be.
+        At the first row that is not valid.
     """
     rows = read_mot(path, frames)
     scores, sure = chances(rows.confidence)

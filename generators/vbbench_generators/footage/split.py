@@ -61,7 +61,7 @@ class FootageSplit(ABC):
         Raises
         ------
         VbbenchError
-            If a file is missing or cannot be, or no recording is called so.
+            If a file is missing or not valid, or no recording is called so.
         """
 
     def plan(self, options: Options) -> FootageSequences:

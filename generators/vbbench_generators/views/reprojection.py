@@ -120,7 +120,7 @@ def plan_reprojection(
     Raises
     ------
     VbbenchError
-        If an option cannot be.
+        If an option is not for this split.
     """
     if options.simulation is not None:
         raise VbbenchError(

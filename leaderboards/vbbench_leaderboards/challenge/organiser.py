@@ -132,7 +132,7 @@ def generate(folder: Path, make: Callable[[list[str]], object]) -> Path:
     Raises
     ------
     FileError
-        If it exists, or the options in ``challenge.toml`` cannot be.
+        If it exists, or the options in ``challenge.toml`` are not valid.
     """
     organiser = Organiser(folder)
     wanted = organiser.challenge.data

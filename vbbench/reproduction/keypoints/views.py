@@ -28,7 +28,7 @@ def pinhole(width: int, height: int, focal: float) -> PerspectiveCamera:
     Raises
     ------
     VbbenchError
-        If a value cannot be.
+        If a value lies outside its range.
     """
     centred = {"cx": width / 2, "cy": height / 2}
     return cast(PerspectiveCamera, make_camera("perspective", width=width, height=height, focal=focal, **centred))

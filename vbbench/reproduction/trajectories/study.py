@@ -47,7 +47,7 @@ class TrajectoriesStudy:
     seed: int = 0
 
     def check(self) -> None:
-        """Raise VbbenchError if a split, the solver or the protocol cannot be."""
+        """Raise VbbenchError if a split, the solver or the protocol is unknown."""
         check_names([self.solver], [self.protocol])
         for split in self.splits:
             if split not in shown_splits():

@@ -80,7 +80,7 @@ class TransferStudy:
         Raises
         ------
         VbbenchError
-            If a solver, a protocol, a number of frames or a distance cannot be.
+            If a solver or a protocol is unknown, solvers are too few, or a number lies outside its range.
         """
         if not 0.0 <= self.smooth < np.inf:
             raise VbbenchError(f"people walk some m beside where they were recorded, or 0, not {self.smooth}")

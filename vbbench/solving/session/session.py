@@ -88,7 +88,7 @@ class Session:
     Raises
     ------
     VbbenchError
-        If a number cannot be, or the solver is unknown or solves whole sequences only.
+        If a number lies outside its range, or the solver is unknown or solves whole sequences only.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class Session:
         Raises
         ------
         VbbenchError
-            If something given cannot be, or the solver fails.
+            If something given is not valid, or the solver fails.
         """
         tracks, rectangles = read_boxes(boxes, ("left", "top", "width", "height"))
         return self._step(tracks, observations_of(rectangles, self.camera), odometry, time)

@@ -69,7 +69,7 @@ class Recording:
         Raises
         ------
         FileError
-            If a row cannot be, or most boxes are of nobody.
+            If a row is not valid, or most boxes are of nobody.
         """
         found = boxes_of_mot(path, int(self.grid.frames[-1]) + 1)
         slots = self.grid.slot_of(found.frame)

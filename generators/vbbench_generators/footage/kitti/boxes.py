@@ -26,7 +26,7 @@ def read_boxes(path: Path, frames: int, classes: tuple[str, ...]) -> FoundBoxes:
     Raises
     ------
     FileError
-        At the first row that cannot be.
+        At the first row that is not valid.
     """
     content = read_content(path, "boxes on the pictures")
     count = len(first_cells(content, LABELS))

@@ -97,7 +97,7 @@ def read_recording(
     Raises
     ------
     FileError
-        At the first file or row that cannot be.
+        At the first file or row that is not valid.
     """
     paths = _paths(folder, name, asked, several)
     labels, calibration = read_labels(paths["labels"]), read_calibration(paths["calibration"])

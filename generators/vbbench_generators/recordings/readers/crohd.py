@@ -173,7 +173,7 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
     Raises
     ------
     FileError
-        If it is not such a file, or a key is missing or cannot be.
+        If it is not such a file, or a key is missing or its value is not valid.
     """
     facts = sequence_facts(path, content, strict=True)
     if facts is None:
