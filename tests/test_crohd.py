@@ -345,7 +345,7 @@ def test_with_a_homography_metres_are_metres(recording: Path, tmp_path: Path) ->
 
 
 def test_dt_is_that_of_the_recording(recording: Path) -> None:
-    with pytest.raises(VbbenchError, match=r"--dt is for the split 'custom'; here seqinfo\.ini tells"):
+    with pytest.raises(VbbenchError, match=r"`dt` is for the split 'custom'; here seqinfo\.ini tells"):
         load_scenes(get_recipe("shibuya01"), recording, seed=0, dt=0.4)
 
 

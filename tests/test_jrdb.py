@@ -84,7 +84,7 @@ def test_the_sample_is_a_dataset_whose_robot_stands(sample: Path, tmp_path: Path
     np.testing.assert_allclose(poses_in_scene(dataset, sequence), 0.0, atol=1e-9)
     assert sequence.given.odometry is None
     verify(tmp_path / "d")
-    with pytest.raises(VbbenchError, match="boxes are 6 frames of 15 Hz apart; use --every 6 or a multiple"):
+    with pytest.raises(VbbenchError, match="boxes are 6 frames of 15 Hz apart; use `every` 6 or a multiple"):
         made(tmp_path / "e", sample, every=4)
 
 
@@ -136,7 +136,7 @@ def test_interpolated_boxes_can_be_left_out(root: Path, tmp_path: Path) -> None:
     assert whole.info.id != by_hand.info.id
     np.testing.assert_array_equal(whole.sequence(0).observations, by_hand.sequence(0).observations)
     assert len(made(tmp_path / "f", root, every=6)) > 0
-    with pytest.raises(VbbenchError, match="use --every 2 or a multiple"):
+    with pytest.raises(VbbenchError, match="use `every` 2 or a multiple"):
         made(tmp_path / "g", root, every=3, interpolated=False)
 
 

@@ -143,7 +143,7 @@ def test_custom_vsp_is_sampled_every_dt(write: Write) -> None:
     np.testing.assert_allclose(loaded.scenes[0].positions[:, 0, 0], [0, 0.2, 0.4, 0.6, 0.8, 1])
     with pytest.raises(FileError, match=r"multiple of 0\.04"):
         load_scenes(get_recipe("custom"), path, seed=0, dt=0.25, homography=homography)
-    with pytest.raises(FileError, match="--homography"):
+    with pytest.raises(FileError, match="`homography`"):
         load_scenes(get_recipe("custom"), path, seed=0, dt=0.2)
 
 
@@ -156,7 +156,7 @@ def test_custom_obsmat_needs_no_homography(write: Write) -> None:
 
 @pytest.mark.parametrize("dt", [None, 0.0, -1.0, float("nan")])
 def test_custom_needs_dt(write: Write, dt: float | None) -> None:
-    with pytest.raises(VbbenchError, match="--dt"):
+    with pytest.raises(VbbenchError, match="`dt`"):
         load_scenes(get_recipe("custom"), write(WALK), seed=0, dt=dt)
 
 

@@ -86,7 +86,7 @@ def test_walkers_walk_as_they_did_and_measure_nothing(tmp_path: Path) -> None:
 
 
 def test_it_is_refused_where_nobody_makes_way() -> None:
-    with pytest.raises(VbbenchError, match="a robot drives among simulated people: --observer robot is not for demo"):
+    with pytest.raises(VbbenchError, match="a robot drives among simulated people: `observer` robot is not for demo"):
         plan_reprojection(
             sim.card.__class__(**{**vars(sim.card), "name": "demo"}),
             Rules(),
@@ -94,5 +94,5 @@ def test_it_is_refused_where_nobody_makes_way() -> None:
             Options(observer="robot"),
             {},
         )
-    with pytest.raises(VbbenchError, match="a robot looks where it drives; leave --look out"):
+    with pytest.raises(VbbenchError, match="a robot looks where it drives; leave `look` out"):
         sim.plan(Options(observer="robot", look="wander"))

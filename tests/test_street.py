@@ -90,7 +90,7 @@ def test_noise_comes_on_top() -> None:
 
 
 def test_what_street_does_not_take() -> None:
-    with pytest.raises(VbbenchError, match="--scenario is for the split 'sim'"):
+    with pytest.raises(VbbenchError, match="`scenario` is for the split 'sim'"):
         plan(simulation=Simulation(scenario="open"))
     with pytest.raises(VbbenchError, match="street has no source"):
         plan(dt=0.1)

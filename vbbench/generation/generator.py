@@ -183,7 +183,7 @@ def refuse_footage(options: Options, split: str) -> None:
     """Raise VbbenchError if something is asked that only footage has."""
     if options.footage is not None:
         raise VbbenchError(
-            "--every, --longest, --poses, --boxes, --bags, --cyclists and --no-interpolated are for footage; "
+            "`every`, `longest`, `poses`, `boxes`, `bags`, `cyclists` and `interpolated` are for footage; "
             f"{split} is not"
         )
 

@@ -59,7 +59,7 @@ def thinned(plan: Plan, stride: int | None) -> Plan:
     if stride is None or stride == 1:
         return plan
     if plan.info.tier == FOOTAGE:
-        raise VbbenchError(f"--stride is not for footage such as {plan.info.split}; use --every or --limit")
+        raise VbbenchError(f"`stride` is not for footage such as {plan.info.split}; use `every` or `limit`")
     return ThinnedSized(plan, stride) if isinstance(plan, SizedPlan) else Thinned(plan, stride)
 
 

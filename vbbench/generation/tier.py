@@ -147,7 +147,7 @@ class Tier:
         VbbenchError
             If the tier has no detector that can be left out.
         """
-        raise VbbenchError(f"tier '{self.name}' has no detector that can be left out; leave --no-detector out")
+        raise VbbenchError(f"tier '{self.name}' has no detector that can be left out; leave `detector` out")
 
     def noised(self, std: float) -> "Tier":  # noqa: ARG002
         """The same with noise of ``std`` px.
@@ -157,7 +157,7 @@ class Tier:
         VbbenchError
             If the tier has no noise whose size can be chosen.
         """
-        raise VbbenchError(f"tier '{self.name}' has no noise whose size can be chosen; leave --noise out")
+        raise VbbenchError(f"tier '{self.name}' has no noise whose size can be chosen; leave `noise` out")
 
     def lasting(self, frames: int) -> "Tier":  # noqa: ARG002
         """The same without tracks of fewer than so many frames.
@@ -167,7 +167,7 @@ class Tier:
         VbbenchError
             If the tier has no tracks.
         """
-        raise VbbenchError(f"tier '{self.name}' has no tracks that could be too short; leave --least-track out")
+        raise VbbenchError(f"tier '{self.name}' has no tracks that could be too short; leave `least_track` out")
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Make the boxes; ``rng`` holds the sequence's random numbers."""
@@ -206,7 +206,7 @@ def chosen_heights(options: Options) -> Heights:
     if own is None:
         return Heights.as_told(HEIGHT_MEAN, HEIGHT_STD if options.height_std is None else options.height_std)
     if options.height_std is not None:
-        raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; leave --sigma-h out")
+        raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; leave `height_std` out")
     return own
 
 

@@ -170,7 +170,7 @@ def plan_simulation(
         If an option is not for this split, or a number is not one of its scenario.
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
-        raise VbbenchError(f"{card.name} has no source: leave --source, --dt and --homography out")
+        raise VbbenchError(f"{card.name} has no source: leave `source`, `dt` and `homography` out")
     refuse_footage(options, card.name)
     asked = options.simulation or Simulation()
     scenario = get_scenario(asked.scenario or default_scenario)
@@ -180,7 +180,7 @@ def plan_simulation(
     except ValueError as error:
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
-        raise VbbenchError(f"--engine pysocialforce has no forces '{scenario.forces}'; leave --engine out")
+        raise VbbenchError(f"`engine` pysocialforce has no forces '{scenario.forces}'; leave `engine` out")
     camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
     look = options.look or tier.look
     info = DatasetInfo(
@@ -231,7 +231,7 @@ class StreetSplit:
         """Lay out the sequences; nothing is simulated yet."""
         asked = options.simulation
         if asked is not None and asked.scenario is not None:
-            raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; --scenario is for the split 'sim'")
+            raise VbbenchError(f"street is the scenario '{STREET_SCENARIO}'; `scenario` is for the split 'sim'")
         tier = chosen_tier(options)
         if tier.hides:
             return plan_simulation(self.card, options, STREET_SCENARIO, tier, input=tier.name)

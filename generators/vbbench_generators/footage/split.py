@@ -87,7 +87,7 @@ class FootageSplit(ABC):
         runs = runs[: options.limit]
         if not runs:
             wanted = f"{rules.shortest} frames in a row, {every} apart, with {rules.fewest} people"
-            raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another --every")
+            raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another `every`")
         return FootageSequences(self._info(options, found, footage, runs, every, rules), footage, tuple(runs))
 
     def _refuse_others(self, options: Options) -> None:

@@ -101,7 +101,7 @@ class Reader:
         """Find the recipe's files, check and read them."""
         if wishes.dt is not None or wishes.homography is not None:
             raise VbbenchError(
-                f"{recipe.name}: --dt and --homography are for the split 'custom'; this recipe has its own"
+                f"{recipe.name}: `dt` and `homography` are for the split 'custom'; this recipe has its own"
             )
         paths = locate(recipe.sources, wishes.source, split=recipe.name)
         matrix = read_homography(paths.pop()) if recipe.homography is not None else None
@@ -173,7 +173,7 @@ def _load_own(recipe: Recipe, wishes: Wishes) -> Loaded:
 
 def _scene_file(recipe: Recipe, path: Path, dt: float | None, homography: FloatArray | None) -> SceneFile:
     if dt is None or not (np.isfinite(dt) and dt > 0):
-        raise VbbenchError(f"{recipe.name}: say how many seconds a frame lasts with --dt, a positive number")
+        raise VbbenchError(f"{recipe.name}: say how many seconds a frame lasts with `dt`, a positive number")
     smooth = recipe.resampling is not None
     return SceneFile(path=path, dt=dt, frame_step=recipe.frame_step, homography=homography, smooth=smooth)
 

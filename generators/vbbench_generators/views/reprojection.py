@@ -124,12 +124,12 @@ def plan_reprojection(
     """
     if options.simulation is not None:
         raise VbbenchError(
-            "--scenario, --sequences, --people and --engine are for the splits sim and street; "
+            "`scenario`, `sequences`, `people` and `engine` are for the splits sim and street; "
             f"{card.name} has its own people"
         )
     refuse_footage(options, card.name)
     if options.observer == "robot":
-        raise VbbenchError(f"a robot drives among simulated people: --observer robot is not for {card.name}")
+        raise VbbenchError(f"a robot drives among simulated people: `observer` robot is not for {card.name}")
     tier, heights = chosen_tier(options), chosen_heights(options)
     camera = options.camera or tier.own_camera or PanoramaCamera()
     look = options.look or tier.look

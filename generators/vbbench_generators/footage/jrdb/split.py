@@ -108,7 +108,7 @@ class JrdbSplit(FootageSplit):
         recording = read_recording(one, interpolated=asked.interpolated)
         every, step = asked.every or self.every, recording.step
         if every % step:
-            raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use --every {step} or a multiple")
+            raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use `every` {step} or a multiple")
         motion = None
         if bag is not None and poses:
             motion = measure_motion(read_bag(bag), recording.grid.times, recording.places, every)
@@ -203,7 +203,7 @@ def find_bag(folder: Path, name: str) -> Path:
         return folder
     path = next((folder / place / f"{name}.bag" for place in _BAGS if (folder / place / f"{name}.bag").is_file()), None)
     if path is None:
-        raise FileError(folder, f"holds no {name}.bag; download JRDB's rosbags, or name other recordings (--sequences)")
+        raise FileError(folder, f"holds no {name}.bag; download JRDB's rosbags, or name other recordings (`sequences`)")
     return path
 
 

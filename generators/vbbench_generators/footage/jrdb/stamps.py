@@ -106,7 +106,7 @@ def check_clock(stamps: Stamps) -> Stamps:
     if bad.any():
         row = int(bad.argmax())
         problem = f"the clock jumps by {passed[row]:+.3f} s from frame {stamps.frames[row]:06d} to the next"
-        raise FileError(stamps.path, f"{problem}; leave this recording out with --sequences")
+        raise FileError(stamps.path, f"{problem}; leave this recording out with `sequences`")
     return stamps
 
 

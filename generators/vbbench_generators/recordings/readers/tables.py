@@ -86,7 +86,7 @@ class Obsmat(Reader):
     def read(self, file: SceneFile) -> Scene:
         """As `read_obsmat`."""
         if file.homography is not None:
-            raise FileError(file.path, "is an obsmat table, which is in metres already: leave --homography out")
+            raise FileError(file.path, "is an obsmat table, which is in metres already: leave `homography` out")
         return read_obsmat(file.path, dt=file.dt, frame_step=file.frame_step)
 
 

@@ -177,7 +177,7 @@ class Splines(Reader):
     def read(self, file: SceneFile) -> Scene:
         """As `read_vsp`; the file counts frames at `FRAME_RATE`, so that ``dt`` tells how many make one."""
         if file.homography is None:
-            problem = "is a spline annotation in pixels: name the file of its homography with --homography"
+            problem = "is a spline annotation in pixels: name the file of its homography with `homography`"
             raise FileError(file.path, problem)
         curve = smooth_curve if file.smooth else polyline
         step = file.frame_step or _frames_in(file.path, file.dt)
@@ -188,7 +188,7 @@ def _frames_in(path: Path, dt: float) -> int:
     """Video frames in ``dt``."""
     frames = dt * FRAME_RATE
     if frames < 0.5 or abs(frames - round(frames)) > 1e-6:
-        raise FileError(path, f"counts frames at {FRAME_RATE:g} Hz: --dt must be a multiple of {1.0 / FRAME_RATE:g} s")
+        raise FileError(path, f"counts frames at {FRAME_RATE:g} Hz: `dt` must be a multiple of {1.0 / FRAME_RATE:g} s")
     return round(frames)
 
 
