@@ -10,7 +10,7 @@ import numpy as np
 from numba import prange
 
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.kernels import kernel, parallel_kernel
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
@@ -50,10 +50,8 @@ class Seen:
 
     def __post_init__(self) -> None:
         count = len(np.atleast_1d(self.person))
-        object.__setattr__(self, "person", frozen_array("person", self.person, (count,), np.int64))
-        object.__setattr__(self, "box", frozen_array("box", self.box, (count, 4)))
-        object.__setattr__(self, "visible", frozen_array("visible", self.visible, (count,)))
-        object.__setattr__(self, "truncated", frozen_array("truncated", self.truncated, (count,)))
+        freeze(self, np.int64, person=(count,))
+        freeze(self, box=(count, 4), visible=(count,), truncated=(count,))
 
     def observations(self, camera: Camera) -> FloatArray:
         """[N, 3] (u, v, l) of the boxes in px, as `vbbench.camera.Camera.project` gives them."""

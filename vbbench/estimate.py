@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, freeze
 
 LARGEST = 1e6
 """Largest absolute coordinate (m) or angle (rad) of an answer: float64 is exact to 0.2 nm at 1000 km, and errors can be
@@ -44,10 +44,10 @@ class FrameEstimate:
     height_variances: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        _freeze(self, pose=(3,), positions=(None, 2))
+        freeze(self, pose=(3,), positions=(None, 2))
         people = len(self.positions)
-        _freeze(self, pose_covariance=(3, 3), position_covariances=(people, 2, 2))
-        _freeze(self, heights=(people,), height_variances=(people,))
+        _freeze_reported(self, pose_covariance=(3, 3), position_covariances=(people, 2, 2))
+        _freeze_reported(self, heights=(people,), height_variances=(people,))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,12 +73,13 @@ class Estimate:
     height_variances: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        _freeze(self, poses=(None, 3))
+        freeze(self, poses=(None, 3))
         frames = len(self.poses)
-        _freeze(self, positions=(frames, None, 2), pose_covariances=(frames, 3, 3))
+        freeze(self, positions=(frames, None, 2))
         people = self.positions.shape[1]
-        _freeze(self, position_covariances=(frames, people, 2, 2), heights=(people,), height_variances=(people,))
-        _freeze(self, np.bool_, fallback=(frames,), converged=(frames,))
+        _freeze_reported(self, pose_covariances=(frames, 3, 3), position_covariances=(frames, people, 2, 2))
+        _freeze_reported(self, heights=(people,), height_variances=(people,))
+        _freeze_reported(self, np.bool_, fallback=(frames,), converged=(frames,))
 
     @staticmethod
     def of_frames(frames: Sequence[FrameEstimate]) -> "Estimate":
@@ -122,12 +123,11 @@ def copy_of(answer: Answer) -> Answer:
     return kind(**own)
 
 
-def _freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | None, ...]) -> None:
-    """Check the named arrays of a frozen dataclass and make them read-only; ``None`` stays."""
-    for name, shape in shapes.items():
-        values = getattr(owner, name)
-        if values is not None:
-            object.__setattr__(owner, name, frozen_array(name, values, shape, dtype))
+def _freeze_reported(
+    answer: FrameEstimate | Estimate, dtype: type[Any] = np.float64, **shapes: tuple[int | None, ...]
+) -> None:
+    """`freeze` those of the named fields that are reported."""
+    freeze(answer, dtype, **{name: shape for name, shape in shapes.items() if getattr(answer, name) is not None})
 
 
 def _marks(frames: list[bool | None]) -> BoolArray | None:

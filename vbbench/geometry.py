@@ -28,6 +28,12 @@ def frozen_array(
     return array
 
 
+def freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | None, ...]) -> None:
+    """Make the named fields of a frozen dataclass read-only arrays of these shapes, as `frozen_array` does."""
+    for name, shape in shapes.items():
+        object.__setattr__(owner, name, frozen_array(name, getattr(owner, name), shape, dtype))
+
+
 def wrap_angle(angle: FloatArray | float) -> FloatArray:
     """Angle in rad, any shape, wrapped to [−π, π); what is below −π by less than rounding comes out as π."""
     return np.mod(np.asarray(angle) + np.pi, 2.0 * np.pi) - np.pi

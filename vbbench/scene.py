@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vbbench.errors import VbbenchError
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,9 +30,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         count = len(np.atleast_1d(self.people))
-        object.__setattr__(self, "people", frozen_array("people", self.people, (count,), np.int64))
-        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (None, count, 2)))
-        object.__setattr__(self, "heights", frozen_array("heights", self.heights, (count,)))
+        freeze(self, np.int64, people=(count,))
+        freeze(self, positions=(None, count, 2), heights=(count,))
         if not (np.isfinite(self.dt) and self.dt > 0):
             raise ValueError(f"dt must be a positive number of seconds, not {self.dt}")
         if np.any(np.diff(self.people) <= 0):

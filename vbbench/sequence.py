@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.scene import Scene
 from vbbench.world import World
 
@@ -30,10 +30,8 @@ class Odometry:
     covariances: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", frozen_array("motions", self.motions, (None, 3)))
-        object.__setattr__(
-            self, "covariances", frozen_array("covariances", self.covariances, (len(self.motions), 3, 3))
-        )
+        freeze(self, motions=(None, 3))
+        freeze(self, covariances=(len(self.motions), 3, 3))
 
     @staticmethod
     def unmeasured(frames: int) -> "Odometry":
@@ -68,8 +66,8 @@ class Given:
     odometry: Odometry | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
-        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
+        freeze(self, poses=(None, 3))
+        freeze(self, positions=(len(self.poses), None, 2))
         if self.odometry is not None and len(self.odometry.motions) != len(self.poses):
             raise ValueError(f"odometry has {len(self.odometry.motions)} frames, not {len(self.poses)}")
 
@@ -121,10 +119,10 @@ class Sequence:
 
     def __post_init__(self) -> None:
         count = len(np.atleast_1d(self.tracks))
-        object.__setattr__(self, "tracks", frozen_array("tracks", self.tracks, (count,), np.int64))
-        object.__setattr__(self, "observations", frozen_array("observations", self.observations, (None, count, 3)))
+        freeze(self, np.int64, tracks=(count,))
+        freeze(self, observations=(None, count, 3))
         shape = (len(self.observations), count)
-        object.__setattr__(self, "visible", frozen_array("visible", self.visible, shape))
+        freeze(self, visible=shape)
         if self.given.positions.shape != (*shape, 2):
             raise ValueError(f"given.positions must have shape {[*shape, 2]}, not {list(self.given.positions.shape)}")
 
@@ -155,9 +153,9 @@ class Truth:
     heights: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", frozen_array("poses", self.poses, (None, 3)))
-        object.__setattr__(self, "positions", frozen_array("positions", self.positions, (len(self.poses), None, 2)))
-        object.__setattr__(self, "heights", frozen_array("heights", self.heights, (self.positions.shape[1],)))
+        freeze(self, poses=(None, 3))
+        freeze(self, positions=(len(self.poses), None, 2))
+        freeze(self, heights=(self.positions.shape[1],))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 
 from vbbench.camera import Camera
 from vbbench.estimate import Estimate, FrameEstimate
-from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.sequence import Given
 
 __all__ = [
@@ -72,7 +72,7 @@ class Frame:
     given: Given
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "observations", frozen_array("observations", self.observations, (None, 3)))
+        freeze(self, observations=(None, 3))
         if self.given.positions.shape != (3, len(self.observations), 2):
             raise ValueError(f"given.positions must have shape [3, {len(self.observations)}, 2]")
 

@@ -14,7 +14,7 @@ from vbbench.errors import VbbenchError
 from vbbench.exchange.matching import match_boxes
 from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.registry import load
@@ -35,8 +35,8 @@ class Detections:
     scores: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (None, 4)))
-        object.__setattr__(self, "scores", frozen_array("scores", self.scores, (len(self.boxes),)))
+        freeze(self, boxes=(None, 4))
+        freeze(self, scores=(len(self.boxes),))
 
 
 class Detector(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import user_mistakes
 from vbbench.files.dataset_info import Known, Pictures
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY, Odometry, held_persons
@@ -53,14 +53,14 @@ class Footage:
 
     def __post_init__(self) -> None:
         count = len(self.tracks)
-        object.__setattr__(self, "tracks", frozen_array("tracks", self.tracks, (count,), np.int64))
-        object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (None, count, 3)))
+        freeze(self, np.int64, tracks=(count,))
+        freeze(self, boxes=(None, count, 3))
         frames = len(self.boxes)
-        object.__setattr__(self, "visible", frozen_array("visible", self.visible, (frames, count)))
+        freeze(self, visible=(frames, count))
         if self.poses is not None:
-            object.__setattr__(self, "poses", frozen_array("poses", self.poses, (frames, 3)))
+            freeze(self, poses=(frames, 3))
         if self.persons is not None:
-            object.__setattr__(self, "persons", frozen_array("persons", self.persons, (frames, count), np.int64))
+            freeze(self, np.int64, persons=(frames, count))
         if self.scene is not None and self.scene.frames != frames:
             raise ValueError(f"the scene has {self.scene.frames} frames, the boxes {frames}")
         if self.odometry is not None and len(self.odometry.motions) != frames:

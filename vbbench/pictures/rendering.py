@@ -19,7 +19,7 @@ from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.tables import file_sha256
-from vbbench.geometry import FloatArray, frozen_array
+from vbbench.geometry import FloatArray, freeze
 from vbbench.parallel.parts import progress_bar
 from vbbench.registry import load
 from vbbench.scene import Scene
@@ -55,9 +55,9 @@ class Picture:
 
     def __post_init__(self) -> None:
         size = np.shape(self.ids)
-        object.__setattr__(self, "rgb", frozen_array("rgb", self.rgb, (*size, 3), np.uint8))
-        object.__setattr__(self, "depth", frozen_array("depth", self.depth, size, np.float32))
-        object.__setattr__(self, "ids", frozen_array("ids", self.ids, size, np.int32))
+        freeze(self, np.uint8, rgb=(*size, 3))
+        freeze(self, np.float32, depth=size)
+        freeze(self, np.int32, ids=size)
 
 
 class Renderer(Protocol):

@@ -14,7 +14,7 @@ from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FOOTAGE
-from vbbench.geometry import IntArray, frozen_array
+from vbbench.geometry import IntArray, freeze
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.training.cuts import Cuts, find_cuts
 
@@ -48,8 +48,7 @@ class Parts:
     left_out: IntArray
 
     def __post_init__(self) -> None:
-        for name in (*NAMES, "left_out"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (None,), np.int64))
+        freeze(self, np.int64, **dict.fromkeys((*NAMES, "left_out"), (None,)))
 
     @property
     def sha256(self) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.mot.text import read_mot
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 
 LEAST_SCORE = 0.0
 """Log-odds that a detection must have more of to count; even odds."""
@@ -36,10 +36,8 @@ class FoundBoxes:
 
     def __post_init__(self) -> None:
         count = len(self.frame)
-        for name in ("frame", "track", "lines"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,), np.int64))
-        object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (count, 4)))
-        object.__setattr__(self, "scores", frozen_array("scores", self.scores, (count,)))
+        freeze(self, np.int64, frame=(count,), track=(count,), lines=(count,))
+        freeze(self, boxes=(count, 4), scores=(count,))
 
     def __len__(self) -> int:
         return len(self.frame)

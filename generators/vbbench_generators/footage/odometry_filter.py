@@ -15,7 +15,7 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.kernels import kernel
 from vbbench.sequence import Odometry
 
@@ -37,8 +37,8 @@ class Readings:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "times", frozen_array("times", self.times, (None,)))
-        object.__setattr__(self, "values", frozen_array("values", self.values, (len(self.times),)))
+        freeze(self, times=(None,))
+        freeze(self, values=(len(self.times),))
 
     def earlier(self, seconds: float) -> "Readings":
         """The same, had the sensor's clock been set back."""

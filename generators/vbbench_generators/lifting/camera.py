@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, frozen_array
+from vbbench.geometry import FloatArray, freeze
 from vbbench_generators.lifting.head_sizes import SizePlane
 
 
@@ -27,7 +27,7 @@ class GroundCamera:
     heads_to_ground: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "heads_to_ground", frozen_array("heads_to_ground", self.heads_to_ground, (3, 3)))
+        freeze(self, heads_to_ground=(3, 3))
 
     @property
     def horizon(self) -> float:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +32,8 @@ class HeadBoxes:
 
     def __post_init__(self) -> None:
         count = len(self.frame)
-        for name in ("frame", "track"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,), np.int64))
-        object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (count, 4)))
-        object.__setattr__(self, "visible", frozen_array("visible", self.visible, (count,)))
+        freeze(self, np.int64, frame=(count,), track=(count,))
+        freeze(self, boxes=(count, 4), visible=(count,))
         if np.any((np.diff(self.track) < 0) | ((np.diff(self.track) == 0) & (np.diff(self.frame) <= 0))):
             raise ValueError("head boxes must be ordered by track, then by frame, with one box per frame")
 

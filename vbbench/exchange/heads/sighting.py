@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from vbbench.exchange.heads.camera import SurveillanceCamera
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array, world_to_relative
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze, world_to_relative
 
 HEAD = 0.24
 """Diameter of a head in m."""
@@ -40,11 +40,8 @@ class Heads:
 
     def __post_init__(self) -> None:
         count = len(self.frame)
-        for name in ("frame", "track", "person"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,), np.int64))
-        for name in ("ground", "places", "sizes"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count, 2)))
-        object.__setattr__(self, "depth", frozen_array("depth", self.depth, (count,)))
+        freeze(self, np.int64, frame=(count,), track=(count,), person=(count,))
+        freeze(self, ground=(count, 2), places=(count, 2), sizes=(count, 2), depth=(count,))
 
     def __len__(self) -> int:
         return len(self.frame)

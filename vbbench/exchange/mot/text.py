@@ -17,7 +17,7 @@ from pyarrow import csv
 from vbbench.errors import FileError
 from vbbench.files.tables import column_values
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.numbers import finite_number
 from vbbench.parsing.rows import first_repetition
 
@@ -246,11 +246,8 @@ class MotRows:
 
     def __post_init__(self) -> None:
         count = len(self.frame)
-        for name in ("frame", "track", "line"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,), np.int64))
-        for name in ("confidence", "visible"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,)))
-        object.__setattr__(self, "boxes", frozen_array("boxes", self.boxes, (count, 4)))
+        freeze(self, np.int64, frame=(count,), track=(count,), line=(count,))
+        freeze(self, confidence=(count,), visible=(count,), boxes=(count, 4))
 
 
 def write_mot(path: Path, rows: MotRows) -> None:

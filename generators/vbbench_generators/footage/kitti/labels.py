@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.geometry import BoolArray, FloatArray, IntArray, frozen_array
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.rows import first_repetition
 from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
@@ -74,11 +74,9 @@ class Labels:
 
     def __post_init__(self) -> None:
         count = len(self.frame)
-        for name in ("frame", "track", "kind", "truncated", "occluded", "lines"):
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), (count,), np.int64))
-        for name, width in (("height", None), ("scores", None), ("boxes", 4), ("places", 3)):
-            shape = (count,) if width is None else (count, width)
-            object.__setattr__(self, name, frozen_array(name, getattr(self, name), shape))
+        whole = ("frame", "track", "kind", "truncated", "occluded", "lines")
+        freeze(self, np.int64, **dict.fromkeys(whole, (count,)))
+        freeze(self, height=(count,), scores=(count,), boxes=(count, 4), places=(count, 3))
 
     def __len__(self) -> int:
         return len(self.frame)
