@@ -16,7 +16,7 @@ from vbbench.camera import (
     camera_to_dict,
 )
 from vbbench.errors import VbbenchError
-from vbbench.geometry import relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import relative_to_world, runs_of_true, world_to_relative, wrap_angle
 from vbbench_baselines.common.ego_motion import wrapped
 
 metres = st.floats(-100.0, 100.0)
@@ -211,3 +211,9 @@ def test_kernels_wrap_angles_to_the_same_bits() -> None:
     angles = np.concatenate([np.random.default_rng(0).normal(0.0, 20.0, 2000), [np.pi, -np.pi, 3 * np.pi, 0.0, -0.0]])
     for angle in angles.tolist():
         assert wrapped(angle) == float(wrap_angle(angle))
+
+
+def test_runs_of_frames_begin_where_a_mask_is_set_and_end_where_it_no_longer_is() -> None:
+    mask = np.array([True, False, True, True, False, False, True])
+    assert runs_of_true(mask).tolist() == [[0, 1], [2, 4], [6, 7]]
+    assert runs_of_true(mask[:0]).shape == runs_of_true(~mask[:1]).shape == (0, 2)

@@ -34,6 +34,12 @@ def freeze(owner: Any, dtype: type[Any] = np.float64, **shapes: tuple[int | None
         object.__setattr__(owner, name, frozen_array(name, getattr(owner, name), shape, dtype))
 
 
+def runs_of_true(mask: BoolArray) -> IntArray:
+    """[R, 2] the runs first ≤ t < last of consecutive frames in which ``mask`` [T] is set."""
+    edges = np.diff(np.concatenate([[False], mask, [False]]))
+    return np.flatnonzero(edges).reshape(-1, 2)
+
+
 def wrap_angle(angle: FloatArray | float) -> FloatArray:
     """Angle in rad, any shape, wrapped to [−π, π); what is below −π by less than rounding comes out as π."""
     return np.mod(np.asarray(angle) + np.pi, 2.0 * np.pi) - np.pi

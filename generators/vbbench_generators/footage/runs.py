@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
-from vbbench.geometry import BoolArray
+from vbbench.geometry import BoolArray, runs_of_true
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,10 +32,8 @@ class Run(NamedTuple):
 
 def find_runs(recording: int, observed: BoolArray, rules: RunRules) -> list[Run]:
     """The runs of a recording, from who is observed in each frame [T, K]."""
-    enough = np.concatenate([[False], observed.sum(axis=1) >= rules.fewest, [False]])
-    edges = np.flatnonzero(np.diff(enough.astype(np.int8)))
     runs = []
-    for begin, end in edges.reshape(-1, 2).tolist():
+    for begin, end in runs_of_true(observed.sum(axis=1) >= rules.fewest).tolist():
         longest = rules.longest or end - begin
         runs += [Run(recording, first, min(first + longest, end)) for first in range(begin, end, longest)]
     return [run for run in runs if run.last - run.first >= rules.shortest]

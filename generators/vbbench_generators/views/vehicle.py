@@ -9,7 +9,6 @@ runs alone are found far from everybody, where no box reaches the picture's bord
 
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
-from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, runs_of_true, wrap_angle
 from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
@@ -254,9 +253,8 @@ def _look_round(
 
 def _longest_run(good: BoolArray) -> tuple[int, int]:
     """The longest run of frames first ≤ t < last that are all ``good`` [T]; the first of several."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]])))
-    runs = [(int(first), int(last)) for first, last in pairwise(ends)][::2]
-    return max(runs, key=lambda run: run[1] - run[0], default=(0, 0))
+    first, last = max(runs_of_true(good).tolist(), key=lambda run: run[1] - run[0], default=(0, 0))
+    return first, last
 
 
 def _aside(places: FloatArray, camera: Camera, model: VehicleModel, rng: np.random.Generator) -> FloatArray:

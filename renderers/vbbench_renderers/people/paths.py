@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, runs_of_true
 from vbbench.scene import Scene
 
 STEP_AT_1_3 = 0.41
@@ -68,7 +68,7 @@ def trace_paths(scene: Scene, heights: FloatArray, stride_scale: FloatArray, sta
     rows = footfalls = 0
     for k in range(len(scene.people)):
         phase = starts[k]
-        for begin, end in _runs(scene.present[:, k]):
+        for begin, end in runs_of_true(scene.present[:, k]).tolist():
             table = _trace(scene.positions[begin:end, k], scene.dt, fine, heights[k] * stride_scale[k], phase)
             feet, first = _plants(table, heights[k] * stride_scale[k])
             first_row[begin:end, k] = rows + fine * np.arange(end - begin)
@@ -84,12 +84,6 @@ def trace_paths(scene: Scene, heights: FloatArray, stride_scale: FloatArray, sta
         first_plant=np.array(first_plant, dtype=np.int64),
         plants=np.concatenate([*plants, np.empty((0, 4))]),
     )
-
-
-def _runs(present: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """Ranges [begin, end) of frames in which a person is present."""
-    edges = np.diff(np.concatenate([[0], present.astype(np.int8), [0]]))
-    return [(int(a), int(b)) for a, b in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True)]
 
 
 def _trace(positions: FloatArray, dt: float, fine: int, height: float, phase: float) -> FloatArray:

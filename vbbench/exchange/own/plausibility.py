@@ -8,7 +8,7 @@ from vbbench.errors import FileError
 from vbbench.exchange.own.box_files import BoxRows
 from vbbench.exchange.own.camera_file import OwnCamera
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_size_of
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, runs_of_true
 
 MOST_OUTSIDE = 0.2
 """A larger share of boxes whose middle is outside the picture means that they are of another picture."""
@@ -84,8 +84,7 @@ def _check_sequence_info(path: Path, own: OwnCamera) -> None:
 def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:
     """A note on frames in which nobody is seen, [T, K], if there are many of them or many in a row."""
     empty = np.asarray(~observed.any(axis=1))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], empty, [False]]).astype(np.int8)))
-    runs = edges.reshape(-1, 2)
+    runs = runs_of_true(empty)
     longest = runs[np.diff(runs, axis=1)[:, 0].argmax()] if len(runs) else np.zeros(2, np.int64)
     seconds = float(longest[1] - longest[0]) * dt
     if seconds < LONGEST_GAP and empty.mean() < MOST_EMPTY:

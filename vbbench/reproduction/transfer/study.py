@@ -20,7 +20,7 @@ from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Generator, Options
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, runs_of_true
 from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.registry import load
 from vbbench.reproduction.asked import check_names
@@ -205,8 +205,7 @@ def _on_splines(times: FloatArray, places: FloatArray, wanted: FloatArray, smoot
 
 def runs_of(present: BoolArray) -> list[slice]:
     """The runs of two frames or more in which somebody is ``present`` [T]."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], present, [False]]))).reshape(-1, 2)
-    return [slice(first, last) for first, last in edges.tolist() if last - first > 1]
+    return [slice(first, last) for first, last in runs_of_true(present).tolist() if last - first > 1]
 
 
 def errors_of(scores: Sequence[Score], metric: str) -> Errors:

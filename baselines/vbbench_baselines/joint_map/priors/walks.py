@@ -17,7 +17,7 @@ from scipy.optimize import Bounds, minimize
 from scipy.special import gammaln, logsumexp
 
 from vbbench.generation.generator import Plan
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, runs_of_true
 from vbbench.scene import Scene
 from vbbench_baselines.joint_map.prior import Prior
 
@@ -54,7 +54,8 @@ def gather(scenes: Iterable[Scene]) -> Walks:
     squares: list[FloatArray] = []
     for scene in scenes:
         for column in range(len(scene.people)):
-            runs = _runs(scene.positions[:, column])
+            path, there = scene.positions[:, column], scene.present[:, column]
+            runs = [path[first:last] for first, last in runs_of_true(there).tolist()]
             if np.hypot(*(runs[-1][-1] - runs[0][0])) < STANDING:
                 continue
             squares += [(np.diff(run, axis=0) / scene.dt) ** 2 for run in runs]
@@ -68,12 +69,6 @@ def gather(scenes: Iterable[Scene]) -> Walks:
         first=np.cumsum([0, *lengths[:-1]], dtype=np.int64),
         speed=float(np.concatenate(squares).mean()),
     )
-
-
-def _runs(path: FloatArray) -> list[FloatArray]:
-    """The stretches without gap of a path [T, 2]."""
-    there = np.flatnonzero(~np.isnan(path[:, 0]))
-    return [path[frames] for frames in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)]
 
 
 def _with_past(differences: FloatArray) -> FloatArray:
