@@ -80,6 +80,12 @@ def world_to_relative(positions: FloatArray, poses: FloatArray) -> FloatArray:
     return relative
 
 
+def motion_between(before: FloatArray, after: FloatArray) -> FloatArray:
+    """[..., 3] (forward, left, turn) from poses [..., 3] to later ones, in the former's axes; turns are not wrapped."""
+    place = world_to_relative(after[..., None, :2], before)[..., 0, :]
+    return np.stack([place[..., 1], -place[..., 0], after[..., 2] - before[..., 2]], axis=-1)
+
+
 def place_levers(places: FloatArray, start: FloatArray) -> FloatArray:
     """∂place/∂pose [..., 2, 3] of places [..., 2] that are carried along by the pose ``start`` [≥ 2]."""
     levers = np.zeros((*places.shape[:-1], 2, 3))

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from vbbench.files.dataset_info import Known
-from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, motion_between, wrap_angle
 
 
 def translation_error(poses: FloatArray, true_poses: FloatArray) -> FloatArray:
@@ -65,7 +65,7 @@ def motion_drift(
     -------
     [...] in m/s.
     """
-    return _distance(_motion(start, end), _motion(true_start, true_end)) / seconds
+    return _distance(motion_between(start, end), motion_between(true_start, true_end)) / seconds
 
 
 def turn_drift(
@@ -81,12 +81,6 @@ def turn_drift(
 
 def _distance(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.hypot(a[..., 0] - b[..., 0], a[..., 1] - b[..., 1])
-
-
-def _motion(start: FloatArray, end: FloatArray) -> FloatArray:
-    dx, dy = end[..., 0] - start[..., 0], end[..., 1] - start[..., 1]
-    cos, sin = np.cos(start[..., 2]), np.sin(start[..., 2])
-    return np.stack([cos * dx + sin * dy, cos * dy - sin * dx], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)

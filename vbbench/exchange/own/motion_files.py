@@ -14,7 +14,7 @@ from vbbench.exchange.own.camera_file import OdometryNoise
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.tum import planar_poses, read_tum_rows
 from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import FloatArray, IntArray, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, motion_between, wrap_angle
 from vbbench.sequence import Odometry
 
 LONGEST_HOLE = 1.0
@@ -63,8 +63,8 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     times, poses = values[:, 0], planar_poses(path, lines, values[:, :8])
     at = _at(times, poses, timeline.times, beyond=SAME_TIME)
     motions = np.full((timeline.frames, 3), np.nan)
-    motions[1:, :2] = world_to_relative(at[1:, None, :2], at[:-1])[:, 0, ::-1] * np.array([1.0, -1.0])
-    motions[1:, 2] = wrap_angle(at[1:, 2] - at[:-1, 2])
+    motions[1:] = motion_between(at[:-1], at[1:])
+    motions[1:, 2] = wrap_angle(motions[1:, 2])
     seconds = np.diff(timeline.times, prepend=np.nan)
     covariances = noise.covariances(motions, seconds)
     if values.shape[1] > 8:

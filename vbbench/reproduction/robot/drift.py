@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.geometry import FloatArray, motion_between, wrap_angle
 from vbbench.sequence import Odometry
 
 TABLE_LENGTHS = (5.0, 10.0, 20.0, 40.0)
@@ -83,17 +83,10 @@ def _segments(estimate: FloatArray, truth: FloatArray, length: float) -> FloatAr
     last = np.searchsorted(way, way + length)
     known = last < len(way)
     first, last = first[known], last[known]
-    off: FloatArray = _motions(estimate, first, last) - _motions(truth, first, last)
+    off: FloatArray = motion_between(estimate[first], estimate[last]) - motion_between(truth[first], truth[last])
     errors = np.stack([np.hypot(off[:, 0], off[:, 1]), np.abs(wrap_angle(off[:, 2]))], axis=-1) / length
     kept: FloatArray = errors[np.isfinite(errors).all(axis=1)]
     return kept
-
-
-def _motions(poses: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
-    """[N, 3] (forward, left, turn) from the poses ``first`` to the poses ``last``, in the axes of the former."""
-    (dx, dy, turn), yaw = (poses[last] - poses[first]).T, poses[first, 2]
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, turn], axis=-1)
 
 
 def dead_reckoning(odometry: Odometry, start: FloatArray) -> FloatArray:
