@@ -15,11 +15,11 @@ from tests.kitti_files import Drive, write_kitti
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import FootagePlan
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, moved_as_one
 from vbbench.registry import load
 from vbbench.reproduction.report import write_report
 from vbbench.reproduction.robot import study as study_module
-from vbbench.reproduction.robot.drift import LENGTHS, begun_at, dead_reckoning, distances, drift
+from vbbench.reproduction.robot.drift import LENGTHS, dead_reckoning, distances, drift
 from vbbench.reproduction.robot.figure import robot_report
 from vbbench.reproduction.robot.measuring import Course, Robot, Row, measure_robot
 from vbbench.reproduction.robot.picture import INSTANTS, instants, plot_course, steps_around
@@ -84,7 +84,7 @@ def test_where_a_map_lies_does_not_count_and_its_scale_does() -> None:
         ]
     )
     assert drift([(moved, truth)], 5.0).shift.max() < 1e-12
-    np.testing.assert_allclose(begun_at(moved, truth[0]), truth, atol=1e-9)
+    np.testing.assert_allclose(moved_as_one(moved, moved[0], truth[0]), truth, atol=1e-9)
     straight = np.column_stack([np.arange(50.0), np.zeros((50, 2))])
     assert drift([(straight * [1.1, 1.0, 1.0], straight)], 10.0).mean == pytest.approx(0.1)
     np.testing.assert_allclose(distances(straight), np.arange(50.0))

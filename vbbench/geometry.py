@@ -86,6 +86,15 @@ def motion_between(before: FloatArray, after: FloatArray) -> FloatArray:
     return np.stack([place[..., 1], -place[..., 0], after[..., 2] - before[..., 2]], axis=-1)
 
 
+def moved_as_one(poses: FloatArray, old: FloatArray, new: FloatArray) -> FloatArray:
+    """[..., T, 3] a way of ``poses`` [T, 3] moved as a whole, so that a pose ``old`` [..., 3] becomes ``new``."""
+    turn, apart = new[..., 2:] - old[..., 2:], poses[:, :2] - old[..., None, :2]
+    cos, sin, dx, dy = np.cos(turn), np.sin(turn), apart[..., 0], apart[..., 1]
+    x = new[..., 0:1] + cos * dx - sin * dy
+    y = new[..., 1:2] + sin * dx + cos * dy
+    return np.stack([x, y, wrap_angle(poses[:, 2] + turn)], axis=-1)
+
+
 def place_levers(places: FloatArray, start: FloatArray) -> FloatArray:
     """∂place/∂pose [..., 2, 3] of places [..., 2] that are carried along by the pose ``start`` [≥ 2]."""
     levers = np.zeros((*places.shape[:-1], 2, 3))

@@ -16,7 +16,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
-from vbbench.geometry import BoolArray, FloatArray, IntArray, runs_of_true, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, moved_as_one, runs_of_true
 from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
@@ -187,12 +187,7 @@ def _lay(
     side, away = rng.uniform(-np.pi, np.pi, count), rng.uniform(model.nearest_crowd, model.farthest_crowd, count)
     middle = np.stack([places[t, crowd[t]].mean(axis=0) for t in at])
     goal = middle - away[:, None] * np.stack([np.cos(side), np.sin(side)], axis=-1)
-    turned = side - way[at, 2]
-    relative = way[:, :2] - way[at, None, :2]
-    cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]
-    x = goal[:, :1] + cos * relative[..., 0] - sin * relative[..., 1]
-    y = goal[:, 1:] + sin * relative[..., 0] + cos * relative[..., 1]
-    return np.stack([x, y, wrap_angle(way[:, 2] + turned[:, None])], axis=-1)
+    return moved_as_one(way, way[at], np.column_stack([goal, side]))
 
 
 def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

@@ -98,11 +98,3 @@ def dead_reckoning(odometry: Odometry, start: FloatArray) -> FloatArray:
     forward, left, cos, sin = moved[:, 0], moved[:, 1], np.cos(before), np.sin(before)
     x, y = np.cumsum(cos * forward - sin * left), np.cumsum(sin * forward + cos * left)
     return np.stack([start[0] + x, start[1] + y, wrap_angle(yaw)], axis=-1)
-
-
-def begun_at(poses: FloatArray, start: FloatArray) -> FloatArray:
-    """The way [T, 3] moved and turned as a whole, so that it begins with the pose ``start`` [3]."""
-    turn = start[2] - poses[0, 2]
-    (dx, dy), cos, sin = (poses[:, :2] - poses[0, :2]).T, np.cos(turn), np.sin(turn)
-    moved = start[0] + cos * dx - sin * dy, start[1] + sin * dx + cos * dy
-    return np.stack([*moved, wrap_angle(poses[:, 2] + turn)], axis=-1)

@@ -12,10 +12,10 @@ from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.files.tables import ODOMETRY_TABLE
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Plan, tables_of
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, moved_as_one
 from vbbench.registry import load
 from vbbench.reproduction.making import Making, submission_folder
-from vbbench.reproduction.robot.drift import LENGTHS, Drift, begun_at, dead_reckoning, distances, drift
+from vbbench.reproduction.robot.drift import LENGTHS, Drift, dead_reckoning, distances, drift
 from vbbench.reproduction.robot.silent import CameraAlone
 from vbbench.reproduction.robot.study import Entrant, Recording, RobotStudy
 from vbbench.scoring.statistics import Summary
@@ -181,7 +181,10 @@ class _Measuring:
         other = self.making.dataset(self.recording.split, self.out / "other" / "dataset", self.recording.other)
         ways = [other.truth(sequence).poses for sequence in sequences]
         pairs = list(zip(ways, truths, strict=True))
-        return [np.full(way.shape, np.nan) if np.array_equal(way, own) else begun_at(way, own[0]) for way, own in pairs]
+        return [
+            np.full(way.shape, np.nan) if np.array_equal(way, own) else moved_as_one(way, way[0], own[0])
+            for way, own in pairs
+        ]
 
 
 def _drifts(ways: list[FloatArray], truths: list[Truth]) -> tuple[Drift, ...]:
