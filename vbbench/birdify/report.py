@@ -3,12 +3,10 @@
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import Any
-
-import numpy as np
 
 from vbbench import __version__
 from vbbench.birdify.cues import Cues
+from vbbench.parsing.json_text import without_nan
 from vbbench.table import Table
 
 REPORT = "report.json"
@@ -88,7 +86,7 @@ class Report:
 
     def to_json(self) -> str:
         """The text of ``report.json``; NaN as null."""
-        return json.dumps(_plain(asdict(self)), indent=2, ensure_ascii=False) + "\n"
+        return json.dumps(without_nan(asdict(self)), indent=2, ensure_ascii=False) + "\n"
 
     def markdown(self) -> str:
         """The text of ``report.md``."""
@@ -174,12 +172,3 @@ def _spread(spread: Spread, unit: str, *, last: bool = True) -> str:
 
 def _table(rows: Iterator[tuple[str, str]]) -> str:
     return "\n".join(Table(head=("", ""), rows=list(rows), names=2).markdown()).rstrip()
-
-
-def _plain(value: Any) -> Any:
-    """Values that JSON has: no NaN."""
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, (tuple, list)):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

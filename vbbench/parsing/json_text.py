@@ -1,7 +1,9 @@
-"""JSON that strangers write: read within bounds, and one canonical text of its values for digests."""
+"""JSON that strangers write, read within bounds; values without NaN, which JSON lacks; one text of them for digests."""
 
 import hashlib
 import json
+import math
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -78,6 +80,20 @@ def canonical_digest(values: dict[str, Any]) -> str:
     """
     text = json.dumps(values, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def without_nan(values: Any) -> Any:
+    """The values, however nested, with ``None`` for every number that JSON does not have."""
+    if isinstance(values, Mapping):
+        return {name: without_nan(value) for name, value in values.items()}
+    if isinstance(values, list | tuple):
+        return [without_nan(value) for value in values]
+    return finite_or_none(values) if isinstance(values, float) else values
+
+
+def finite_or_none(value: float) -> float | None:
+    """The value, or ``None`` if it is NaN or infinite: JSON has neither."""
+    return value if math.isfinite(value) else None
 
 
 _TOO_DEEP = f"is nested more than {DEEPEST} levels deep"

@@ -1,7 +1,6 @@
 """What a study found, as files: tables as Markdown, every number as JSON, and pictures."""
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from vbbench.folders.replacing import write_text_atomically
+from vbbench.parsing.json_text import without_nan
 from vbbench.pictures.plotting.saving import save_picture
 from vbbench.table import Table
 
@@ -51,20 +51,11 @@ class Report:
     @property
     def json(self) -> str:
         """Every number."""
-        return json.dumps(_known(self.values), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return json.dumps(without_nan(self.values), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def picture_name(self, key: str) -> str:
         """The name of a picture's file."""
         return f"{self.name}{'-' if key else ''}{key}.png"
-
-
-def _known(values: Any) -> Any:
-    """The values with ``None`` for every number that is not finite."""
-    if isinstance(values, Mapping):
-        return {name: _known(value) for name, value in values.items()}
-    if isinstance(values, list | tuple):
-        return [_known(value) for value in values]
-    return None if isinstance(values, float) and not math.isfinite(values) else values
 
 
 def write_report(report: Report, out: Path | str) -> list[Path]:

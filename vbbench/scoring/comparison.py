@@ -9,11 +9,12 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.metrics import METRICS, Metric, section
 from vbbench.scoring.scorecard import RANKED_BY, Score, interval_note, row_title
 from vbbench.scoring.scores import score
-from vbbench.scoring.statistics import capped_figures, finite_or_none, known
+from vbbench.scoring.statistics import capped_figures, known
 
 
 @dataclass(frozen=True, kw_only=True)

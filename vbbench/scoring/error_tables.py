@@ -15,10 +15,11 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission_rows import info_of_answer, unique_names
 from vbbench.folders.replacing import write_text_atomically
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.scoring.errors_in_time import ErrorsInTime, cumulative, errors_in_time, outside_whiskers, over_time, spread
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import interval_note, interval_text
-from vbbench.scoring.statistics import Summary, finite_or_none
+from vbbench.scoring.statistics import Summary
 from vbbench.table import csv_text
 
 Kind = Literal["over-time", "cumulative", "spread"]

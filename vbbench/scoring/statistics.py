@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import Protocol
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.timeline import Timeline
@@ -95,11 +96,6 @@ def mean_of_groups(group: IntArray, values: FloatArray, groups: int) -> FloatArr
 def known(values: FloatArray) -> FloatArray:
     """The values that are not NaN."""
     return values[~np.isnan(values)]
-
-
-def finite_or_none(value: float) -> float | None:
-    """The value, or ``None`` if it is NaN or infinite: JSON has neither."""
-    return value if np.isfinite(value) else None
 
 
 def _failure_rate(figures: FloatArray, limit: float | None) -> float:

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import finite_or_none
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import error_terms
 from vbbench_leaderboards.results.comparing import Contrast, contrasts

@@ -7,6 +7,7 @@ import numpy as np
 
 from vbbench.camera import camera_to_dict
 from vbbench.paper import the_paper
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.reproduction.keypoints.crossing import Crossing, Curve
 from vbbench.reproduction.keypoints.people import Line
 from vbbench.reproduction.keypoints.picture import plot_keypoints, plot_readings
@@ -19,7 +20,6 @@ from vbbench.reproduction.keypoints.study import (
     MeasuredReading,
 )
 from vbbench.reproduction.report import Report
-from vbbench.scoring.statistics import finite_or_none
 from vbbench.table import Table, csv_text
 
 NAME = "figure-keypoints"
