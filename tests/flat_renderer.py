@@ -8,8 +8,9 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.geometry import world_to_relative
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 
 
 class FlatRenderer:

@@ -9,8 +9,9 @@ import pytest
 from tests.extensions.fisheye import Fisheye
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.rendering import NOBODY, Picture, Renderer
+from vbbench.pictures.rendering import Picture, Renderer
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 from vbbench_renderers.surroundings import build_surroundings

@@ -9,8 +9,9 @@ import pytest
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import world_to_relative
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.drawing import Limbs, Pattern
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.opengl import renderer as module

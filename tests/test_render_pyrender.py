@@ -10,8 +10,9 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.pyrender_backend import PyrenderRenderer
 from vbbench_renderers.raster import RasterRenderer
 from vbbench_renderers.views import resample, views_of

@@ -6,8 +6,9 @@ import pytest
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import PLAIN, Float32, Mesh
 from vbbench_renderers.raster import RasterRenderer

@@ -9,8 +9,9 @@ import pytest
 from benchmarks.visibility import Onlooker, Seen
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 

@@ -13,8 +13,8 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
+from vbbench.sequence import NO_OBSERVER
 from vbbench_generators.crowds.demo import record_plaza
-from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.splits import sim
 from vbbench_generators.views.reprojection import plan_reprojection

@@ -15,10 +15,9 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options, Simulation
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.scene import Scene
-from vbbench.sequence import SequenceData
+from vbbench.sequence import NO_OBSERVER, SequenceData
 from vbbench_generators.crowds.demo import record_plaza
 from vbbench_generators.footage.own import own
-from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.splits import sim, street
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection

@@ -12,7 +12,9 @@ from vbbench.scene import Scene
 from vbbench.world import World
 
 NOBODY = -1
-"""The person behind a false alarm, or behind a box of somebody whose place was not measured."""
+"""The person behind a false alarm, behind a box whose person's place was not measured, or in a pixel without people."""
+NO_OBSERVER = -1
+"""The observer of a sequence whose camera is carried by none of the people of its scene."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +100,7 @@ class Sequence:
     ----------
     index : number of the sequence in its dataset.
     scene : number of the scene in its dataset.
-    observer : person id of the camera's bearer in the scene.
+    observer : person id of the camera's bearer in the scene, or `NO_OBSERVER`.
     first_frame : scene frame of the sequence's frame 0.
     tracks : [K] integer ids of all observed tracks, ascending.
     observations : [T, K, 3] boxes (u, v, l) in px, NaN = not observed.

@@ -13,7 +13,8 @@ import numpy as np
 
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
+from vbbench.sequence import NOBODY
 from vbbench_renderers.mesh import Float32
 from vbbench_renderers.rays import camera_rays
 

@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 _WIDEST_BELOW, _WIDEST_BESIDE = 1920, 1280
 """Width in px to which a film makes recorded pictures smaller, with the map below and beside them."""
 
-NOBODY = -1
-"""The id of pixels that show no person."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
@@ -46,7 +43,7 @@ class Picture:
     rgb : [H, W, 3] uint8, sRGB.
     depth : [H, W] float32 in m: along the optical axis for a pinhole (`Camera.intrinsics`), horizontal range for other
         cameras; infinite in the sky.
-    ids : [H, W] int32 person id, `NOBODY` where no person shows.
+    ids : [H, W] int32 person id, `vbbench.sequence.NOBODY` where no person shows.
     """
 
     rgb: NDArray[np.uint8]

@@ -17,10 +17,9 @@ from vbbench.generation.generator import Card, Engine, Look, Observer, Options, 
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench.sequence import Given, Odometry, Sequence, SequenceData
+from vbbench.sequence import NO_OBSERVER, Given, Odometry, Sequence, SequenceData
 from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import ObservedScene, draw_scene
-from vbbench_generators.footage.sequences import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.corruption import BehindOthers
 from vbbench_generators.views.robot import follow

@@ -12,11 +12,8 @@ from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import NOBODY, Given, Odometry, Sequence, SequenceData, Truth
+from vbbench.sequence import NO_OBSERVER, NOBODY, Given, Odometry, Sequence, SequenceData, Truth
 from vbbench_generators.footage.runs import Run
-
-NO_OBSERVER = -1
-"""The observer of footage is none of the people of its scene."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.scene import Scene
-from vbbench_generators.footage.sequences import NO_OBSERVER
+from vbbench.sequence import NO_OBSERVER
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import wandering
 from vbbench_generators.views.robot import get_robot

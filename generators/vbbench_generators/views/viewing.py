@@ -11,8 +11,7 @@ from vbbench.generation.tier import Sight, Tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import Sequence, SequenceData, Truth, held_persons
-from vbbench_generators.footage.sequences import NO_OBSERVER
+from vbbench.sequence import NO_OBSERVER, Sequence, SequenceData, Truth, held_persons
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
 from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped

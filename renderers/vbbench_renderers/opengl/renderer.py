@@ -9,8 +9,9 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.opengl import light
 from vbbench_renderers.opengl.context import device_name, open_context

@@ -10,8 +10,9 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.pyrender_backend.loading import device_name, load_pyrender, open_off_screen
 from vbbench_renderers.pyrender_backend.stage import Stage
 from vbbench_renderers.views import assemble

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,
     LARGEST_SHADOW_HALF_WIDTH,

@@ -5,7 +5,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from vbbench.kernels import kernel, parallel_kernel
-from vbbench.pictures.rendering import NOBODY
+from vbbench.sequence import NOBODY
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.filling import STRIP
 

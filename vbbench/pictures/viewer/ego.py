@@ -8,11 +8,12 @@ import numpy as np
 from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import IntArray
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.rendering import NOBODY, Picture
+from vbbench.pictures.rendering import Picture
 from vbbench.pictures.replay import Replay
 from vbbench.pictures.viewer import marks
 from vbbench.pictures.viewer.marks import Tape
 from vbbench.pictures.viewer.world import CAMERA
+from vbbench.sequence import NOBODY
 
 QUALITY = 90
 """Of the JPEG pictures, in percent."""
