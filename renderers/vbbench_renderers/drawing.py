@@ -35,6 +35,8 @@ SHADOW_HALF_WIDTH, SHADOW_AHEAD = 16.0, 12.0
 way."""
 LARGEST_SHADOW_HALF_WIDTH = 80.0
 """The largest half width (m) of the same square for objects that do not move."""
+FOOT_HEIGHT = 0.3
+"""Limbs centred below this height (m) darken the ground under them."""
 SHADOW_TEXELS, FIXED_SHADOW_TEXELS = 1024, 2048
 """Width of the shadow maps of people and of objects that do not move."""
 

@@ -15,7 +15,7 @@ from vbbench.files.dataset_checks import TRUTH_TABLES, check_in_scene, check_pos
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_rows import persons_of, sequence_of, world_of
 from vbbench.files.sequence_tables import SequenceTable, part_ranges
-from vbbench.files.tables import CAMERA, FRAME_TABLE, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
+from vbbench.files.tables import CAMERA, FRAME_TABLE, LARGEST_ID, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
@@ -25,9 +25,6 @@ from vbbench.world import World
 
 if TYPE_CHECKING:
     import pandas
-
-LARGEST_ID = 2**31 - 1
-"""The largest id that a table can hold."""
 
 SCENES_KEPT = 64
 """Most true scenes kept in memory: there may be as many as sequences."""

@@ -13,10 +13,10 @@ import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
-from vbbench.files.dataset import LARGEST_ID, Dataset
+from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults
-from vbbench.files.tables import CONVERGED, FALLBACK, SCHEMAS, column_values
+from vbbench.files.tables import CONVERGED, FALLBACK, LARGEST_ID, SCHEMAS, column_values
 from vbbench.parsing.numbers import parse_number
 
 Arrays = dict[str, NDArray[Any]]

@@ -19,6 +19,9 @@ Columns = Mapping[str, NDArray[Any]]
 
 _I, _F, _F4 = pa.int32(), pa.float64(), pa.float32()
 
+LARGEST_ID = 2**31 - 1
+"""The largest id that a table can hold."""
+
 MOTION = ("forward", "left", "turn")
 """Columns of ``odometry``: the motion since the frame before, in its axes."""
 

@@ -46,6 +46,8 @@ FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
 BODY_HEIGHT = Within(0.5, 2.5, "m")
 """How tall people may be on average."""
+Share = Annotated[float, Within(0.0, 1.0)]
+"""A field from 0 to 1."""
 
 
 def check_ranges(values: object) -> None:

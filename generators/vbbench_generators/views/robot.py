@@ -13,7 +13,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.kernels import kernel
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.sequence import Odometry
 from vbbench_generators.footage.odometry_filter import Readings, filter_motion
@@ -26,7 +26,6 @@ SPIN_STEPS = 60
 """Steps for which a wheel spins."""
 
 Positive = Annotated[float, Within(1e-3, 1e3)]
-Share = Annotated[float, Within(0.0, 1.0)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, moved_as_one, runs_of_true
 from vbbench.kernels import kernel
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER
@@ -37,7 +37,7 @@ Count = Annotated[int, Within(1, 10**6)]
 class VehicleModel:
     """The file ``vehicle.toml``, which says what each value is."""
 
-    standing: Annotated[float, Within(0.0, 1.0)]
+    standing: Share
     slowest: Speed
     fastest: Speed
     speed_std: Speed
@@ -56,7 +56,7 @@ class VehicleModel:
     stride: Count
     tries: Count
     places: Count
-    long_enough: Annotated[float, Within(0.0, 1.0)]
+    long_enough: Share
 
     def __post_init__(self) -> None:
         check_ranges(self)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,
+    FOOT_HEIGHT,
     LARGEST_SHADOW_HALF_WIDTH,
     SHADOW_AHEAD,
     SHADOW_HALF_WIDTH,
@@ -17,8 +18,6 @@ from vbbench_renderers.mesh import Float32
 if TYPE_CHECKING:
     import moderngl
 
-FOOT_HEIGHT = 0.3
-"""Limbs below this height (m) darken the ground under them."""
 PENUMBRA = 1.5
 SPOT_BYTES = 32
 

@@ -11,7 +11,7 @@ from numba import prange
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.kernels import kernel, parallel_kernel
-from vbbench_renderers.drawing import Limbs
+from vbbench_renderers.drawing import FOOT_HEIGHT, Limbs
 from vbbench_renderers.mesh import Float32, Int32
 from vbbench_renderers.raster.parts import Parts
 
@@ -19,8 +19,6 @@ NOTHING = -1e9
 """Height in a map where nothing blocks the sun."""
 BAND = 32
 """Rows of a map that one thread draws at a time."""
-FOOT_HEIGHT = 0.3
-"""Limbs centred below this height (m) darken the ground under them."""
 
 
 class ShadowMap(NamedTuple):

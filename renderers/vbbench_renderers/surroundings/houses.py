@@ -10,11 +10,9 @@ from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.surroundings.facade import Front, balconies, plain_floors, upper_floors
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import Plot
-from vbbench_renderers.surroundings.shapes import Quads, boxes, join, place, quads
+from vbbench_renderers.surroundings.shapes import SPREAD, Quads, boxes, join, place, quads
 from vbbench_renderers.surroundings.shopfronts import ground_floor
 
-SPREAD = 0.104
-"""The largest width of a part of a house over its distance, rad: its corners may be projected on a cylinder."""
 EYE = 2.0
 """Things nearer than their height minus this, in m, are outside the picture, which reaches about 45° upwards."""
 FLAT = 19.5

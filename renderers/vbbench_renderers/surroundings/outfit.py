@@ -9,11 +9,9 @@ from vbbench_renderers.mesh import Mesh, join_meshes
 from vbbench_renderers.surroundings.furniture import FEET, THINGS
 from vbbench_renderers.surroundings.ground import Tone, dark_spot, surface
 from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, PAVEMENT, ROADWAY, TO_PARK, Site
-from vbbench_renderers.surroundings.shapes import Quads, place
+from vbbench_renderers.surroundings.shapes import SPREAD, Quads, place
 from vbbench_renderers.surroundings.trees import hedge, tree
 
-SPREAD = 0.104
-"""Widest part of a thing over its distance, rad."""
 MOST = 7
 """The largest number of trees or things of one kind along one side."""
 

@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_renderers.mesh import PLAIN, Mesh
 
+SPREAD = 0.104
+"""The largest width of a part of an object over its distance, rad: its corners may be projected on a cylinder."""
+
 
 def place(mesh: Mesh, x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Mesh:
     """The mesh turned about z by `yaw`, rad, and moved."""

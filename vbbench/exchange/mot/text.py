@@ -15,7 +15,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from vbbench.errors import FileError
-from vbbench.files.tables import column_values
+from vbbench.files.tables import LARGEST_ID, column_values
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.numbers import finite_number
@@ -28,7 +28,6 @@ PEDESTRIAN = 1
 COLUMNS = ("frame", "id", "left", "top", "width", "height", "conf", "class", "visibility")
 _DEFAULTS = (1.0, -1.0, -1.0)
 """Confidence, class and visibility of lines without them."""
-_LARGEST_ID = 2**31 - 1
 FARTHEST = 1e6
 """Largest side or size of a box in px."""
 _FRAME_NAMES, _ID_NAMES = ("frame", "frame_id", "time", "timestamp"), ("id", "track", "track_id", "object_id")
@@ -113,7 +112,7 @@ class MotTable:
                 "frame {0:.10g} is not in the sequence; its frames are 1 to {frames}",
             ),
             (
-                (track != np.round(track)) | (track < UNLINKED) | (track > _LARGEST_ID),
+                (track != np.round(track)) | (track < UNLINKED) | (track > LARGEST_ID),
                 "id {1:.10g} is not a whole number from 0 on (or -1 for a detection)",
             ),
             ((width <= 0) | (height <= 0), "the box is {4:g} x {5:g} px; leave out frames without a box"),

@@ -14,11 +14,11 @@ from vbbench.errors import FileError
 from vbbench.exchange.mot.text import FARTHEST, UNLINKED, MotTable, parse_mot
 from vbbench.exchange.own.named_columns import NamedColumns, read_named
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
+from vbbench.files.tables import LARGEST_ID
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.rows import first_repetition
 
 OPTIONAL = ("id", "score", "visible")
-_LARGEST_ID = 2**31 - 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +148,7 @@ def _ids(path: Path, values: FloatArray, lines: IntArray) -> IntArray:
     loose = np.isnan(values) | (values == UNLINKED)
     if loose.all():
         return np.full(len(values), UNLINKED)
-    wrong = loose | (values != np.round(values)) | (values < 0) | (values > _LARGEST_ID)
+    wrong = loose | (values != np.round(values)) | (values < 0) | (values > LARGEST_ID)
     if wrong.any():
         row = int(wrong.argmax())
         shown = "missing here" if loose[row] else f"{values[row]:.10g}, which is not a whole number from 0 on"

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from vbbench.camera import make_camera
 from vbbench.generation.generator import Look, Observer, Options, Simulation
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled, read_toml
 from vbbench.protocol import PROTOCOLS
 
@@ -100,7 +100,7 @@ class Phase:
     frames: Annotated[int, Within(4, 1000)]
     share: Annotated[float, SHARE]
     dense: Annotated[float, Within(0.0, 10.0)] = 1.0
-    passing: Annotated[float, Within(0.0, 1.0)] = 0.0
+    passing: Share = 0.0
 
     def __post_init__(self) -> None:
         check_ranges(self)

@@ -6,14 +6,13 @@ from typing import Annotated
 
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.generation.tier import Heights
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking
 
 Seconds = Annotated[float, Within(1e-3, 1e4, "s")]
 Angle = Annotated[float, Within(0.0, 0.5, "rad")]
 Metres = Annotated[float, Within(0.0, 10.0, "m")]
-Share = Annotated[float, Within(0.0, 1.0)]
 
 
 class _Checked:

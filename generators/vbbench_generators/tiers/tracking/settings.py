@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 from vbbench.camera import Camera
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled, read_toml
 
 Positive = Annotated[float, Within(1e-9, 1e9)]
-Share = Annotated[float, Within(0.0, 1.0)]
 Spread = Annotated[float, Within(0.0, 1e9)]
 LogOdds = Annotated[float, Within(-1e3, 1e3)]
 

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated
 
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 
-Share = Annotated[float, Within(0.0, 1.0)]
 Seconds = Annotated[float, Within(0.0, 60.0, "s")]
 Span = Annotated[float, Within(0.05, 60.0, "s")]
 Angle = Annotated[float, Within(0.0, 3.1416, "rad")]
