@@ -65,31 +65,27 @@ def pose_bones(moment: Moment, feet: Feet, style: Style) -> FloatArray:
 
 def _turned(angle: FloatArray) -> FloatArray:
     """Rotations [..., 3, 3] about the vertical."""
-    matrix = np.zeros((*angle.shape, 3, 3))
-    matrix[..., 0, 0] = matrix[..., 1, 1] = np.cos(angle)
-    matrix[..., 1, 0] = np.sin(angle)
-    matrix[..., 0, 1] = -matrix[..., 1, 0]
-    matrix[..., 2, 2] = 1.0
-    return matrix
+    return _rotation(angle, 2)
 
 
 def _pitched(angle: FloatArray) -> FloatArray:
     """Rotations [..., 3, 3] about the left; positive leans forward."""
-    matrix = np.zeros((*angle.shape, 3, 3))
-    matrix[..., 0, 0] = matrix[..., 2, 2] = np.cos(angle)
-    matrix[..., 0, 2] = np.sin(angle)
-    matrix[..., 2, 0] = -matrix[..., 0, 2]
-    matrix[..., 1, 1] = 1.0
-    return matrix
+    return _rotation(angle, 1)
 
 
 def _rolled(angle: FloatArray) -> FloatArray:
     """Rotations [..., 3, 3] about the front."""
+    return _rotation(angle, 0)
+
+
+def _rotation(angle: FloatArray, axis: int) -> FloatArray:
+    """Rotations [..., 3, 3] about the ``axis``-th axis, from the next one to the one after that."""
+    first, second = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.zeros((*angle.shape, 3, 3))
-    matrix[..., 1, 1] = matrix[..., 2, 2] = np.cos(angle)
-    matrix[..., 2, 1] = np.sin(angle)
-    matrix[..., 1, 2] = -matrix[..., 2, 1]
-    matrix[..., 0, 0] = 1.0
+    matrix[..., first, first] = matrix[..., second, second] = np.cos(angle)
+    matrix[..., second, first] = np.sin(angle)
+    matrix[..., first, second] = -matrix[..., second, first]
+    matrix[..., axis, axis] = 1.0
     return matrix
 
 
