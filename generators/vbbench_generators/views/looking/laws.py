@@ -22,6 +22,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.kernels import kernel
+from vbbench_generators.views.heading import wrapped
 from vbbench_generators.views.looking.settings import NaturalLook
 
 Law = Literal["follow", "ahead", "glance", "sway"]
@@ -150,9 +151,7 @@ def _glances(
 
 def _beside(apart: FloatArray, course: FloatArray) -> FloatArray:
     """[n] angles in rad of ``apart`` [n, 2] from the ``course`` [n], to the left positive."""
-    angle = np.arctan2(apart[:, 1], apart[:, 0]) - course
-    turned: FloatArray = np.arctan2(np.sin(angle), np.cos(angle))
-    return turned
+    return wrapped(np.arctan2(apart[:, 1], apart[:, 0]) - course)
 
 
 def _sways(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> FloatArray:
