@@ -1,7 +1,7 @@
 """Pictures behind the boxes: what the observer sees, rendered or as its camera took it, a small JPEG per frame."""
 
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -48,18 +48,10 @@ def make_pictures(dataset: Dataset, split: str, chosen: Iterable[int], work: Pat
     VbbenchError
         If the truth is withheld, or the backend cannot work here.
     """
-    for number in chosen:
-        folder = picture_folder(work, split, number)
-        if folder.is_dir():
-            continue
+    for number, folder in _missing(work, split, chosen):
         sequence = dataset.sequence(number)
-        scene = scene_of(dataset, sequence.scene)
-        with WorkFolder(folder) as place, open_renderer(backend, scene) as renderer:
-            place.begin()
-            place.new.mkdir()
-            for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
-                _write_jpeg(place.new / f"{frame:05d}.jpg", picture.rgb)
-            place.publish()
+        with open_renderer(backend, scene_of(dataset, sequence.scene)) as renderer:
+            _fill(folder, (_small(picture.rgb) for picture in pictures(dataset, sequence, renderer)))
 
 
 def copy_footage(dataset: Dataset, split: str, chosen: Iterable[int], work: Path) -> None:
@@ -72,31 +64,35 @@ def copy_footage(dataset: Dataset, split: str, chosen: Iterable[int], work: Path
     VbbenchError
         If a file is no picture.
     """
-    for number in chosen:
-        folder = picture_folder(work, split, number)
-        if folder.is_dir():
-            continue
+    for number, folder in _missing(work, split, chosen):
         sequence = dataset.sequence(number)
         backdrop = Backdrop(dataset, sequence, widest=WIDTH, least=_LEAST_HEIGHT)
-        if not backdrop.is_recorded:
-            continue
-        with WorkFolder(folder) as place:
-            place.begin()
-            place.new.mkdir()
-            for frame in range(sequence.frames):
-                _save_jpeg(place.new / f"{frame:05d}.jpg", backdrop.picture(frame))
-            place.publish()
+        if backdrop.is_recorded:
+            _fill(folder, map(backdrop.picture, range(sequence.frames)))
 
 
-def _write_jpeg(path: Path, rgb: NDArray[np.uint8]) -> None:
+def _missing(work: Path, split: str, chosen: Iterable[int]) -> Iterator[tuple[int, Path]]:
+    """The chosen sequences of which there are no pictures yet, and the folders for these."""
+    for number in chosen:
+        folder = picture_folder(work, split, number)
+        if not folder.is_dir():
+            yield number, folder
+
+
+def _fill(folder: Path, frames: Iterable[NDArray[np.uint8]]) -> None:
+    """Make a folder of JPEGs."""
+    from PIL import Image
+
+    with WorkFolder(folder) as place:
+        place.begin()
+        place.new.mkdir()
+        for frame, rgb in enumerate(frames):
+            Image.fromarray(rgb).save(place.new / f"{frame:05d}.jpg", quality=_QUALITY, optimize=True)
+        place.publish()
+
+
+def _small(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     from PIL import Image
 
     height, width = rgb.shape[:2]
-    image = Image.fromarray(rgb).resize((WIDTH, round(height * WIDTH / width)), Image.Resampling.LANCZOS)
-    _save_jpeg(path, np.asarray(image))
-
-
-def _save_jpeg(path: Path, rgb: NDArray[np.uint8]) -> None:
-    from PIL import Image
-
-    Image.fromarray(rgb).save(path, quality=_QUALITY, optimize=True)
+    return np.asarray(Image.fromarray(rgb).resize((WIDTH, round(height * WIDTH / width)), Image.Resampling.LANCZOS))
