@@ -29,7 +29,7 @@ def test_one_step_figures(split: str, data_folder: Path, tmp_path: Path) -> None
     result = score(submission, dataset.folder)
     measured = [result.summaries[name].mean for name in NAMES]
     assert measured == pytest.approx(golden, rel=0.02)
-    paper = next(row.figures for row in the_paper().select(split) if row.solver == "VB-CV")
+    paper = the_paper().figures(split, "VB-CV")
     for name, value in zip(NAMES, measured, strict=True):
         printed = paper[name]
         assert round(value, 3) <= printed, f"{name} is {value:.4f}, the paper has {printed}"

@@ -12,6 +12,7 @@ from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Options, Plan
 from vbbench.generation.thinning import thinned
+from vbbench.paper import BEST, the_paper
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.readings import study as readings
 from vbbench.reproduction.readings.figure import plot_readings, readings_report, readings_values
@@ -21,7 +22,6 @@ from vbbench.reproduction.readings.study import (
     ReadingsStudy,
     all_readings,
     measure_readings,
-    paper_figures,
 )
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
@@ -86,7 +86,7 @@ def test_figures_on_hotel(found: Readings) -> None:
         },
         rel=0.02,
     )
-    assert measured["one-step", "learned"] < paper_figures("hotel")["dx"] < measured["sequential", "known"]
+    assert measured["one-step", "learned"] < the_paper().figures("hotel", BEST)["dx"] < measured["sequential", "known"]
 
 
 def test_the_table_has_a_row_a_reading(found: Readings) -> None:

@@ -12,23 +12,19 @@ import pytest
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.paper import the_paper
+from vbbench.paper import COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.reproduction import simulated_recording
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import shown, write_report
 from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording
-from vbbench.reproduction.tables import solver_tables
 from vbbench.reproduction.tables.solver_figure import PANELS, plot_solver_table
-from vbbench.reproduction.tables.solver_report import COLUMNS, solver_table_report
+from vbbench.reproduction.tables.solver_report import solver_table_report
 from vbbench.reproduction.tables.solver_tables import (
     COUNTERPARTS,
-    PROTOCOLS,
-    SIGMA_H,
     SolverTable,
     SolverTableStudy,
     counterpart,
     measure_solver_table,
-    paper_figures,
 )
 
 HOTEL = SolverTableStudy(table=2, splits=("hotel",), solvers=("cv", "vb-sf", "vb-sf-literal", "map-causal"), every=60)
@@ -45,7 +41,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def found(out: Path) -> SolverTable:
     """Figures on the demo, as if the paper had it in Table 2."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(solver_tables.SPLITS, 2, ("demo",))
+        patch.setitem(SPLITS, 2, ("demo",))
         return measure_solver_table(DEMO, out)
 
 
@@ -190,14 +186,14 @@ def test_the_picture_has_a_mark_a_row_and_the_papers_bars(hotel: SolverTable) ->
         bars = [
             float(line.get_xdata()[0]) for line in axes.lines if line.get_linewidth() == 2.4 and len(line.get_xdata())
         ]
-        expected = (paper_figures("hotel", counterpart(solver)).get(metric) for solver in HOTEL.solvers)
+        expected = (the_paper().figures("hotel", counterpart(solver)).get(metric) for solver in HOTEL.solvers)
         assert bars == [figure for figure in expected if figure is not None]
 
 
 def test_whose_row_of_the_paper_a_solver_is_compared_with() -> None:
     assert {COUNTERPARTS[name] for name in COUNTERPARTS} == {row.solver for row in the_paper().select("hotel")}
     assert counterpart("mine:Solver") == "VB-SF"
-    assert paper_figures("demo", "VB-SF") == {}
+    assert the_paper().figures("demo", "VB-SF") == {}
 
 
 def test_what_is_missing_is_said_with_its_command(no_data: Path, tmp_path: Path) -> None:

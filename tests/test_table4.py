@@ -11,9 +11,10 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation.generator import Options, Simulation
+from vbbench.paper import COLUMNS, PROTOCOLS
 from vbbench.reproduction.tables.table4.inputs import Input, LinkedByTruth, linked_by_truth
 from vbbench.reproduction.tables.table4.report import table4_report
-from vbbench.reproduction.tables.table4.study import COLUMNS, PROTOCOLS, Table4, Table4Study, measure_table4
+from vbbench.reproduction.tables.table4.study import Table4, Table4Study, measure_table4
 from vbbench.sequence import NOBODY
 from vbbench_generators.splits import demo, street
 

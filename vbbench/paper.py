@@ -8,6 +8,19 @@ from functools import cache
 
 from vbbench.parsing.toml_text import read_bundled
 
+SPLITS = {2: ("hotel", "eth", "students"), 3: ("shibuya01", "shibuya02")}
+"""The recordings of Tables 2 and 3."""
+COLUMNS = ("dx_rel", "dx", "dr", "dt")
+"""The metrics of Tables 2 to 4, in their order."""
+HEADLINE = "dx"
+"""The metric that every row has."""
+SIGMA_H = 0.07
+"""σ_h in m of the rows that are quoted."""
+BEST = "VB-SF"
+"""The paper's best solver."""
+PROTOCOLS = ("one-step", "sequential")
+"""Those that its figures may be of: the one that they fit, and the one of its text."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Quoted:
@@ -100,6 +113,10 @@ class Paper:
     def select(self, split: str, tier: str = "ideal") -> tuple[Quoted, ...]:
         """The rows on a split in a tier."""
         return tuple(row for row in self.rows if (row.split, row.tier) == (split, tier))
+
+    def figures(self, split: str, solver: str) -> Mapping[str, float]:
+        """The row of a solver on a split in tier `ideal`: metric → mean in m or rad; none if it is not printed."""
+        return next((row.figures for row in self.select(split) if row.solver == solver), {})
 
 
 @cache

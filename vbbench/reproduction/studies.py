@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vbbench.errors import UnknownNameError
+from vbbench.paper import SPLITS
 from vbbench.reproduction.at_hand import AtHand
 from vbbench.reproduction.keypoints.figure import keypoints_report
 from vbbench.reproduction.keypoints.people import People
@@ -23,7 +24,7 @@ from vbbench.reproduction.sigma.figure import sigma_report
 from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
 from vbbench.reproduction.simulated_recording import STAND_INS
 from vbbench.reproduction.tables.solver_report import solver_table_report
-from vbbench.reproduction.tables.solver_tables import SPLITS, SolverTableStudy, measure_solver_table
+from vbbench.reproduction.tables.solver_tables import SolverTableStudy, measure_solver_table
 from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
 from vbbench.reproduction.tables.table4.report import table4_report
 from vbbench.reproduction.tables.table4.study import Table4Study, measure_table4

@@ -7,17 +7,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from vbbench.paper import BEST, HEADLINE, the_paper
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
 from vbbench.reproduction.readings.study import (
     HALF_WIDTH,
-    HEADLINE,
-    PAPER_SOLVER,
     SOLVER,
     MeasuredReading,
     Reading,
     Readings,
-    paper_figures,
 )
 from vbbench.reproduction.report import Report
 from vbbench.scoring.metrics import METRICS, section
@@ -30,10 +28,10 @@ _WHAT_IS_KNOWN = {"learned": "learned", "known": "known", "prior": "N(μ, σ²)"
 def readings_report(found: Readings) -> Report:
     """A row a reading: Δx averaged over sequences and over frames, and how many times the paper's it is."""
     splits, label = found.study.splits, METRICS[HEADLINE].label
-    printed = [f"{paper_figures(split)[HEADLINE]:.3f}" for split in splits]
+    printed = [f"{the_paper().figures(split, BEST)[HEADLINE]:.3f}" for split in splits]
     table = Table(
         head=["protocol", "heights", "observer walks", "field", "solver", *splits, "times the paper's"],
-        rows=[["the paper", "", "", "", PAPER_SOLVER, *printed, "1"], *map(_row, found.rows)],
+        rows=[["the paper", "", "", "", BEST, *printed, "1"], *map(_row, found.rows)],
         names=5,
     )
     facts = (
@@ -42,7 +40,7 @@ def readings_report(found: Readings) -> Report:
     )
     return Report(
         name=NAME,
-        title=f"Every reading of the paper's {PAPER_SOLVER}, tier ideal, {conditions(found)}",
+        title=f"Every reading of the paper's {BEST}, tier ideal, {conditions(found)}",
         facts=facts,
         tables=[table],
         values=readings_values(found),
@@ -64,7 +62,7 @@ def readings_values(found: Readings) -> dict[str, Any]:
         "every": study.every,
         "seed": study.seed,
         "sequences": dict(found.sequences),
-        "paper": {split: dict(paper_figures(split)) for split in study.splits},
+        "paper": {split: dict(the_paper().figures(split, BEST)) for split in study.splits},
         "readings": [
             {
                 **vars(row.reading),
@@ -113,7 +111,9 @@ def plot_readings(found: Readings) -> Figure:
 def _draw_panel(axes: Axes, split: str, found: Readings) -> None:
     rows = np.arange(len(found.rows))
     own = [row.summaries[split][HEADLINE] for row in found.rows]
-    axes.axvline(paper_figures(split)[HEADLINE], color=style.ESTIMATE, linewidth=1.2, label="the paper's figure")
+    axes.axvline(
+        the_paper().figures(split, BEST)[HEADLINE], color=style.ESTIMATE, linewidth=1.2, label="the paper's figure"
+    )
     look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4.5}
     axes.plot([s.frame_mean for s in own], rows, color=style.TRUTH, fillstyle="none", label="over frames", **look)
     axes.plot([s.mean for s in own], rows, color=style.GIVEN, label="over sequences", **look)

@@ -17,7 +17,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.thinning import thinned
-from vbbench.paper import the_paper
+from vbbench.paper import BEST, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.registry import load
 from vbbench.reproduction.asked import check_every
 from vbbench.reproduction.making import Making
@@ -27,16 +27,10 @@ from vbbench.scoring.statistics import Summary
 Heights = Literal["known", "learned", "prior"]
 """Everybody has the mean height; heights follow from given positions; nothing but N(μ_h, σ_h²) is known."""
 
-SPLITS = ("hotel", "eth", "students")
-PROTOCOLS = ("one-step", "sequential")
 SOLVER = "vb-sf"
 """Its class names, in ``readings`` and ``literal``, the solver of each reading."""
-PAPER_SOLVER = "VB-SF"
-SIGMA_H = 0.07
-"""σ_h in m of the paper's Table 2."""
 HALF_WIDTH = 8.0
 """In m: the paper's text scales recordings to [−8, 8] m."""
-HEADLINE = "dx"
 
 
 @runtime_checkable
@@ -100,22 +94,22 @@ class ReadingsStudy:
 
     Parameters
     ----------
-    splits : of `SPLITS`.
+    splits : of the paper's Table 2.
     every : only every so-many-th sequence of each.
     seed : of the datasets.
     """
 
-    splits: Sequence[str] = SPLITS
+    splits: Sequence[str] = SPLITS[2]
     every: int = 1
     seed: int = 0
 
     def check(self) -> None:
         """Raise VbbenchError if a split is not the paper's, none is named, or ``every`` is no number of sequences."""
         if not self.splits:
-            raise VbbenchError(f"nothing to measure: name a split of {', '.join(SPLITS)}")
+            raise VbbenchError(f"nothing to measure: name a split of {', '.join(SPLITS[2])}")
         for split in self.splits:
-            if split not in SPLITS:
-                raise UnknownNameError("split of the paper's Table 2", split, SPLITS)
+            if split not in SPLITS[2]:
+                raise UnknownNameError("split of the paper's Table 2", split, SPLITS[2])
         check_every(self.every)
 
 
@@ -129,7 +123,7 @@ class MeasuredReading:
     def times_the_paper(self, metric: str = HEADLINE, *, frames: bool = False) -> float:
         """Geometric mean over splits of the error by the paper's, averaged over sequences or over ``frames``."""
         ratios = [
-            (found[metric].frame_mean if frames else found[metric].mean) / paper_figures(split)[metric]
+            (found[metric].frame_mean if frames else found[metric].mean) / the_paper().figures(split, BEST)[metric]
             for split, found in self.summaries.items()
         ]
         return float(np.exp(np.mean(np.log(ratios))))
@@ -142,12 +136,6 @@ class Readings:
     study: ReadingsStudy
     sequences: Mapping[str, int]
     rows: tuple[MeasuredReading, ...]
-
-
-def paper_figures(split: str) -> Mapping[str, float]:
-    """The paper's row of VB-SF on a split: metric → mean in m or rad."""
-    (row,) = (row for row in the_paper().select(split) if row.solver == PAPER_SOLVER)
-    return row.figures
 
 
 def measure_readings(study: ReadingsStudy, out: Path | str, making: Making = Making()) -> Readings:  # noqa: B008

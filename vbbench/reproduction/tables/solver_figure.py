@@ -8,9 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from vbbench.paper import SIGMA_H, the_paper
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
-from vbbench.reproduction.tables.solver_tables import SIGMA_H, SolverRow, SolverTable, counterpart, paper_figures
+from vbbench.reproduction.tables.solver_tables import SolverRow, SolverTable, counterpart
 from vbbench.scoring.metrics import METRICS
 
 PANELS = ("dx", "dt")
@@ -58,7 +59,7 @@ def _draw_panel(axes: Axes, found: SolverTable, split: str, metric: str) -> None
         side = 2 * _APART * (protocols.index(row.protocol) - (len(protocols) - 1) / 2)
         _draw_row(axes, row, metric, solvers.index(row.solver) + side, _look(found, row.protocol))
     for place, solver in enumerate(solvers):
-        printed = paper_figures(split, counterpart(solver)).get(metric)
+        printed = the_paper().figures(split, counterpart(solver)).get(metric)
         if printed is not None:
             axes.plot(2 * [printed], [place - 0.36, place + 0.36], color=style.ESTIMATE, linewidth=2.4, zorder=1.5)
     axes.set_xscale("log")

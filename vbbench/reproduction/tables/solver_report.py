@@ -6,22 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.paper import the_paper
+from vbbench.paper import COLUMNS, HEADLINE, SIGMA_H, the_paper
 from vbbench.reproduction.report import Report
 from vbbench.reproduction.tables.solver_figure import plot_solver_table
-from vbbench.reproduction.tables.solver_tables import (
-    HEADLINE,
-    SIGMA_H,
-    SolverRow,
-    SolverTable,
-    counterpart,
-)
+from vbbench.reproduction.tables.solver_tables import SolverRow, SolverTable, counterpart
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import interval_text
 from vbbench.table import Table
 
-COLUMNS = ("dx_rel", "dx", "dr", "dt")
-"""The metrics of the paper's tables, in its order."""
 _LABELS = tuple(METRICS[metric].label for metric in COLUMNS)
 _DX = METRICS[HEADLINE].symbol
 

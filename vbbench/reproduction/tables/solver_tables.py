@@ -14,7 +14,7 @@ from vbbench.errors import SourceMissingError, UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Card, Generator, Options
-from vbbench.paper import the_paper
+from vbbench.paper import BEST, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.registry import load
 from vbbench.reproduction.asked import check_every, check_names, stride_of
 from vbbench.reproduction.at_hand import how_to_get
@@ -32,17 +32,9 @@ COUNTERPARTS = {
     "map-causal": "VB-SF",
     "map-batch": "VB-SF",
 }
-"""The solvers of the tables, and whose row of the paper each is compared with."""
+"""The solvers of the tables, and whose row of the paper each is compared with; any other with its best."""
 ALIKE = {("one-step", "map-batch"): "map-causal"}
 """Where no later frame is left to look at, the batch returns the causal answer: it is not asked for it again."""
-BEST = "VB-SF"
-"""The paper's best row, with which any other solver is compared."""
-PROTOCOLS = ("one-step", "sequential")
-SIGMA_H = 0.07
-"""σ_h in m of the rows that `vbbench.paper` quotes."""
-SPLITS = {2: ("hotel", "eth", "students"), 3: ("shibuya01", "shibuya02")}
-"""The recordings of each table."""
-HEADLINE = "dx"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +44,7 @@ class SolverTableStudy:
     Parameters
     ----------
     table : the paper's number, 2 or 3.
-    splits : of `SPLITS`.
+    splits : of that table.
     solvers : registered names or ``module:attribute``.
     protocols, sigmas : every combination of them; σ_h in m.
     every : only every so-many-th sequence of a recording; ``None`` for all, and of a stand-in as many as are sensible.
@@ -109,7 +101,7 @@ class SolverRow:
     @property
     def compared_with(self) -> Mapping[str, float]:
         """The paper's figures of its counterpart: metric → mean; none at another σ_h than the paper's."""
-        return paper_figures(self.split, counterpart(self.solver)) if self.sigma_h == SIGMA_H else {}
+        return the_paper().figures(self.split, counterpart(self.solver)) if self.sigma_h == SIGMA_H else {}
 
     def times_the_paper(self, metric: str = HEADLINE) -> float:
         """The mean over frames by the paper's; NaN where the paper has none."""
@@ -165,11 +157,6 @@ class SolverTable:
 def counterpart(solver: str) -> str:
     """Whose row of the paper a solver is compared with."""
     return COUNTERPARTS.get(solver, BEST)
-
-
-def paper_figures(split: str, paper_solver: str) -> Mapping[str, float]:
-    """The paper's row of a solver on a split: metric → mean in m or rad."""
-    return next((row.figures for row in the_paper().select(split) if row.solver == paper_solver), {})
 
 
 def measure_solver_table(

@@ -5,6 +5,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from vbbench.paper import COLUMNS
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.reproduction.report import Report
@@ -15,9 +16,6 @@ from vbbench.scoring.metrics import METRICS
 from vbbench.table import Table
 
 NAME = "figure-trajectories"
-COLUMNS = ("dx_rel", "dx", "dr", "dt")
-"""Metrics of the table."""
-
 RULE = (
     f"Of up to {CANDIDATES} sequences, evenly spread over the split, the one with the most ordinary length and number "
     "of people is shown, among those whose observer gets at least as far as half of them do: the least |ln(T/median)| "

@@ -11,10 +11,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from vbbench.paper import COLUMNS, PROTOCOLS
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
 from vbbench.reproduction.tables.table4.inputs import Input
-from vbbench.reproduction.tables.table4.study import COLUMNS, PROTOCOLS, SPLIT, Example, Table4
+from vbbench.reproduction.tables.table4.study import SPLIT, Example, Table4
 from vbbench.scoring.metrics import METRICS
 
 COLOURS = (style.GIVEN, style.ESTIMATE, "#009e73", "#cc79a7", "#56b4e9", "#e69f00")

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
-from vbbench.paper import the_paper
+from vbbench.paper import COLUMNS, PROTOCOLS, the_paper
 from vbbench.reproduction.report import Report
 from vbbench.reproduction.tables.table4.picture import plot_table4
-from vbbench.reproduction.tables.table4.study import COLUMNS, LEAST_TRACK, PROTOCOLS, SPLIT, Table4
+from vbbench.reproduction.tables.table4.study import LEAST_TRACK, SPLIT, Table4
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.statistics import Summary
 from vbbench.table import Table

@@ -12,20 +12,19 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.geometry import BoolArray, FloatArray
+from vbbench.paper import COLUMNS, PROTOCOLS
 from vbbench.registry import load
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.tables.table4.inputs import Counts, Input, LinkedByTruth, count
 from vbbench.scoring.statistics import Summary
 from vbbench.sequence import NOBODY
 
-SPLIT, PROTOCOLS = "street", ("one-step", "sequential")
+SPLIT = "street"
 SOLVERS = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal")
 JITTER = (0.0, 1.0, 2.0, 4.0)
 """Standard deviations in px of column, top and bottom of centre lines: exact, and drawn by hands ever more hasty."""
 LEAST_TRACK = 4
 """The paper keeps who is tracked in more than three frames."""
-COLUMNS = ("dx_rel", "dx", "dr", "dt")
-"""The metrics of the paper's table."""
 
 
 @dataclass(frozen=True, kw_only=True)
