@@ -13,7 +13,6 @@ from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.paper import COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
-from vbbench.reproduction import simulated_recording
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import shown, write_report
 from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording
@@ -258,7 +257,7 @@ def test_table2_without_recordings_is_the_papers_alone(
 def test_table3_simulates_what_is_missing(
     no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(simulated_recording, "STAND_INS", {"shibuya01": SimulatedRecording(people=40, every=30)})
+    monkeypatch.setitem(STAND_INS, "shibuya01", SimulatedRecording(people=40, every=30))
     command = ["reproduce", "table3", "--split", "shibuya01", "--solver", "cv", "--out", tmp_path / "out", "--json"]
     status, printed, _ = run(capsys, *command)
     assert status == 0

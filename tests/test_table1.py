@@ -169,7 +169,7 @@ def test_where_shibuya_is_missing_a_recording_like_it_is_made(
 
 def test_motsynth_is_counted_where_its_folder_is_named(tmp_path: Path) -> None:
     folder = motsynth_recording.write(tmp_path / "s", motsynth_recording.recording(frames=60))
-    study = Table1Study(splits=("motsynth",), at_hand=AtHand(folders={"motsynth": folder}))
+    study = Table1Study(splits=("motsynth",), at_hand=AtHand.of(motsynth=folder))
     found = measure_table1(study, tmp_path / "out")
     tally = found.rows[0].tally
     assert tally is not None
@@ -178,7 +178,7 @@ def test_motsynth_is_counted_where_its_folder_is_named(tmp_path: Path) -> None:
 
 
 def test_a_named_folder_without_the_source_is_an_error(tmp_path: Path) -> None:
-    study = Table1Study(splits=("motsynth",), at_hand=AtHand(folders={"motsynth": tmp_path}))
+    study = Table1Study(splits=("motsynth",), at_hand=AtHand.of(motsynth=tmp_path))
     with pytest.raises(VbbenchError, match="no annotation files of MOTSynth"):
         measure_table1(study, tmp_path / "out")
 

@@ -187,7 +187,7 @@ def test_nothing_to_show_is_an_error(no_data: Path, tmp_path: Path) -> None:
 
 def test_footage_of_which_only_relative_places_are_known(tmp_path: Path) -> None:
     folder = jrdb_recording.recording().write(tmp_path / "jrdb")
-    study = TrajectoriesStudy(splits=("jrdb",), at_hand=AtHand(folders={"jrdb": folder}))
+    study = TrajectoriesStudy(splits=("jrdb",), at_hand=AtHand.of(jrdb=folder))
     found = measure_trajectories(study, tmp_path / "out")
     (example,) = found.examples
     assert example.replay.info.truth == "relative"

@@ -202,7 +202,6 @@ def figure_trajectories(
     from vbbench.reproduction.trajectories.figure import trajectories_report
     from vbbench.reproduction.trajectories.study import TrajectoriesStudy, measure_trajectories
 
-    named = {"kitti": kitti, "jrdb": jrdb, "motsynth": motsynth}
-    at_hand = AtHand(folders={name: folder for name, folder in named.items() if folder is not None})
+    at_hand = AtHand.of(kitti=kitti, jrdb=jrdb, motsynth=motsynth)
     study = TrajectoriesStudy(splits=split, solver=solver, protocol=protocol, at_hand=at_hand, seed=seed)
     show(trajectories_report(measure_trajectories(study, out, making(work))), out, json)

@@ -30,8 +30,7 @@ def table1(
     from vbbench.reproduction.at_hand import AtHand
     from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
 
-    at_hand = AtHand(folders={} if motsynth is None else {"motsynth": motsynth})
-    study = Table1Study(splits=split, at_hand=at_hand, seed=seed)
+    study = Table1Study(splits=split, at_hand=AtHand.of(motsynth=motsynth), seed=seed)
     show(table1_report(measure_table1(study, out, making(work))), out, json)
 
 
@@ -57,12 +56,7 @@ def table2(
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
     """
-    from vbbench.reproduction.tables.solver_report import solver_table_report
-    from vbbench.reproduction.tables.solver_tables import COUNTERPARTS, SolverTableStudy, measure_solver_table
-
-    solvers = solver or tuple(COUNTERPARTS)
-    study = SolverTableStudy(table=2, splits=split, solvers=solvers, every=every, seed=seed, source=source)
-    show(solver_table_report(measure_solver_table(study, out, making(work))), out, json)
+    _show_solver_table(2, split, solver, every=every, seed=seed, source=source, out=out, work=work, json=json)
 
 
 def table3(
@@ -87,14 +81,26 @@ def table3(
         work: Where the work is done.
         json: Print every number as JSON instead of the tables.
     """
-    from vbbench.reproduction.simulated_recording import STAND_INS
+    _show_solver_table(3, split, solver, every=every, seed=seed, source=source, out=out, work=work, json=json)
+
+
+def _show_solver_table(
+    table: int,
+    split: tuple[str, ...],
+    solver: tuple[str, ...],
+    *,
+    every: int | None,
+    seed: int,
+    source: Path | None,
+    out: Path,
+    work: Work,
+    json: bool,
+) -> None:
     from vbbench.reproduction.tables.solver_report import solver_table_report
     from vbbench.reproduction.tables.solver_tables import COUNTERPARTS, SolverTableStudy, measure_solver_table
 
     solvers = solver or tuple(COUNTERPARTS)
-    study = SolverTableStudy(
-        table=3, splits=split, solvers=solvers, every=every, seed=seed, source=source, stand_ins=STAND_INS
-    )
+    study = SolverTableStudy(table=table, splits=split, solvers=solvers, every=every, seed=seed, source=source)
     show(solver_table_report(measure_solver_table(study, out, making(work))), out, json)
 
 

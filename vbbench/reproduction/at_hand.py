@@ -15,6 +15,11 @@ class AtHand:
 
     folders: Mapping[str, Path] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, **folders: Path | None) -> "AtHand":
+        """Of folders by split; ``None`` for the usual places."""
+        return cls(folders={split: folder for split, folder in folders.items() if folder is not None})
+
     def plan(self, split: str, seed: int = 0) -> Plan | None:
         """The split as it is by default; ``None`` if its source is not here.
 

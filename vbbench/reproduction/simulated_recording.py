@@ -6,7 +6,8 @@ from pathlib import Path
 
 from vbbench.exchange.heads.recording import TRUTH_FACTS, export_heads
 from vbbench.exchange.heads.settings import HeadOptions
-from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.generator import Options, Plan, Simulation
+from vbbench.registry import load
 from vbbench.reproduction.making import Making
 
 SCENARIO = "shibuya"
@@ -47,3 +48,10 @@ def record_crowd(what: SimulatedRecording, folder: Path, seed: int, making: Maki
     if facts.is_file() and json.loads(facts.read_text("utf-8"))["dataset"] == crowd.info.id:
         return recording
     return export_heads(crowd, recording, HeadOptions(), seed=seed)
+
+
+def stand_in_plan(split: str, folder: Path, seed: int, making: Making) -> Plan:
+    """A split of Shibuya, of what stands in for its recording (`STAND_INS`); ``folder`` is as in `record_crowd`."""
+    recording = record_crowd(STAND_INS[split], folder, seed, making)
+    plan: Plan = load("generator", split).plan(Options(source=recording, seed=seed))
+    return plan

@@ -22,7 +22,6 @@ from vbbench.reproduction.robot.measuring import measure_robot
 from vbbench.reproduction.robot.study import RobotStudy
 from vbbench.reproduction.sigma.figure import sigma_report
 from vbbench.reproduction.sigma.study import SigmaStudy, measure_sigma
-from vbbench.reproduction.simulated_recording import STAND_INS
 from vbbench.reproduction.tables.solver_report import solver_table_report
 from vbbench.reproduction.tables.solver_tables import SolverTableStudy, measure_solver_table
 from vbbench.reproduction.tables.table1 import Table1Study, measure_table1, table1_report
@@ -53,8 +52,7 @@ class Downloads:
     @property
     def at_hand(self) -> AtHand:
         """By split."""
-        named = {"kitti": self.kitti, "jrdb": self.jrdb, "motsynth": self.motsynth}
-        return AtHand(folders={name: folder for name, folder in named.items() if folder is not None})
+        return AtHand.of(kitti=self.kitti, jrdb=self.jrdb, motsynth=self.motsynth)
 
 
 def the_parts(
@@ -101,8 +99,7 @@ def the_parts(
 
 
 def _solver_table(table: int, every: int, seed: int) -> SolverTableStudy:
-    stand_ins = STAND_INS if table == 3 else {}
-    return SolverTableStudy(table=table, splits=SPLITS[table], every=every, seed=seed, stand_ins=stand_ins)
+    return SolverTableStudy(table=table, splits=SPLITS[table], every=every, seed=seed)
 
 
 def _part(study: Any, measure: Callable[[Any, Path, Making], Any], report: Callable[[Any], Report]) -> Part:

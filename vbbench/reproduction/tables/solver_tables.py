@@ -19,7 +19,7 @@ from vbbench.registry import load
 from vbbench.reproduction.asked import check_every, check_names, stride_of
 from vbbench.reproduction.at_hand import how_to_get
 from vbbench.reproduction.making import Making
-from vbbench.reproduction.simulated_recording import SimulatedRecording, record_crowd
+from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording, record_crowd
 from vbbench.scoring.metrics import section
 from vbbench.scoring.statistics import Summary
 
@@ -61,7 +61,7 @@ class SolverTableStudy:
     every: int | None = None
     seed: int = 0
     source: Path | None = None
-    stand_ins: Mapping[str, SimulatedRecording] = field(default_factory=dict)
+    stand_ins: Mapping[str, SimulatedRecording] = field(default_factory=lambda: STAND_INS)
 
     def check(self) -> None:
         """Find the mistakes that can be found before the work starts.

@@ -9,13 +9,11 @@ import numpy as np
 
 from vbbench.errors import UnknownNameError
 from vbbench.folders.locks import loose_files
-from vbbench.generation.generator import Options
 from vbbench.geometry import IntArray
-from vbbench.registry import load
 from vbbench.reproduction.at_hand import AtHand, how_to_get
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import Report
-from vbbench.reproduction.simulated_recording import STAND_INS, record_crowd
+from vbbench.reproduction.simulated_recording import stand_in_plan
 from vbbench.reproduction.tables.counting import Tally, count_people
 from vbbench.reproduction.tables.table1_picture import plot_table1
 from vbbench.reproduction.tables.table1_rows import Row, all_rows
@@ -98,8 +96,7 @@ def _at_hand(row: Row, study: Table1Study) -> Tally | None:
 
 
 def _simulated(row: Row, study: Table1Study, out: Path, making: Making) -> Tally:
-    recording = record_crowd(STAND_INS[row.split], out / f"like-{row.split}", study.seed, making)
-    return count_people(load("generator", row.split).plan(Options(source=recording, seed=study.seed)))
+    return count_people(stand_in_plan(row.split, out / f"like-{row.split}", study.seed, making))
 
 
 def table1_report(found: Table1) -> Report:

@@ -8,14 +8,14 @@ import numpy as np
 
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.folders.locks import loose_files
-from vbbench.generation.generator import Options, Plan
+from vbbench.generation.generator import Plan
 from vbbench.generation.thinning import single
 from vbbench.pictures.replay import Replay, load_replay
-from vbbench.registry import load, registered
+from vbbench.registry import registered
 from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.at_hand import AtHand, how_to_get
 from vbbench.reproduction.making import Making, submission_folder
-from vbbench.reproduction.simulated_recording import STAND_INS, record_crowd
+from vbbench.reproduction.simulated_recording import STAND_INS, stand_in_plan
 from vbbench.reproduction.trajectories.choice import typical_sequence
 from vbbench.scoring.scorecard import Score
 
@@ -124,7 +124,7 @@ def measure_trajectories(study: TrajectoriesStudy, out: Path | str, making: Maki
                 missing[split] = how_to_get(split)
                 if split not in STAND_INS:
                     continue
-                name, plan = f"like {split}, simulated", _stand_in(split, study, out, making)
+                name, plan = f"like {split}, simulated", stand_in_plan(split, out / f"like-{split}", study.seed, making)
             folder = out / (split if name == split else f"like-{split}")
             examples.append(_example(name, plan, study, folder, making))
     if not examples:
@@ -132,12 +132,6 @@ def measure_trajectories(study: TrajectoriesStudy, out: Path | str, making: Maki
             f"nothing to show: the source of {', '.join(missing)} is not here; 'vbbench splits' says more"
         )
     return Trajectories(study=study, examples=tuple(examples), missing=missing)
-
-
-def _stand_in(split: str, study: TrajectoriesStudy, out: Path, making: Making) -> Plan:
-    recording = record_crowd(STAND_INS[split], out / f"like-{split}", study.seed, making)
-    plan: Plan = load("generator", split).plan(Options(source=recording, seed=study.seed))
-    return plan
 
 
 def _example(name: str, plan: Plan, study: TrajectoriesStudy, folder: Path, making: Making) -> Example:
