@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.sequence_tables import part_ranges
+from vbbench.files.sequence_tables import Ranges, part_ranges
 from vbbench.files.submission import OFFLINE, SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_rows import answer_rows
 from vbbench.files.tables import to_arrow
@@ -22,7 +22,7 @@ from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
 from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parallel.parts import Part, check_jobs, write_in_parts
+from vbbench.parallel.parts import Part, Work, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import held_out, make_solver, variant_for
 from vbbench.sequence import Sequence
@@ -79,16 +79,7 @@ def solve(
     if tls and scheduler is None:
         raise VbbenchError("certificates are for a cluster; give its scheduler's address, tls://HOST:PORT")
     out, rules = Path(out), get_protocol(protocol)
-    if rules.given != "origin" and dataset.info.truth != "whole":
-        lacking = "where people really are is" if dataset.info.truth == "poses" else "the camera's true poses are"
-        raise VbbenchError(
-            f"'{protocol}' gives what is not known of {dataset.folder}: {lacking} missing; use cold-start"
-        )
-    if rules.needs_truth and not dataset.has_truth:
-        raise VbbenchError(
-            f"'{protocol}' needs truth while solving; use sequential, rollout or cold-start, "
-            "or name the folder that holds it (truth)"
-        )
+    _check_truth(dataset, rules)
     isolate = isolate or fresh_processes
     opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
     sources = dataset.info.sources
@@ -104,19 +95,54 @@ def solve(
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key, partitioned=scheduler is not None):
             if scheduler is None:
-                longest_first = ("positions", *(name for name in TABLES if name != "positions"))
-                tables = {name: work.new / f"{name}.parquet" for name in longest_first}
-                facts = write_in_parts(solve_part, ranges, work.parts, tables, jobs=jobs, label=label)
-                for name in tables.keys() - _reported(facts):
-                    tables[name].unlink()
-                write_text_atomically(work.new / SUBMISSION_FILE, declared(facts).to_json())
+                _write_here(work, solve_part, ranges, declared, jobs, label)
             else:
-                facts = write_partitions(solve_part, ranges, work.new, scheduler, tls=tls, label=label)
-                parts = [part_name(first) for first, _ in ranges]
-                layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=parts)
-                write_layout(work.new, layout, declared(facts).to_json())
+                _write_in_partitions(work, solve_part, ranges, declared, scheduler, tls, label)
             work.publish()
     return out
+
+
+def _check_truth(dataset: Dataset, rules: Protocol) -> None:
+    """Raise VbbenchError if the protocol gives, or asks for, what is not known here."""
+    if rules.given != "origin" and dataset.info.truth != "whole":
+        lacking = "where people really are is" if dataset.info.truth == "poses" else "the camera's true poses are"
+        raise VbbenchError(
+            f"'{rules.name}' gives what is not known of {dataset.folder}: {lacking} missing; use cold-start"
+        )
+    if rules.needs_truth and not dataset.has_truth:
+        raise VbbenchError(
+            f"'{rules.name}' needs truth while solving; use sequential, rollout or cold-start, "
+            "or name the folder that holds it (truth)"
+        )
+
+
+Declared = Callable[[list[dict[str, Any]]], SubmissionInfo]
+"""Makes of the facts of all parts what a submission says of itself."""
+
+
+def _write_here(work: WorkFolder, solve_part: Work, ranges: Ranges, declared: Declared, jobs: int, label: str) -> None:
+    """Solve on this machine and write one file per table."""
+    longest_first = ("positions", *(name for name in TABLES if name != "positions"))
+    tables = {name: work.new / f"{name}.parquet" for name in longest_first}
+    facts = write_in_parts(solve_part, ranges, work.parts, tables, jobs=jobs, label=label)
+    for name in tables.keys() - _reported(facts):
+        tables[name].unlink()
+    write_text_atomically(work.new / SUBMISSION_FILE, declared(facts).to_json())
+
+
+def _write_in_partitions(
+    work: WorkFolder,
+    solve_part: Work,
+    ranges: Ranges,
+    declared: Declared,
+    scheduler: str,
+    tls: Path | None,
+    label: str,
+) -> None:
+    """Solve on a cluster and write files per part."""
+    facts = write_partitions(solve_part, ranges, work.new, scheduler, tls=tls, label=label)
+    layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=[part_name(first) for first, _ in ranges])
+    write_layout(work.new, layout, declared(facts).to_json())
 
 
 Opened = AbstractContextManager[Any]
