@@ -28,7 +28,7 @@ from vbbench.reproduction.transfer.variants import Variant, registered_variants
 from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solver import FrameSolver, Problem
-from vbbench_baselines.variants import FACTORIES, Told, ToldBatch
+from vbbench_baselines.variants import FACTORIES, Misinformed, MisinformedBatch
 
 CAP = 2.0
 """In m, of both metrics under both protocols."""
@@ -194,7 +194,7 @@ def test_no_two_variants_are_the_same() -> None:
 def test_feet_are_those_of_the_solver() -> None:
     for name, variant in registered_variants().items():
         made = make_solver(variant.solver)
-        made = made.solver if isinstance(made, Told | ToldBatch) else made
+        made = made.solver if isinstance(made, Misinformed | MisinformedBatch) else made
         assert variant.feet == getattr(made, "feet", False), name
 
 
@@ -219,9 +219,9 @@ def test_noise_is_told_otherwise(study: TransferStudy, out: Path, found: list[Co
     dataset = Dataset(out / "kitti-1" / "dataset")
     problem, listening = dataset.problem(dataset.sequence(0)), Listening()
     solver: Any = listening
-    Told(solver, 4.0).start(problem)
+    Misinformed(solver, 4.0).start(problem)
     assert listening.told == 4.0 * problem.pixel_std == 8.0
-    assert isinstance(Told(solver, 4.0), FrameSolver)
+    assert isinstance(Misinformed(solver, 4.0), FrameSolver)
 
 
 def test_command_line(study: TransferStudy, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -34,7 +34,7 @@ NO_FORCE = 1e9
 
 
 @dataclass(frozen=True)
-class Told:
+class Misinformed:
     """A solver of frames that is told ``times`` as much noise of the boxes as there is."""
 
     solver: FrameSolver
@@ -50,8 +50,8 @@ class Told:
 
 
 @dataclass(frozen=True)
-class ToldBatch:
-    """As `Told`, of whole sequences."""
+class MisinformedBatch:
+    """As `Misinformed`, of whole sequences."""
 
     solver: SequenceSolver
     times: float
@@ -73,12 +73,12 @@ def heads_off() -> Prior:
 Make = Callable[[], Any]
 
 
-def _told(make: Callable[[], FrameSolver], times: float) -> Make:
-    return lambda: Told(make(), times)
+def _misinformed(make: Callable[[], FrameSolver], times: float) -> Make:
+    return lambda: Misinformed(make(), times)
 
 
-def _told_batch(make: Callable[[], SequenceSolver], times: float) -> Make:
-    return lambda: ToldBatch(make(), times)
+def _misinformed_batch(make: Callable[[], SequenceSolver], times: float) -> Make:
+    return lambda: MisinformedBatch(make(), times)
 
 
 _CV, _SF = ConstantVelocityBirdifier, SocialForceBirdifier
@@ -88,30 +88,30 @@ _BATCH_HEIGHTS = partial(MapBatch, feet=False)
 FACTORIES: Mapping[str, Make] = {
     "vb-cv-free": partial(_CV, ego_prior=False),
     "vb-cv-prior-heights": partial(_CV, calibrate=False),
-    "vb-cv-noise-4": _told(_CV, 4.0),
+    "vb-cv-noise-4": _misinformed(_CV, 4.0),
     "vb-sf-free": partial(_SF, ego_prior=False),
     "vb-sf-prior-heights": partial(_SF, calibrate=False),
     "vb-sf-no-force": partial(_SF, relaxation=NO_FORCE),
     "vb-sf-alone": partial(_SF, samples=1),
-    "vb-sf-noise-2": _told(_SF, 2.0),
-    "vb-sf-noise-4": _told(_SF, 4.0),
+    "vb-sf-noise-2": _misinformed(_SF, 2.0),
+    "vb-sf-noise-4": _misinformed(_SF, 4.0),
     "map-causal-free": partial(MapCausal, ego_prior=False),
     "map-causal-heads-off": partial(MapCausal, prior=heads_off()),
     "map-causal-without-hotel": partial(MapCausal, prior=get_prior("without-hotel")),
     "map-causal-without-eth": partial(MapCausal, prior=get_prior("without-eth")),
-    "map-causal-noise-2": _told(MapCausal, 2.0),
-    "map-causal-noise-4": _told(MapCausal, 4.0),
+    "map-causal-noise-2": _misinformed(MapCausal, 2.0),
+    "map-causal-noise-4": _misinformed(MapCausal, 4.0),
     "map-causal-heights": _HEIGHTS,
     "map-causal-heights-free": partial(_HEIGHTS, ego_prior=False),
     "map-causal-heights-heads-off": partial(_HEIGHTS, prior=heads_off()),
     "map-causal-heights-without-hotel": partial(_HEIGHTS, prior=get_prior("without-hotel")),
-    "map-causal-heights-noise-2": _told(_HEIGHTS, 2.0),
-    "map-causal-heights-noise-4": _told(_HEIGHTS, 4.0),
+    "map-causal-heights-noise-2": _misinformed(_HEIGHTS, 2.0),
+    "map-causal-heights-noise-4": _misinformed(_HEIGHTS, 4.0),
     "map-causal-heights-window-6": partial(_HEIGHTS, window=6),
     "map-batch-heights": _BATCH_HEIGHTS,
     "map-batch-heights-heads-off": partial(_BATCH_HEIGHTS, prior=heads_off()),
-    "map-batch-heights-noise-2": _told_batch(_BATCH_HEIGHTS, 2.0),
-    "map-batch-heights-noise-4": _told_batch(_BATCH_HEIGHTS, 4.0),
+    "map-batch-heights-noise-2": _misinformed_batch(_BATCH_HEIGHTS, 2.0),
+    "map-batch-heights-noise-4": _misinformed_batch(_BATCH_HEIGHTS, 4.0),
 }
 """What makes each variant."""
 

@@ -80,7 +80,7 @@ class Person(NamedTuple):
     tie: FloatArray
 
 
-class Paper(NamedTuple):
+class Scratch(NamedTuple):
     """What is written down for one person after the other while they are eliminated; columns are `padded`.
 
     Attributes
@@ -96,11 +96,11 @@ class Paper(NamedTuple):
 
 
 @kernel
-def paper_for(frames: int) -> Paper:
+def scratch_for(frames: int) -> Scratch:
     """Enough for people who are followed over so many frames."""
     columns = padded(CUES * frames)
     spread = np.zeros((2 * frames + 3 * BAND, columns))
-    return Paper(spread, np.empty(columns), np.empty((CUES, columns)))
+    return Scratch(spread, np.empty(columns), np.empty((CUES, columns)))
 
 
 @kernel
@@ -117,14 +117,14 @@ def eliminate(
     prior: PeoplePrior,
     past: Past,
     damping: float,
-    paper: Paper,
+    scratch: Scratch,
 ) -> tuple[Person, IntArray]:
     """The person with the ``track`` and what is ``given`` of it [n, 2], and the walk's ``weights`` [n].
 
-    ``paper`` gets Z, M⁻¹Uᵀ and φ'; returns the person, and how many columns of each row [2n] of Z have begun.
+    ``scratch`` gets Z, M⁻¹Uᵀ and φ'; returns the person, and how many columns of each row [2n] of Z have begun.
     """
     n, m = len(track), len(found.frame)
-    spread, force = paper.spread, paper.force
+    spread, force = scratch.spread, scratch.force
     lower, pull = _track_terms(track, given, found, white, weights, walk)
     add_pace(track, walk.pace, lower, pull)
     told, tie = _add_past(past, number, track, person, lower, pull)
@@ -243,11 +243,11 @@ def _track_terms(
 
 
 @kernel
-def add_person(person: Person, filled: IntArray, paper: Paper, gradient: FloatArray, hessian: FloatArray) -> None:
+def add_person(person: Person, filled: IntArray, scratch: Scratch, gradient: FloatArray, hessian: FloatArray) -> None:
     """Add Q_fᵀφ' to the gradient [7T], and Q_fᵀΨ'Q_f to the lower half of the Hessian [7T, 7T].
 
     A column depends on x, y, yaw and offset, a length on x and y, and a foot on all but the offset. ``filled`` and
-    ``paper`` are as `eliminate` leaves them.
+    ``scratch`` are as `eliminate` leaves them.
     """
     found, start = person.found, FRAME * person.first
     some, begin = np.zeros((CUES, FRAME * (len(filled) // 2))), 0  # rows of Ψ'Q_f
@@ -255,10 +255,10 @@ def add_person(person: Person, filled: IntArray, paper: Paper, gradient: FloatAr
         here, by_frame = FRAME * found.frame[i], found.by_frame[i]
         for a in range(FRAME):
             for j in range(CUES):
-                gradient[start + here + a] += by_frame[j, a] * paper.force[CUES * i + j]
-        begin = information_of(i, begin, person.white, paper.spread, filled, paper.information)
+                gradient[start + here + a] += by_frame[j, a] * scratch.force[CUES * i + j]
+        begin = information_of(i, begin, person.white, scratch.spread, filled, scratch.information)
         for j in range(CUES):
-            row, told = some[j], paper.information[j]
+            row, told = some[j], scratch.information[j]
             for h in range(i + 1):
                 q, other = FRAME * found.frame[h], found.by_frame[h]
                 u, v, w = told[CUES * h], told[CUES * h + 1], told[CUES * h + 2]

@@ -16,7 +16,7 @@ from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.motion.walks import REACH, innovation, reweigh
 from vbbench_baselines.joint_map.real_camera.certainty import own_spread
 from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, residuals_of, whiten
-from vbbench_baselines.joint_map.real_camera.elimination import Paper, Person, eliminate, paper_for
+from vbbench_baselines.joint_map.real_camera.elimination import Person, Scratch, eliminate, scratch_for
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, boxes_of
 from vbbench_baselines.joint_map.real_camera.recovery import follow
 from vbbench_baselines.joint_map.real_camera.window import SOMEBODY
@@ -73,12 +73,12 @@ def expect(point: Point, seen: Seen, model: Model) -> Expected:
     known, place, numbers = np.zeros(people, np.int64), np.empty((people, 2)), np.empty((people, PERSON))
     alone, by_numbers, inner = np.empty((people, 2, 2)), np.empty((people, 2, PERSON)), np.empty((people, 2, 2))
     behind, fresh = np.zeros((people, CUES)), np.ones((people, CUES))
-    paper = paper_for(len(point.frames))
+    scratch = scratch_for(len(point.frames))
     for k in range(people):
         first = int(seen.first[k])
         if int(seen.last[k]) != newest or first >= newest:
             continue
-        track, numbers[k], person = _foresee(k, point, seen, model, paper)
+        track, numbers[k], person = _foresee(k, point, seen, model, scratch)
         across, spread = own_spread(person, newest - first)
         place[k], found = track[-1], person.found
         known[k] = int(np.isfinite(place[k]).all())
@@ -93,7 +93,7 @@ def expect(point: Point, seen: Seen, model: Model) -> Expected:
 
 
 @kernel
-def _foresee(k: int, point: Point, seen: Seen, model: Model, paper: Paper) -> tuple[FloatArray, FloatArray, Person]:
+def _foresee(k: int, point: Point, seen: Seen, model: Model, scratch: Scratch) -> tuple[FloatArray, FloatArray, Person]:
     """The track [n, 2] of person ``k``, its numbers [2], and it eliminated about them, up to the newest frame.
 
     Where somebody was may have been told since it was believed, and then all that was believed of them is another.
@@ -116,7 +116,7 @@ def _foresee(k: int, point: Point, seen: Seen, model: Model, paper: Paper) -> tu
         weights[:] = 0.0
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         person, _ = eliminate(
-            k, first, track, given, numbers, found, white, weights, model.walk, model.people, seen.past, 0.0, paper
+            k, first, track, given, numbers, found, white, weights, model.walk, model.people, seen.past, 0.0, scratch
         )
         moved, taller = follow(person, still)
         track += moved

@@ -14,7 +14,7 @@ from vbbench_baselines.joint_map.motion.walks import Walk, reweigh
 from vbbench_baselines.joint_map.real_camera.cholesky import padded
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
-from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, paper_for
+from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, scratch_for
 from vbbench_baselines.joint_map.real_camera.observer import Observer
 from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
 from vbbench_baselines.joint_map.real_camera.past import Past, let_go, pull_of
@@ -150,7 +150,7 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
     add_observer(frames, seen.free, seen.blind, model.observer, shares, gradient, hessian)
     add_drift(frames, model.drift, gradient, hessian)
     _add_motions(frames, seen.motions, gradient, hessian)
-    people, paper = [], paper_for(len(frames))
+    people, scratch = [], scratch_for(len(frames))
     for k in range(len(seen.first)):
         first, last = int(seen.first[k]), int(seen.last[k])
         if last < first:
@@ -165,9 +165,9 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
             prior = PeoplePrior(model.people.mean.copy(), model.people.std)
         prior.mean[0] += push(found, seen.told[first : last + 1, k], white) * prior.std[0] ** 2
         person, filled = eliminate(
-            k, first, track, given, numbers, found, white, weights, model.walk, prior, seen.past, damping, paper
+            k, first, track, given, numbers, found, white, weights, model.walk, prior, seen.past, damping, scratch
         )
-        add_person(person, filled, paper, gradient, hessian)
+        add_person(person, filled, scratch, gradient, hessian)
         people.append(person)
     moving = _hold(seen.fixed, gradient, hessian)
     for t in range(len(frames)):  # a frame's own block holds both halves
