@@ -137,6 +137,6 @@ def test_plain_surroundings_are_ground_only() -> None:
 def test_the_walking_area_holds_everybody_with_a_margin() -> None:
     positions = np.array([[[0.0, 1.0], [np.nan, np.nan]], [[8.0, 1.0], [3.0, -6.0]]])
     scene = Scene(name="s", dt=0.1, people=np.arange(2), positions=positions, heights=np.full(2, 1.7))
-    assert walking_area(scene, 1.0) == (-1.0, -7.0, 9.0, 2.0)
+    assert walking_area(scene) == (-1.0, -7.0, 9.0, 2.0)
     alone = Scene(name="s", dt=0.1, people=np.arange(1), positions=np.zeros((1, 1, 2)), heights=np.full(1, 1.7))
-    assert walking_area(alone, 1.0) == (-2.0, -2.0, 2.0, 2.0)
+    assert walking_area(alone) == (-2.0, -2.0, 2.0, 2.0)

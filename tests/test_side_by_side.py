@@ -5,6 +5,7 @@ import io
 import json
 import shutil
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -15,7 +16,8 @@ from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scores import score
-from vbbench.scoring.side_by_side import FORMATS, score_several
+from vbbench.scoring.side_by_side import score_several
+from vbbench.table import Format
 
 HOSTILE = "a|b **c** \\input{x} 5%"
 
@@ -129,7 +131,7 @@ def test_two_of_one_name_go_by_their_folders(room: Path, tmp_path: Path) -> None
     assert f"fine ({tmp_path / 'again'})" in text
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", get_args(Format))
 def test_every_format_of_one_submission(room: Path, form: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(run(room, "fine", format=form)) == 0
     assert "fine" in capsys.readouterr().out

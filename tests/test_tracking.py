@@ -11,11 +11,12 @@ from scipy.stats import norm
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.toml_text import read_toml
 from vbbench_generators.tiers.noise import wandering
 from vbbench_generators.tiers.occlusion import Outline, see
 from vbbench_generators.tiers.tracking.detector import Visible, detect, log_odds
 from vbbench_generators.tiers.tracking.observing import track_people
-from vbbench_generators.tiers.tracking.settings import DetectorModel, get_tracking, read_tracking
+from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking
 from vbbench_generators.tiers.tracking.tracker import (
     CentredDetections,
     Found,
@@ -364,7 +365,7 @@ def test_bad_settings_are_named(write: Callable[..., Path], old: str, new: str, 
     assert old in text
     path = write(text.replace(old, new), "bad.toml")
     with pytest.raises(FileError, match=message) as caught:
-        read_tracking(path)
+        read_toml(path, TrackingSettings, "top level")
     assert str(path) in str(caught.value)
     with pytest.raises(FileError, match="cannot be read"):
-        read_tracking(path.with_name("nowhere.toml"))
+        read_toml(path.with_name("nowhere.toml"), TrackingSettings, "top level")

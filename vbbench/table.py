@@ -12,10 +12,14 @@ import textwrap
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from vbbench.errors import one_line
 
 Write = Callable[[str], str]
+
+Format = Literal["text", "markdown", "latex", "csv", "json"]
+"""How results are written: a `Table` in one of three forms, or their values as CSV or JSON."""
 
 TERMINAL = 120
 """Columns that facts below a table on a terminal take at most."""

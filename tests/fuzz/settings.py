@@ -7,10 +7,11 @@ from pathlib import Path
 from tests.fuzz.kind import Kind
 from tests.fuzz.mutations import BYTES, TEXT, TOML
 from vbbench.generation.sources import Source
+from vbbench.parsing.toml_text import read_toml
 from vbbench_generators.crowds.scenario import read_scenario
 from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
 from vbbench_generators.recordings.recipe import read_recipe
-from vbbench_generators.tiers.tracking.settings import read_tracking
+from vbbench_generators.tiers.tracking.settings import TrackingSettings
 
 NAME = "HT21-03"
 SEQINFO = "[Sequence]\nname=HT21-03\nimDir=img1\nframeRate=25\nseqLength=90\nimWidth=1920\nimHeight=1080\nimExt=.jpg\n"
@@ -77,7 +78,7 @@ KINDS = (
         make=lambda folder: _toml(folder, "detectors/model.toml"),
         target="made.toml",
         mutations=TOML,
-        read=lambda folder: read_tracking(folder / "made.toml"),
+        read=lambda folder: read_toml(folder / "made.toml", TrackingSettings, "top level"),
         weight=2,
     ),
     Kind(

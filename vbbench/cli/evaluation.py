@@ -5,8 +5,9 @@ from typing import Literal
 
 from tyro.conf import Positional
 
+from vbbench.table import Format
+
 ProtocolName = Literal["one-step", "sequential", "rollout", "cold-start"]
-Format = Literal["text", "markdown", "latex", "csv", "json"]
 
 
 def solvers(json: bool = False) -> None:

@@ -4,17 +4,14 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.files.submission import SubmissionInfo
 from vbbench.scoring.score_columns import SHOWN_HEAD, VALUES_HEAD, ranking_fact, shown_cells, value_cells
 from vbbench.scoring.scorecard import RANKED_BY, Score
 from vbbench.scoring.scores import score
-from vbbench.table import Table, csv_text, unmarked
-
-Format = Literal["text", "markdown", "latex", "csv", "json"]
-FORMATS: tuple[Format, ...] = get_args(Format)
+from vbbench.table import Format, Table, csv_text, unmarked
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -90,9 +90,7 @@ class RobotMotion:
     odometry: Odometry
 
 
-def filter_motion(
-    frames: FloatArray, speed: Readings, turn: Readings, gyro: Readings | None, noise: RobotNoise | None = None
-) -> RobotMotion:
+def filter_motion(frames: FloatArray, speed: Readings, turn: Readings, gyro: Readings | None) -> RobotMotion:
     """Where the robot was at the times ``frames`` [T], each from readings up to then.
 
     Parameters
@@ -106,7 +104,7 @@ def filter_motion(
     values = np.concatenate([*(one.values for one in sources), np.zeros(len(frames))])
     kinds = np.repeat([SPEED, TURN, GYRO, FRAME], [*(len(one.times) for one in sources), len(frames)])
     order = np.lexsort((kinds, times))
-    expected = np.array(astuple(noise or RobotNoise()))
+    expected = np.array(astuple(RobotNoise()))
     poses, covariances, motions, spreads = _filter(times[order], values[order], kinds[order], len(frames), expected)
     motions[0], spreads[0] = np.nan, np.nan
     return RobotMotion(poses=poses, covariances=covariances, odometry=Odometry(motions=motions, covariances=spreads))

@@ -17,14 +17,16 @@ from vbbench_renderers.surroundings.shapes import place, turned
 
 LEAST_SIDE = 4.0
 """A walking area is at least this long and wide, m."""
+MARGIN = 1.0
+"""Of a walking area around everybody's positions, m."""
 
 
-def walking_area(scene: Scene, margin: float = 1.0) -> Area:
-    """Bounds of all positions of a scene, `margin` m wider on every side and at least `LEAST_SIDE` m long and wide."""
+def walking_area(scene: Scene) -> Area:
+    """Bounds of all positions of a scene, `MARGIN` wider on every side and at least `LEAST_SIDE` long and wide."""
     seen = scene.positions[scene.present]
     low, high = (seen.min(axis=0), seen.max(axis=0)) if len(seen) else (np.zeros(2), np.zeros(2))
     middle = 0.5 * (low + high)
-    half = np.maximum(0.5 * (high - low) + margin, 0.5 * LEAST_SIDE)
+    half = np.maximum(0.5 * (high - low) + MARGIN, 0.5 * LEAST_SIDE)
     return (*(middle - half).tolist(), *(middle + half).tolist())
 
 

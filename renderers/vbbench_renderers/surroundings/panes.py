@@ -37,12 +37,12 @@ class Masonry:
         return rng.standard_normal(int(self.stone.max()) + 1)[self.stone]
 
 
-def masonry(courses: int, stones: int, *, shift: float = 0.5, warp: FloatArray | float = 0.0) -> Masonry:
-    """Courses of stones, every second one shifted by a part of a stone; `warp` moves the joints, px."""
+def masonry(courses: int, stones: int, *, warp: FloatArray | float = 0.0) -> Masonry:
+    """Courses of stones, every second one shifted by half a stone; `warp` moves the joints, px."""
     row, column = np.meshgrid(np.arange(SIZE) + 0.5, np.arange(SIZE) + 0.5, indexing="ij")
     tall, wide = SIZE / courses, SIZE / stones
     course, in_course = np.divmod(np.mod(row + warp, SIZE), tall)
-    number, in_stone = np.divmod(np.mod(column + np.roll(warp, 77) + shift * wide * (course % 2), SIZE), wide)
+    number, in_stone = np.divmod(np.mod(column + np.roll(warp, 77) + 0.5 * wide * (course % 2), SIZE), wide)
     edge = np.minimum(np.minimum(in_course, tall - in_course), np.minimum(in_stone, wide - in_stone))
     return Masonry(stone=(course * stones + number).astype(np.int64), edge=edge, height=in_course / tall)
 

@@ -90,6 +90,7 @@ class Tape:
 
 WORLD, MAP = "world", "map"
 _LIFT = 0.02  # m over the ground, so that marks do not sink into it
+_ARROW_LIFT = 0.05  # the same for arrows, which are thicker
 _MAP_WIDTH = 40.0  # points of the screen on the map for a metre in the world
 _ABOVE_LINES = 31.0  # rerun draws what has a higher number later; points have 30 by themselves, lines 20
 _FLIP = np.array([1.0, -1.0])
@@ -177,13 +178,13 @@ class Ground:
             self.tape.always(f"{root}/{path}", kind.from_fields(radii=width, colors=colour))
             self.tape.many(f"{root}/{path}", kind, counts, strips=values)
 
-    def arrows(self, path: str, poses: FloatArray, colour: Colour, length: float, height: float) -> None:
-        """An observer's place and direction: poses [T, 3] in m and rad; in the world at a height in m."""
+    def arrows(self, path: str, poses: FloatArray, colour: Colour, length: float) -> None:
+        """An observer's place and direction: poses [T, 3] in m and rad."""
         rr, there = self.tape.rr, np.isfinite(poses).all(axis=1)
         x, y, yaw = poses[there].T
         ahead = length * np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
         level, feet = np.zeros(len(x)), np.stack([x, y], axis=1)
-        lifted = {"origins": np.column_stack([feet, level + height]), "vectors": np.column_stack([ahead, level])}
+        lifted = {"origins": np.column_stack([feet, level + _ARROW_LIFT]), "vectors": np.column_stack([ahead, level])}
         flat = {"origins": feet * _FLIP, "vectors": ahead * _FLIP}
         for root, kind, values in ((WORLD, rr.Arrows3D, lifted), (MAP, rr.Arrows2D, flat)):
             self.tape.always(f"{root}/{path}", kind.from_fields(colors=colour, radii=0.04))

@@ -32,13 +32,13 @@ def record_world(ground: Ground, replay: Replay) -> None:
     ground.bodies("people", places, _heights(replay), look, solid=True)
     ground.dots("people", places, look, 5.0)
     if replay.truth is None:
-        ground.arrows("given-observer", sequence.given.poses, marks.GIVEN, 1.0, 0.05)
+        ground.arrows("given-observer", sequence.given.poses, marks.GIVEN, 1.0)
         return
     ground.trails("trails", replay.truth.positions, sequence.observed, marks.TRAIL, TRAIL_FRAMES)
     if replay.poses_known:
         _record_observer(ground, replay, replay.truth.poses)
     elif not replay.answers:
-        ground.arrows("camera", replay.viewpoints, marks.TRUTH, 1.0, 0.05)
+        ground.arrows("camera", replay.viewpoints, marks.TRUTH, 1.0)
     places, heights = replay.bystanders
     look = People(np.tile(np.array(marks.UNSEEN, np.uint8), (len(heights), 1)))
     ground.bodies("unseen", places, heights, look, solid=False)
@@ -115,7 +115,7 @@ def _record_answered_people(ground: Ground, replay: Replay, answer: Answer, tree
 
 def _record_answered_observer(ground: Ground, answer: Answer, tree: str, colour: Colour) -> None:
     poses = answer.estimate.poses
-    ground.arrows(f"{tree}/observer", poses, colour, 1.2, 0.05)
+    ground.arrows(f"{tree}/observer", poses, colour, 1.2)
     ground.trails(
         f"{tree}/observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, OBSERVER_FRAMES
     )

@@ -64,10 +64,10 @@ class GridDensity:
         mean, covariance = moments(self.offsets, self.mass)
         return self.centre + self.factor @ mean, self.factor @ covariance @ self.factor.T
 
-    def marginal(self, axes: int = 2) -> "GridDensity":
-        """That of the first so many coordinates, by summation."""
-        rest = tuple(range(axes, self.mass.ndim))
-        factor, centre = self.factor[:axes, :axes], self.centre[:axes]
+    def marginal(self) -> "GridDensity":
+        """That of the first two coordinates, by summation."""
+        rest = tuple(range(2, self.mass.ndim))
+        factor, centre = self.factor[:2, :2], self.centre[:2]
         return GridDensity(centre=centre, factor=factor, steps=self.steps, mass=self.mass.sum(axis=rest))
 
     def share_above(self, point: FloatArray) -> float:

@@ -88,8 +88,8 @@ def _short(solver: str) -> str:
     return f"`{solver.rpartition(':')[2]}`"
 
 
-def _estimate(one: Estimate, form: str = "+.2f") -> str:
-    return "–" if np.isnan(one.value) else f"{one.value:{form}} [{one.low:{form}}, {one.high:{form}}]"
+def _estimate(one: Estimate) -> str:
+    return "–" if np.isnan(one.value) else f"{one.value:+.2f} [{one.low:+.2f}, {one.high:+.2f}]"
 
 
 def _number_tables(found: Posteriors) -> Iterator[Table]:

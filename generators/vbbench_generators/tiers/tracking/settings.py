@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Annotated
 
 from vbbench.camera import Camera
 from vbbench.parsing.numbers import Share, Within, check_ranges
-from vbbench.parsing.toml_text import read_bundled, read_toml
+from vbbench.parsing.toml_text import read_bundled
 
 Positive = Annotated[float, Within(1e-9, 1e9)]
 Spread = Annotated[float, Within(0.0, 1e9)]
@@ -136,8 +135,3 @@ class TrackingSettings:
 def get_tracking() -> TrackingSettings:
     """The settings that come with this package."""
     return read_bundled("vbbench_generators", "detectors/model.toml", TrackingSettings, "top level")
-
-
-def read_tracking(path: Path) -> TrackingSettings:
-    """Read a settings file; see `read_toml`."""
-    return read_toml(path, TrackingSettings, "top level")
