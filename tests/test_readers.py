@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.fuzz.trajectories import SPLINES
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import detect_format
@@ -18,17 +19,6 @@ from vbbench_generators.recordings.readers.vsp import polyline, read_vsp, smooth
 Write = Callable[..., Path]
 
 WALK = "0 1 0.0 0.0\n10 1 0.5 0.0\n20 1 1.0 0.0\n"
-SPLINES = """2 - the number of splines
-3 - Num of control points
-0.0 0.0 0 90.0 - (2D point, m_id)
-100.0 0.0 20 90.0 - (2D point, m_id)
-100.0 50.0 35 -80.5 - (2D point, m_id)
-2 - Num of control points
-0.0 10.0 8 0.0 - (2D point, m_id)
-0.0 70.0 32 0.0 - (2D point, m_id)
-7 - number of line obstacles
--379.0 -300.0 380.0 -300.0 1 - left(x,y) right(x,y), type
-"""
 CENTIMETRES = np.diag([0.01, 0.01, 1.0])
 
 

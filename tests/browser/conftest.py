@@ -1,7 +1,7 @@
 """A browser, a site, and visitors whose pages must stay without fault. Without a browser: skipped."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from importlib.util import find_spec
@@ -66,7 +66,14 @@ def boards(made: Made) -> Mapping[Board, tuple[Result, ...]]:
 
 @pytest.fixture(scope="package")
 def address(site: Path) -> Iterator[str]:
-    """The same site, served from a folder of a server on this machine."""
+    """The same site, served."""
+    with serve(site) as address:
+        yield address
+
+
+@contextmanager
+def serve(site: Path) -> Iterator[str]:
+    """The address of a site in a folder of a server on this machine."""
     handler = partial(QuietHandler, directory=site.parent)
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         Thread(target=server.serve_forever, daemon=True).start()

@@ -2,10 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator
-from functools import partial
-from http.server import ThreadingHTTPServer
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import pytest
@@ -13,7 +10,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
 from tests.browser.browsing import DESKTOP, PHONE, Visitor
-from tests.browser.conftest import QuietHandler
+from tests.browser.conftest import serve
 from tests.browser.test_accessibility import ALL, COLOURS
 
 Visit = Callable[..., Visitor]
@@ -42,12 +39,8 @@ def folder() -> Path:
 
 @pytest.fixture(scope="module")
 def served(folder: Path) -> Iterator[str]:
-    """The site in a folder of a server on this machine."""
-    handler = partial(QuietHandler, directory=folder.parent)
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/{folder.name}"
-        server.shutdown()
+    with serve(folder) as address:
+        yield address
 
 
 def opened(guest: Visitor, page: str) -> Page:
