@@ -1,9 +1,9 @@
-"""Writes the tables of docs/real-cameras.md and docs/kitti.md anew.
+"""Writes the tables of docs/real-cameras.md anew.
 
     python -m benchmarks.real_camera_tables --kitti ~/kitti [--cache DIR] [--only KITTI] [--write]
 
 The cells are those of `benchmarks.real_camera`; ``--only`` takes how titles of tables begin. A table is found by its
-first line, and with ``--write`` it is replaced in every page that has it; otherwise it is printed.
+first line, and with ``--write`` it is replaced there; otherwise it is printed.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from benchmarks.real_camera.scenes import Scenes
 from benchmarks.real_camera.targets import joined
 from vbbench.folders.replacing import write_text_atomically
 
-PAGES = (Path("docs/real-cameras.md"), Path("docs/kitti.md"))
+PAGE = Path("docs/real-cameras.md")
 
 CAUSAL = ("cv", "vb-sf", "map-causal")
 """Solvers of every table; `map-batch` is beside them where later frames have anything to tell."""
@@ -115,7 +115,7 @@ def main() -> None:
     parser.add_argument("--only", default="", metavar="TITLE,...", help="how the tables' titles begin")
     parser.add_argument("--every", type=int, default=1, help="of tier field and calibration, every so many-th sequence")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--write", action="store_true", help="replace the tables of the pages")
+    parser.add_argument("--write", action="store_true", help="replace the tables of the page")
     asked = parser.parse_args()
     scenes = Scenes(kitti=asked.kitti, cache=asked.cache, jobs=asked.jobs)
     only = tuple(asked.only.split(","))  # every title begins with nothing
@@ -124,8 +124,8 @@ def main() -> None:
         sparse = table.title in ("tier `field`", "normalised squared errors")
         rows = list(lines(table, scenes, asked.every if sparse else 1))
         print("\n".join(rows), "\n", flush=True)
-        for page in PAGES if asked.write else ():
-            write_text_atomically(page, replaced(page.read_text("utf-8"), rows))
+        if asked.write:
+            write_text_atomically(PAGE, replaced(PAGE.read_text("utf-8"), rows))
 
 
 if __name__ == "__main__":
