@@ -25,6 +25,7 @@ from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.plausibility import box_noise
 from vbbench.exchange.own.recording import files_in, read_recording
+from vbbench.exchange.own.timing import time_frames
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
@@ -70,6 +71,13 @@ def test_every_kind_of_box_file_says_the_same(folder, walk):
     write_csv(folder / "boxes.csv", walk, begin=1.7e9)
     np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
     assert read(folder).timeline.times[:2].tolist() == [1.7e9, pytest.approx(1.7e9 + 0.1)]
+
+
+def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
+    stamps = 0.4 * np.arange(24) + np.where(np.arange(24) < 1, -0.1, 0.0) + np.where(np.arange(24) > 22, 0.1, 0.0)
+    frame, timeline = time_frames(tmp_path / "boxes.csv", stamps, np.arange(24), None)
+    assert frame.tolist() == list(range(24))
+    assert timeline.dt == pytest.approx(0.4, rel=0.01)  # the first and the last alone say .409
 
 
 @pytest.mark.parametrize(

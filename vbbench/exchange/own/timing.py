@@ -117,7 +117,8 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     frame = np.empty(len(times), np.int64)
     frame[order] = number[group]
     count = int(number[-1]) + 1
-    mean = float((stamps[-1] - stamps[0]) / number[-1])
+    middle = number - number.mean()
+    mean = float(middle @ (stamps - stamps.mean()) / (middle @ middle))  # the slope of all, whatever the ends' jitter
     notes = []
     lasts = said if abs(mean / said - 1.0) <= DRIFT else round(mean, 6)
     if lasts != said:
