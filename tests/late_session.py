@@ -1,5 +1,7 @@
 """Prints how many kernels `map-causal` loads or compiles when a session is made, and which ones while it is stepped.
 
+The camera looks lower than the session is told, by as many px as the first argument says.
+
 Run by `tests.test_session_protocol` in a process of its own.
 """
 
@@ -18,8 +20,8 @@ def main() -> None:
     watch_dispatchers()
     made = made_sequence(people=12, frames=60)
     session = Session("map-causal", made.camera, 0.4, pixel_std=1.0, people=16)
-    before = len(loaded)
-    for frame, boxes in enumerate(made.sequence.observations):
+    before, higher = len(loaded), np.array([0.0, float(sys.argv[1]), 0.0])
+    for frame, boxes in enumerate(made.sequence.observations - higher):
         shown = [
             column for column in np.flatnonzero(made.sequence.observed[frame]) if column % (1 + frame // 8 % 6) == 0
         ]

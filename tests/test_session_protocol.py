@@ -107,9 +107,11 @@ def test_a_copy_goes_on_as_the_original_does(dataset: Dataset, solver: str, copy
 
 
 @pytest.mark.slow
-def test_a_step_loads_nothing() -> None:
+@pytest.mark.parametrize("lower", ["0", "40"])
+def test_a_step_loads_nothing(lower: str) -> None:
     """Kernels are loaded or compiled when a session is made, and never while the robot moves; in a new process."""
-    done = subprocess.run([sys.executable, "-m", "tests.late_session"], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-m", "tests.late_session", lower]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     loaded, late = json.loads(done.stdout)
     assert loaded > 5
     assert late == []

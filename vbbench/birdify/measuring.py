@@ -19,6 +19,8 @@ FAST_PEOPLE, SHORT, TALL = 2.5, 1.5, 1.95
 """Median speed in m/s, and heights in m, beyond which people are not what people are."""
 NEAR_EDGE = 0.45
 """In m, by how much the edge of a body that its box is about is nearer than its middle, as in tier ``field``."""
+ALIKE = 0.3
+"""In m/s: people whose velocities differ by less all move alike, and nobody can tell them from the camera."""
 OFTEN = 0.3
 """Share of frames with few people above which a warning says so."""
 
@@ -38,7 +40,8 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
     count = seen.sum(axis=1)
     step = max(1, round(1.0 / info.dt))
     moved = np.linalg.norm(answer.poses[step:, :2] - answer.poses[:-step, :2], axis=-1) / (step * info.dt)
-    walked = np.linalg.norm(answer.positions[step:] - answer.positions[:-step], axis=-1)[seen[step:] & seen[:-step]]
+    velocities = (answer.positions[step:] - answer.positions[:-step]) / (step * info.dt)
+    velocities[~(seen[step:] & seen[:-step])] = np.nan
     heights, column_error, height_error, misfits = _residuals(dataset, sequence, answer)
     odometry = sequence.given.odometry
     report = Report(
@@ -59,7 +62,8 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         height_std=info.height_std,
         travelled=float(np.nansum(np.linalg.norm(np.diff(answer.poses[::step, :2], axis=0), axis=-1))),
         camera_speed=_over(moved),
-        people_speed=_over(walked / (step * info.dt)),
+        people_speed=_over(np.linalg.norm(velocities, axis=-1)),
+        people_differ=_differ(velocities),
         place_std=None if answer.pose_covariances is None else _over(place_std(answer.pose_covariances[:, :2, :2])),
         yaw_std=None if answer.pose_covariances is None else _over(np.sqrt(answer.pose_covariances[:, 2, 2])),
         position_std=_position_std(answer, sequence),
@@ -74,6 +78,13 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         odometry=None if odometry is None else float(np.isfinite(odometry.motions[1:, 0]).mean()),
     )
     return Report(**{**vars(report), "warnings": (*recording.notes, *_doubts(report))})
+
+
+def _differ(velocities: FloatArray) -> float:
+    """How far velocities [T, K, 2] of the same frame are from their mean (RMS), the median over frames; NaN of none."""
+    several = velocities[(~np.isnan(velocities[..., 0])).sum(axis=1) > 1]
+    apart = several - np.nanmean(several, axis=1, keepdims=True)
+    return float(np.median(np.sqrt(np.nanmean((apart**2).sum(axis=-1), axis=1)))) if len(several) else np.nan
 
 
 def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[FloatArray, float, float, float]:
@@ -117,6 +128,11 @@ def _doubts(report: Report) -> Iterator[str]:
             )
     if report.people_speed.median > FAST_PEOPLE:
         yield f"people walk at {report.people_speed.median:.2g} m/s (median): check dt, fps, and the focal length"
+    if report.odometry is None and report.people_differ < ALIKE:
+        yield (
+            f"people move alike (their velocities differ by {report.people_differ:.2g} m/s): boxes alone do not tell "
+            "whether they go one way or the camera the other, and neither does the map; give it --odometry"
+        )
     if not SHORT <= report.heights_median <= TALL:
         yield f"people come out {report.heights_median:.2f} m high (median): the map's scale does not fit their boxes"
     if report.few_people > OFTEN:

@@ -40,6 +40,7 @@ class Report:
     height_mean, height_std : of people, as the solver is told.
     travelled : length of the camera's path in m, over steps of about a second.
     camera_speed, people_speed : in m/s, over about a second.
+    people_differ : in m/s, how far people's velocities in a frame are from their mean (RMS), the median over frames.
     place_std, yaw_std : standard deviations of the pose, in m along the worst direction, and in rad.
     position_std : of people's positions, in m.
     converged, fallback : shares of frames where the solver's optimum was found, and where its prior decided.
@@ -69,6 +70,7 @@ class Report:
     travelled: float
     camera_speed: Spread
     people_speed: Spread
+    people_differ: float
     place_std: Spread | None
     yaw_std: Spread | None
     position_std: Spread | None

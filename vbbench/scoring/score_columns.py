@@ -1,6 +1,6 @@
 """Scores as columns: of tables for people, with the best marked, and of tables for programs, with every digit.
 
-A score here is what ``vbbench score --json`` prints, which is also what a result of the leaderboard holds.
+A score here is what a result of the leaderboard holds, `vbbench.scoring.scorecard.Score.values`.
 """
 
 from collections.abc import Mapping, Sequence

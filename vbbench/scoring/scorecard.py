@@ -126,7 +126,7 @@ class Score:
         return self.per_sequence.total_coverage
 
     def values(self) -> dict[str, Any]:
-        """The score as the command line prints it with ``--json``."""
+        """The score as results of boards hold it."""
         values: dict[str, Any] = {
             "dataset": self.info.dataset,
             "protocol": self.protocol.name,
@@ -151,15 +151,19 @@ class Score:
         notes = {"caution": self.dataset.caution, "truth": self.dataset.truth}
         return values | {name: note for name, note in notes.items() if note not in (None, "whole")}
 
-    def to_json(self) -> str:
-        """`values` as text, and by the names under which other programs look for them: ``capped_mean`` of each
-        metric, and Δx's ``failure_rate`` for all.
+    def published(self) -> dict[str, Any]:
+        """`values` with the names under which other programs look for them, too.
+
+        They are ``capped_mean`` of each metric, and Δx's ``failure_rate`` for all.
         """
         values = self.values()
         for part in ("metrics", "drift"):
             values[part] = {name: one | {"capped_mean": one["capped"]} for name, one in values[part].items()}
-        values["failure_rate"] = values["metrics"]["dx"]["failure_rate"]
-        return json.dumps(values, indent=2, ensure_ascii=False)
+        return values | {"failure_rate": values["metrics"]["dx"]["failure_rate"]}
+
+    def to_json(self) -> str:
+        """`published` as text."""
+        return json.dumps(self.published(), indent=2, ensure_ascii=False)
 
     def table(self) -> str:
         """The score as a table for people, with the dataset's caution if it has one."""

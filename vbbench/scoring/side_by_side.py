@@ -59,7 +59,7 @@ class SideBySide:
         return {
             **dict(zip(_PLACE, self._place(), strict=True)),
             "ranked_by": RANKED_BY,
-            "submissions": [{"submission": str(folder), **one.values()} for folder, one in self.scores.items()],
+            "submissions": [{"submission": str(folder), **one.published()} for folder, one in self.scores.items()],
             "refused": [{"submission": str(folder), "faults": e.faults} for folder, e in self.refused.items()],
         }
 

@@ -17,7 +17,7 @@ from vbbench.sequence import Sequence, Truth
 from vbbench.solver import FrameSolver, Problem, SequenceSolver
 from vbbench.solving.runner import run_sequence
 
-FRAMES = 14
+FRAMES = 24
 """Most frames of the synthetic sequence: more than a solver may remember."""
 
 PEOPLE = 8

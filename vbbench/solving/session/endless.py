@@ -27,6 +27,9 @@ from vbbench.solving.warming import FRAMES, synthetic_sequence
 SHOWN_AGAIN = 12
 """Frames from which a solver starts anew: about as many as solvers look back."""
 
+LOWER = 0.3
+"""In box heights: where boxes are higher in the picture by so much, the camera looks lower than it is told to."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class _Answered:
@@ -193,19 +196,25 @@ class EndlessRun:
 
 
 def rehearse(solver: FrameSolver, problem: Problem) -> None:
-    """Let a solver answer made-up frames, with odometry and without: later nothing needs loading or compiling."""
-    observations = synthetic_sequence(problem, FRAMES)[0].observations
-    columns, people = len(problem.tracks), observations.shape[1]
-    observations = np.pad(observations, ((0, 0), (0, max(columns - people, 0)), (0, 0)), constant_values=np.nan)
+    """Let a solver answer synthetic frames: later nothing needs loading or compiling.
+
+    They come with odometry and without, of the camera as it is told and of one that looks lower, which a solver may
+    find out and answer in another way.
+    """
+    level = synthetic_sequence(problem, FRAMES)[0].observations
+    columns, people = len(problem.tracks), level.shape[1]
+    level = np.pad(level, ((0, 0), (0, max(columns - people, 0)), (0, 0)), constant_values=np.nan)
+    lower = level - LOWER * np.nanmedian(level[..., 2]) * np.array([0.0, 1.0, 0.0])
     measured = Odometry(motions=np.zeros((1, 3)), covariances=np.eye(3)[None])
     with warnings.catch_warnings(), suppress(VbbenchError):
         warnings.simplefilter("ignore")
-        for odometry in (Odometry.unmeasured(1), measured):
-            run = EndlessRun(solver, problem, np.zeros(3))
-            for boxes in observations:
-                run.step(boxes[:columns], odometry)
-            run.forget(np.arange(1))
-            run.step(observations[-1, :columns], odometry)
+        for observations in (level, lower):
+            for odometry in (Odometry.unmeasured(1), measured):
+                run = EndlessRun(solver, problem, np.zeros(3))
+                for boxes in observations:
+                    run.step(boxes[:columns], odometry)
+                run.forget(np.arange(1))
+                run.step(observations[-1, :columns], odometry)
 
 
 def _moved(pose: FloatArray, motion: FloatArray) -> FloatArray:
