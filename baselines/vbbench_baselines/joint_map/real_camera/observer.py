@@ -3,8 +3,9 @@
 In the axes of the middle of two headings a step has the parts F forward and S to the right, and a turn ω. A vehicle
 that moves changes all three slowly (Student-t), seldom slips sideways, seldom turns, and is seldom fast (Cauchy: S, ω,
 ‖step‖). The last keeps apart what people cannot tell: whether all walk one way or the vehicle goes the other. It is
-told anew in every frame that shows anybody, and so must not be sharp. Or the vehicle stands, and F, S and ω are nearly
-0 (normal).
+told anew in every frame that shows anybody, and so must not be sharp. A turn lasts for seconds, whatever the frame
+rate: told anew in every frame, its law counts by how long a frame lasts, or no camera of 10 Hz would ever turn where
+few people are seen. Or the vehicle stands, and F, S and ω are nearly 0 (normal).
 A pedestrian is one more walker (`joint_map.motion.walks`) with a head (`joint_map.motion.heads`).
 """
 
@@ -31,7 +32,7 @@ class Observer(NamedTuple):
     ----------
     change, nu : [3] scales in m, m and rad of changes of F, S and ω from frame to frame, and degrees of freedom.
     normalisers : [3] −ln of their densities at 0, for scales of 1.
-    level, drag : [3] scales of S, ω and ‖step‖, in m, rad and m; and the weight of the last.
+    level, swing, drag : [3] scales of S, ω and ‖step‖, in m, rad and m; and the weights of the last two.
     pace : standard deviation in m of a component of the first step.
     walk : of a pedestrian, with the head.
     odds : [4] ln of how probable each law is at first.
@@ -45,6 +46,7 @@ class Observer(NamedTuple):
     nu: FloatArray
     normalisers: FloatArray
     level: FloatArray
+    swing: float
     drag: float
     pace: float
     walk: Walk
@@ -114,7 +116,7 @@ def moving_deviance(frames: FloatArray, t: int, observer: Observer) -> float:
     now, total = step_of(frames[t - 1], frames[t]), least_deviance(t, observer)
     if t == 1:
         total += 0.5 * (now.forward**2 + now.right**2) / observer.pace**2
-        return float(total + np.log(1.0 + (now.turned / observer.level[1]) ** 2))
+        return float(total + observer.swing * np.log(1.0 + (now.turned / observer.level[1]) ** 2))
     before = step_of(frames[t - 2], frames[t - 1])
     changes = (now.forward - before.forward, now.right - before.right, now.turned - before.turned)
     for a in range(3):

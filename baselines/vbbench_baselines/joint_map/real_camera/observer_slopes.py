@@ -23,7 +23,7 @@ def level_deviance(frames: FloatArray, free: BoolArray, blind: BoolArray, observ
             step = step_of(frames[t - 1], frames[t])
             length = step.forward**2 + step.right**2
             told = np.log(1.0 + (step.right / observer.level[0]) ** 2)
-            told += np.log(1.0 + (step.turned / observer.level[1]) ** 2)
+            told += observer.swing * np.log(1.0 + (step.turned / observer.level[1]) ** 2)
             if not blind[t]:
                 told += observer.drag * np.log(1.0 + length / observer.level[2] ** 2)
             total += shares.laws[VEHICLE] * (1.0 - shares.standing[t]) * told
@@ -63,7 +63,7 @@ def add_observer(
         if t == 1:
             stiffness += (1.0 - stands) / observer.pace**2
         sideways = stiffness + share * 2.0 / (slip * slip + step.right**2)
-        swings = share - stands if t == 1 else share
+        swings = observer.swing * (share - stands if t == 1 else share)
         turning = swings * 2.0 / (swing * swing + step.turned**2) + stands / observer.still[1] ** 2
         onwards = stiffness + (observer.backing if step.forward < 0.0 else 0.0)
         _add(step.forward_by, t - 1, onwards, step.forward, gradient, hessian)

@@ -46,7 +46,8 @@ class Settings:
     first_speed : in m/s, of a velocity component of somebody new.
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
-    slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, and of speed.
+    slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, which counts in
+        proportion to dt, and of speed.
     drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody; and after a cold
         start, where people's pace tells more (`joint_map.motion.pace`).
     reverse : in m/s, of a velocity backwards after a cold start.
@@ -83,7 +84,7 @@ class Settings:
     first_speed: float = 1.4
     surge: float = 0.15
     sway: float = 0.012
-    swerve: float = 0.003
+    swerve: float = 0.01
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
     slip: float = 0.05
     turn: float = 0.011
@@ -146,6 +147,7 @@ class Settings:
             nu=np.array(self.vehicle_nu),
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=level,
+            swing=ratio,
             drag=(self.cold_drag if cold else self.drag) * float(np.sqrt(ratio)),
             pace=self.vehicle_speed * dt,
             walk=walk,
