@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from tests.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_folder, write_mot, write_tum
 from vbbench.birdify.birdify import birdify
 from vbbench.birdify.cues import compare_cues
+from vbbench.birdify.measuring import spread_of_velocities
 from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
@@ -120,6 +121,15 @@ def test_pictures_are_made_and_what_was_read_is_kept(made, folder, tmp_path):
     np.testing.assert_array_equal(one.observations, other.observations)
     assert main(["plot", str(made / "dataset"), "--sequence", "0", "--estimate", str(made / "submission"),
                  "--out", str(tmp_path / "x.png")]) == 0  # fmt: skip
+
+
+def test_people_who_all_walk_one_way_are_told_from_a_crowd():
+    one_way = np.full((5, 4, 2), (1.3, 0.0))
+    assert spread_of_velocities(one_way) == pytest.approx(0.0, abs=1e-12)
+    both_ways = one_way * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    both_ways[2:, 3] = both_ways[4] = np.nan  # three of them later, and nobody in the end
+    assert spread_of_velocities(both_ways) == pytest.approx(1.3 * (1.0 + 8**0.5 / 3.0) / 2.0)
+    assert np.isnan(spread_of_velocities(np.full((5, 4, 2), np.nan)))
 
 
 def test_the_report_says_how_sure_it_is(made):

@@ -63,7 +63,7 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         travelled=float(np.nansum(np.linalg.norm(np.diff(answer.poses[::step, :2], axis=0), axis=-1))),
         camera_speed=_over(moved),
         people_speed=_over(np.linalg.norm(velocities, axis=-1)),
-        people_differ=_differ(velocities),
+        people_differ=spread_of_velocities(velocities),
         place_std=None if answer.pose_covariances is None else _over(place_std(answer.pose_covariances[:, :2, :2])),
         yaw_std=None if answer.pose_covariances is None else _over(np.sqrt(answer.pose_covariances[:, 2, 2])),
         position_std=_position_std(answer, sequence),
@@ -80,7 +80,7 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
     return Report(**{**vars(report), "warnings": (*recording.notes, *_doubts(report))})
 
 
-def _differ(velocities: FloatArray) -> float:
+def spread_of_velocities(velocities: FloatArray) -> float:
     """How far velocities [T, K, 2] of the same frame are from their mean (RMS), the median over frames; NaN of none."""
     several = velocities[(~np.isnan(velocities[..., 0])).sum(axis=1) > 1]
     apart = several - np.nanmean(several, axis=1, keepdims=True)
