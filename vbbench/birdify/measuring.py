@@ -19,7 +19,7 @@ FAST_PEOPLE, SHORT, TALL = 2.5, 1.5, 1.95
 """Median speed in m/s, and heights in m, beyond which people are not what people are."""
 NEAR_EDGE = 0.45
 """In m, by how much the edge of a body that its box is about is nearer than its middle, as in tier ``field``."""
-ALIKE = 0.4
+ALIKE = 0.3
 """In m/s: people whose velocities differ by less all move alike, and nobody can tell them from the camera."""
 OFTEN = 0.3
 """Share of frames with few people above which a warning says so."""
