@@ -86,6 +86,21 @@ def motion_between(before: FloatArray, after: FloatArray) -> FloatArray:
     return np.stack([place[..., 1], -place[..., 0], after[..., 2] - before[..., 2]], axis=-1)
 
 
+def motion_levers(axes: NDArray[np.complex128], rest: NDArray[np.complex128]) -> FloatArray:
+    """[N, 3, 3] by which errors (forward, left, turn) of motions count where a way of several of them ends.
+
+    Parameters
+    ----------
+    axes : [N] direction of the axes in which each motion is told, as exp(i · angle).
+    rest : [N] the way that is left after each, in m, forward + i · left.
+    """
+    levers = np.zeros((len(axes), 3, 3))
+    levers[:, 0, 0], levers[:, 0, 1], levers[:, 0, 2] = axes.real, -axes.imag, -rest.imag
+    levers[:, 1, 0], levers[:, 1, 1], levers[:, 1, 2] = axes.imag, axes.real, rest.real
+    levers[:, 2, 2] = 1.0
+    return levers
+
+
 def moved_as_one(poses: FloatArray, old: FloatArray, new: FloatArray) -> FloatArray:
     """[..., T, 3] a way of ``poses`` [T, 3] moved as a whole, so that a pose ``old`` [..., 3] becomes ``new``."""
     turn, apart = new[..., 2:] - old[..., 2:], poses[:, :2] - old[..., None, :2]

@@ -14,7 +14,7 @@ from vbbench.exchange.own.camera_file import OdometryNoise
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.tum import planar_poses, read_tum_rows
 from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import FloatArray, IntArray, motion_between, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, motion_between, motion_levers, wrap_angle
 from vbbench.sequence import Odometry
 
 LONGEST_HOLE = 1.0
@@ -142,16 +142,9 @@ def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted
     line, frame, ends = line[parts], frame[parts], parts + 1
     at = _at(times, poses, np.concatenate([knots, wanted]), beyond=SAME_TIME)
     here, there = at[: len(knots)], at[len(knots) :]
-    turn = here[ends - 1, 2] - there[frame - 1, 2]
-    left_to_go = there[frame, :2] - here[ends, :2]
-    sin, cos = np.sin(there[frame - 1, 2]), np.cos(there[frame - 1, 2])
-    moves = np.zeros((len(parts), 3, 3))
-    moves[:, 0, 0] = moves[:, 1, 1] = np.cos(turn)
-    moves[:, 1, 0] = np.sin(turn)
-    moves[:, 0, 1] = -moves[:, 1, 0]
-    moves[:, 0, 2] = sin * left_to_go[:, 0] - cos * left_to_go[:, 1]
-    moves[:, 1, 2] = cos * left_to_go[:, 0] + sin * left_to_go[:, 1]
-    moves[:, 2, 2] = 1.0
+    begun, left_to_go = there[frame - 1, 2], there[frame, :2] - here[ends, :2]
+    rest = (left_to_go[:, 0] + 1j * left_to_go[:, 1]) * np.exp(-1j * begun)
+    moves = motion_levers(np.exp(1j * (here[ends - 1, 2] - begun)), rest)
     shares = (knots[ends] - knots[ends - 1]) / (times[line] - times[line - 1])
     covariances = np.zeros((len(wanted), 3, 3))
     covariances[0] = np.nan

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted
-from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, motion_levers, wrap_angle
 from vbbench.sequence import Odometry
 
 OfTracks = Mapping[Any, ArrayLike] | Iterable[tuple[Any, ArrayLike]]
@@ -160,11 +160,7 @@ def shared_out(odometry: Odometry, frames: int) -> Odometry:
     motions = np.tile([first.real, first.imag, turn], (frames, 1))
     places = np.cumsum(first * axes)
     behind = places[-1] - places  # from where each motion ends to where the last one does
-    levers = np.zeros((frames, 3, 3))
-    levers[:, 0, 0], levers[:, 0, 1], levers[:, 0, 2] = axes.real, -axes.imag, -behind.imag
-    levers[:, 1, 0], levers[:, 1, 1], levers[:, 1, 2] = axes.imag, axes.real, behind.real
-    levers[:, 2, 2] = 1.0
-    back = np.linalg.inv(levers)
+    back = np.linalg.inv(motion_levers(axes, behind))
     return Odometry(motions=motions, covariances=back @ (odometry.covariances / frames) @ back.transpose(0, 2, 1))
 
 
