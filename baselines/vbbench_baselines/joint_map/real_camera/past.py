@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
 from vbbench.kernels import kernel
 from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.motion import ANCHOR_STD
@@ -38,6 +38,17 @@ class Past(NamedTuple):
 def nothing_past(people: int) -> Past:
     """Of so many ``people`` nothing."""
     return Past(np.zeros((people, TOLD, TOLD)), np.zeros((people, TOLD)), np.zeros((people, TOLD)))
+
+
+def turn(past: Past, old: FloatArray, new: FloatArray) -> None:
+    """Move and turn what is told of all people's places as the pose ``old`` [3] becomes ``new``."""
+    places = past.about[:, :PLACES].reshape((-1, REACH, 2))
+    past.about[:, :PLACES] = relative_to_world(world_to_relative(places, old), new).reshape((-1, PLACES))
+    cos, sin = np.cos(new[2] - old[2]), np.sin(new[2] - old[2])
+    axes = np.eye(TOLD)
+    axes[:PLACES, :PLACES] = np.kron(np.eye(REACH), np.array(((cos, -sin), (sin, cos))))
+    past.slope[:] = past.slope @ axes.T
+    past.information[:] = axes @ past.information @ axes.T
 
 
 @kernel

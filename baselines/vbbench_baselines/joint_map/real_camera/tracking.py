@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import Bearings, bearings_of
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
 from vbbench_baselines.common.cold_start import begins_cold
+from vbbench_baselines.common.drift import RUNNING
 from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
 from vbbench_baselines.joint_map.real_camera.behind import add_behind, carried
@@ -23,6 +24,8 @@ from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, le
 from vbbench_baselines.joint_map.real_camera.newest import solve_newest
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
+from vbbench_baselines.joint_map.real_camera.past import turn
+from vbbench_baselines.joint_map.real_camera.relocation import Relocation, relocate
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
@@ -107,6 +110,7 @@ class Tracking:
         if len(rows.frames) == rows.size:
             self._let_go()
         rows.leave()
+        rows.forget(np.flatnonzero(self._leaping(given.positions)))
         self.bearings = bearings_of(self._problem.camera, boxes)
         rows.push(self.bearings, given, self._expected())
         self.age += 1
@@ -145,6 +149,11 @@ class Tracking:
         let_first_go(self._point(rows.frames, seen, columns), seen, self.model, 0)
         rows.carry_on(seen, columns)
 
+    def _leaping(self, places: FloatArray) -> BoolArray:
+        """[K] whose newest given places [n, K, 2] are of somebody else than those before, since nobody is so fast."""
+        step = np.diff(places[-2:], axis=0)
+        return np.asarray((np.hypot(step[..., 0], step[..., 1]) > RUNNING * self._problem.dt).any(axis=0))
+
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people."""
         self.rows.forget(columns)
@@ -172,14 +181,28 @@ class Tracking:
 
     def _begin(self) -> tuple[Point, Seen, IntArray]:
         """Solve the newest frames; what is found is kept in the window's rows."""
-        seen, columns = self.rows.seen(held=self._held)
-        starts = [self.rows.frames]
+        rows = self.rows
+        seen, columns = rows.seen(held=self._held)
+        starts, before = [rows.frames], rows.frames[-1, :3].copy()
         if self._cold and 1 < self.age <= COLD_FRAMES:
             starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
         points = [self._point(frames, seen, columns) for frames in starts]
-        found = solve_newest(points, seen, self.model, from_rest=self.age > 2)
+        elsewhere = relocate(rows.frames, rows.given, rows.boxes, np.isnan(rows.given_poses[:, 0]), self._people.mean)
+        if elsewhere is not None:
+            points += [self._moved(points[0], elsewhere.at_once(rows.frames), seen), self._moved(points[0], elsewhere.in_the_end(rows.frames), seen)]
+        chosen, found = solve_newest(points, seen, self.model, from_rest=self.age > 2)
         self._keep(found, columns)
+        if elsewhere is not None:
+            print(self.age - 1, "since", elsewhere.since, len(rows.frames), "chosen", chosen, elsewhere.pose, rows.frames[-1, :3], flush=True)
+        if elsewhere is not None and chosen == len(starts) and elsewhere.since == 0:
+            turn(rows.past, before, elsewhere.pose)
+            self._behind = elsewhere.covariance
         return found, seen, columns
+
+    def _moved(self, point: Point, frames: FloatArray, seen: Seen) -> Point:
+        places = relative_to_world(world_to_relative(point.places, point.frames[:, :3]), frames[:, :3])
+        changed = (frames != point.frames).any(axis=1)[:, None, None] & np.isnan(seen.given)
+        return point._replace(frames=frames, places=np.where(changed, places, point.places))
 
     def _settle(self, seen: Seen, columns: IntArray) -> Settled:
         """A round over the window; what is found is kept in its rows. With the newest covariances, if asked for."""
