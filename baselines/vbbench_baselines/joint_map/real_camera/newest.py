@@ -4,6 +4,8 @@ A new frame tells most of itself and of the few before it. Solved alone these ar
 other ways to begin can be tried. A round over all frames then carries what was found to the others.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vbbench_baselines.common.bearings import each
@@ -33,18 +35,24 @@ SURER_BY = 40.0
 """How much lower the deviance must be then: frames are not as independent as the model takes them to be."""
 
 
-def solve_newest(starts: list[Point], seen: Seen, model: Model, *, from_rest: bool) -> tuple[int, Point]:
-    """Which of the ``starts`` is the most probable, each with its newest frames solved, and what it leads to.
+class Start(NamedTuple):
+    """Where a descent begins, and −ln of how probable it is beforehand beside the others."""
+
+    point: Point
+    unlikely: float = 0.0
+
+
+def solve_newest(starts: list[Start], seen: Seen, model: Model, *, from_rest: bool) -> tuple[Point, int]:
+    """The most probable of the ``starts``, each with its newest frames solved, and which one it is.
 
     ``from_rest``: whether it is tried that a vehicle sets off which seems to stand.
     """
-    solved = [_solved(start, seen, model) for start in starts]
-    chosen = min(range(len(starts)), key=lambda start: solved[start][1].deviance + (15.0 if start == 1 and len(starts)==3 else 0.0))
-    if len(starts) == 3: print([s[1].deviance for s in solved])
+    solved = [_solved(start.point, seen, model) for start in starts]
+    chosen = int(np.argmin([start.unlikely + found[1].deviance for start, found in zip(starts, solved, strict=True)]))
     point, best, part, alone = solved[chosen]
     if from_rest and seems_to_stand(best, part):
         best = set_off(best, part, alone)
-    return chosen, with_newest(point, best.point)
+    return with_newest(point, best.point), chosen
 
 
 def _solved(point: Point, seen: Seen, model: Model) -> tuple[Point, Settled, Seen, Model]:

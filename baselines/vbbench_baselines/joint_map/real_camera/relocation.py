@@ -14,6 +14,8 @@ from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.ego_motion import Factors, fit_pose
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.uncertainty import pose_covariance
+from vbbench_baselines.joint_map.real_camera.joint import Point
+from vbbench_baselines.joint_map.real_camera.newest import Start
 
 ASIDE = 0.15
 """In rad: people who are seen so far beside where they are given contradict the pose."""
@@ -23,6 +25,9 @@ AGREEING = 0.06
 
 ALONG, ACROSS = 0.12, 0.02
 """Standard deviations of where a box puts somebody, along the ray and across it, as shares of the distance."""
+
+UNNOTICED = 15.0
+"""−ln of how probable it is that a camera lost its way long ago, beside that it has moved in the newest frames."""
 
 FEWEST = 2
 """People that find a camera."""
@@ -36,26 +41,51 @@ directions of two people who are far away tell how it is turned, and little of w
 
 
 class Relocation(NamedTuple):
-    """Where the newest frame is, from which of the frames on that may be so, and the covariance [3, 3] of where."""
+    """Where a camera is that has lost its way.
 
+    Attributes
+    ----------
+    believed, pose : [3] of the newest frame, as it was believed and as those given have it.
+    covariance : [3, 3] of the latter.
+    since : the first frame that may be elsewhere; if it is the first of all, nothing holds the past either.
+    """
+
+    believed: FloatArray
     pose: FloatArray
-    since: int
     covariance: FloatArray
+    since: int
 
-    def at_once(self, frames: FloatArray) -> FloatArray:
-        """The ``frames`` [n, 7] if the camera has been off for long: all of them are moved as one."""
-        moved, moving = frames.copy(), slice(self.since, None)
-        moved[moving, :3] = moved_as_one(frames[moving, :3], frames[-1, :3], self.pose)
-        moved[:, 2] = np.unwrap(moved[:, 2])
-        return moved
+    def starts(self, point: Point, given: FloatArray) -> list[Start]:
+        """Two ways to get there from a ``point``: in the newest frames, and long ago; ``given`` [n, K, 2] stay."""
+        lately, long_ago = (_carried(point, frames, given) for frames in (self._lately(point), self._long_ago(point)))
+        return [Start(lately), Start(long_ago, UNNOTICED)]
 
-    def in_the_end(self, frames: FloatArray) -> FloatArray:
-        """The ``frames`` [n, 7] if the camera has moved in a way that was not noticed in the newest of them."""
-        moved, count = frames.copy(), min(LATELY, len(frames) - self.since)
-        off = self.pose - frames[-1, :3]
+    def _lately(self, point: Point) -> FloatArray:
+        """The frames [n, 7] of a camera that moved in a way that was not noticed in the newest of them."""
+        frames, count = point.frames.copy(), min(LATELY, len(point.frames) - self.since)
+        off = self.pose - self.believed
         off[2] = wrap_angle(off[2])
-        moved[-count:, :3] += np.linspace(0.0, 1.0, count + 1)[1:, None] * off
-        return moved
+        frames[-count:, :3] += np.linspace(0.0, 1.0, count + 1)[1:, None] * off
+        return frames
+
+    def _long_ago(self, point: Point) -> FloatArray:
+        """The frames [n, 7] of a camera that lost its way before them: all are moved as one."""
+        frames, moving = point.frames.copy(), slice(self.since, None)
+        frames[moving, :3] = moved_as_one(frames[moving, :3], self.believed, self.pose)
+        frames[:, 2] = np.unwrap(frames[:, 2])
+        return frames
+
+    def moved(self, places: FloatArray) -> FloatArray:
+        """Places [n, K, 2] as believed, where they are if the camera lost its way long ago."""
+        places = places.copy()
+        places[self.since :] = relative_to_world(world_to_relative(places[self.since :], self.believed), self.pose)
+        return places
+
+
+def _carried(point: Point, frames: FloatArray, given: FloatArray) -> Point:
+    """The ``point`` with other ``frames`` [n, 7], which take along whom they show; ``given`` [n, K, 2] stay."""
+    places = relative_to_world(world_to_relative(point.places, point.frames[:, :3]), frames[:, :3])
+    return point._replace(frames=frames, places=np.where(np.isnan(given), places, point.places))
 
 
 def relocate(
@@ -97,7 +127,8 @@ def relocate(
     best = int(np.argmin([_unlikely(pose, fit) for pose, fit in zip(found, near, strict=True)]))
     if not _agrees(found[best], factors):
         return None
-    return Relocation(found[best], since, pose_covariance(found[best], near[best], TURNS**-2))
+    covariance = pose_covariance(found[best], near[best], TURNS**-2)
+    return Relocation(factors.walk, found[best], covariance, since)
 
 
 def _unlikely(pose: FloatArray, factors: Factors) -> float:

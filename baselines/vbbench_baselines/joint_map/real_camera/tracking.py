@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import Bearings, bearings_of
@@ -21,7 +21,7 @@ from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.hands import Hands
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, let_first_go
-from vbbench_baselines.joint_map.real_camera.newest import solve_newest
+from vbbench_baselines.joint_map.real_camera.newest import Start, solve_newest
 from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.past import turn
@@ -119,11 +119,13 @@ class Tracking:
         shown, placed = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
         self._lost = seconds_after(self._lost, shown[-1], placed, not self._nothing_given(-1), passed)
         before = rows.places.copy(), rows.numbers.copy(), rows.variances.copy()
-        point, seen, columns = self._begin()
+        point, seen, columns, elsewhere = self._begin()
+        if elsewhere is not None:
+            before = elsewhere.moved(before[0]), *before[1:]
         changed = self._hands.changes(rows, self.model, Point(rows.frames, *before), point, seen, columns)
         if changed:
             rows.reseat(changed)
-            _, seen, columns = self._begin()
+            _, seen, columns, _ = self._begin()
         settled = self._settle(seen, columns)
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
         self._follow_flow()
@@ -179,30 +181,24 @@ class Tracking:
                 start[:2] += frames[-1, :2] - frames[-2, :2]
         return start
 
-    def _begin(self) -> tuple[Point, Seen, IntArray]:
-        """Solve the newest frames; what is found is kept in the window's rows."""
+    def _begin(self) -> tuple[Point, Seen, IntArray, Relocation | None]:
+        """Solve the newest frames; what is found is kept in the window's rows. The last is set if all has moved."""
         rows = self.rows
         seen, columns = rows.seen(held=self._held)
-        starts, before = [rows.frames], rows.frames[-1, :3].copy()
+        starts = [Start(self._point(rows.frames, seen, columns))]
         if self._cold and 1 < self.age <= COLD_FRAMES:
-            starts += [self._at_speed(speed) for speed in COLD_SPEEDS]
-        points = [self._point(frames, seen, columns) for frames in starts]
+            starts += [Start(self._point(self._at_speed(speed), seen, columns)) for speed in COLD_SPEEDS]
         elsewhere = relocate(rows.frames, rows.given, rows.boxes, np.isnan(rows.given_poses[:, 0]), self._people.mean)
         if elsewhere is not None:
-            points += [self._moved(points[0], elsewhere.at_once(rows.frames), seen), self._moved(points[0], elsewhere.in_the_end(rows.frames), seen)]
-        chosen, found = solve_newest(points, seen, self.model, from_rest=self.age > 2)
+            starts += elsewhere.starts(starts[0].point, seen.given)
+        found, chosen = solve_newest(starts, seen, self.model, from_rest=self.age > 2)
         self._keep(found, columns)
-        if elsewhere is not None:
-            print(self.age - 1, "since", elsewhere.since, len(rows.frames), "chosen", chosen, elsewhere.pose, rows.frames[-1, :3], flush=True)
-        if elsewhere is not None and chosen == len(starts) and elsewhere.since == 0:
-            turn(rows.past, before, elsewhere.pose)
+        if elsewhere is None or chosen < len(starts) - 1:
+            return found, seen, columns, None
+        if elsewhere.since == 0:
+            turn(rows.past, elsewhere.believed, elsewhere.pose)
             self._behind = elsewhere.covariance
-        return found, seen, columns
-
-    def _moved(self, point: Point, frames: FloatArray, seen: Seen) -> Point:
-        places = relative_to_world(world_to_relative(point.places, point.frames[:, :3]), frames[:, :3])
-        changed = (frames != point.frames).any(axis=1)[:, None, None] & np.isnan(seen.given)
-        return point._replace(frames=frames, places=np.where(changed, places, point.places))
+        return found, seen, columns, elsewhere
 
     def _settle(self, seen: Seen, columns: IntArray) -> Settled:
         """A round over the window; what is found is kept in its rows. With the newest covariances, if asked for."""
