@@ -105,6 +105,28 @@ def test_the_world_in_which_people_walk_as_people_do_is_found(speed: float, driv
     assert (whole[-1] - whole[-2]) @ heading / DT == pytest.approx(-wrong, abs=0.3)
 
 
+def flow_among(ways: FloatArray, believed: float, seed: int) -> float:
+    """By how many m/s a camera is found to be faster than believed, off by ``believed``, among people on these ways."""
+    rng = np.random.default_rng(seed)
+    velocity = 1.3 * np.column_stack((np.cos(ways), np.sin(ways))) - (believed, 0.0)
+    velocity += rng.normal(0.0, 0.3, velocity.shape)
+    places = rng.uniform(-5.0, 15.0, velocity.shape) + DT * np.arange(FRAMES)[:, None, None] * velocity
+    shown = np.ones(places.shape[:2], np.bool_)
+    return float(flow_of(np.zeros((FRAMES, 3)), places, shown, DT, drives=True)[-1, 0] / (DT * (FRAMES - 1)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_crowd_that_walks_all_ways_tells_that_a_camera_walks(seed: int) -> None:
+    """Each of them tells, though a vehicle that stands is likelier than one that is slower than a walker."""
+    ways = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 25)
+    assert flow_among(ways, 0.8, seed) == pytest.approx(0.8, abs=0.3)
+
+
+@pytest.mark.parametrize("people", [3, 10, 100])
+def test_a_stream_of_people_who_walk_one_way_does_not_move_a_camera_that_stands(people: int) -> None:
+    assert flow_among(np.zeros(people), 0.0, 2) == pytest.approx(0.0, abs=0.3)
+
+
 def test_where_nobody_is_seen_nothing_is_moved() -> None:
     poses, places = faster(*crossing(1.0), -3.0)
     flow, nobody = Flow(DT, drives=True), np.zeros(places.shape[:2], np.bool_)

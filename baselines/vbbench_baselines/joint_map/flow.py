@@ -31,8 +31,9 @@ OVER = 0.8
 ENOUGH = 7
 """In frames: velocities over so many count even if they last less."""
 
-ALIKE = 4.0
-"""People; a crowd has a pace in common, and tells no more than so many who walk as they like."""
+ALIKE, WITHIN = 2.5, 0.5
+"""However many people walk alike, they tell no more than so many who walk as they like: a crowd has a velocity in
+common. Two are alike whose velocities are less than about so many m/s apart."""
 
 STANDS, STILL = 0.4, 0.15
 """How probable it is that a vehicle stands, and how fast in m/s it then seems to move."""
@@ -140,7 +141,7 @@ def weigh(
         _weigh_vehicle(float(ahead @ own), dt / OWN_ANEW, against)
     else:
         people = np.concatenate((people, own[None]))
-    _weigh_people(people, ahead, dt / ANEW * min(1.0, ALIKE / len(people)), against)
+    _weigh_people(people, ahead, dt / ANEW, against)
 
 
 def _frames_of(seconds: float, dt: float) -> int:
@@ -162,10 +163,24 @@ def _counted_from(faster: float, against: FloatArray) -> FloatArray:
 @kernel
 def _weigh_people(velocities: FloatArray, ahead: FloatArray, weight: float, against: FloatArray) -> None:
     """Velocities [M, 2]; ``ahead`` [2] is the camera's heading."""
+    counts = _counts(velocities)
     for world in range(len(against)):
         x, y = FASTER[world] * ahead[0], FASTER[world] * ahead[1]
         for k in range(len(velocities)):
-            against[world] -= weight * np.log(density(velocities[k, 0] + x, velocities[k, 1] + y))
+            against[world] -= weight * counts[k] * np.log(density(velocities[k, 0] + x, velocities[k, 1] + y))
+
+
+@kernel
+def _counts(velocities: FloatArray) -> FloatArray:
+    """[M] how much each of the ``velocities`` [M, 2] counts beside those that are like it."""
+    counts = np.empty(len(velocities))
+    for k in range(len(velocities)):
+        alike = 0.0
+        for other in range(len(velocities)):
+            x, y = velocities[k, 0] - velocities[other, 0], velocities[k, 1] - velocities[other, 1]
+            alike += np.exp(-0.5 * (x * x + y * y) / WITHIN**2)
+        counts[k] = min(1.0, ALIKE / alike)
+    return counts
 
 
 @kernel
