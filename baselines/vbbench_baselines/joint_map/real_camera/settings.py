@@ -48,8 +48,8 @@ class Settings:
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, which counts in
         proportion to dt, and of speed.
-    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody; and after a cold
-        start, where people's pace tells more (`joint_map.motion.pace`).
+    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody, growing as dt^.75;
+        and after a cold start, where people's pace tells more (`joint_map.motion.pace`).
     reverse : in m/s, of a velocity backwards after a cold start.
     vehicle_speed : in m/s, of a first velocity.
     still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn; at most half
@@ -94,7 +94,7 @@ class Settings:
     reverse: float = 0.3
     vehicle_speed: float = 4.0
     still: tuple[float, float] = (0.004, 0.0006)
-    stay: float = 10.0
+    stay: float = 30.0
     laws: tuple[float, float, float] = (0.05, 0.25, 0.4)
     heads: Prior = field(default_factory=lambda: get_prior("default"))
 
@@ -148,7 +148,7 @@ class Settings:
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=level,
             swing=ratio,
-            drag=(self.cold_drag if cold else self.drag) * float(np.sqrt(ratio)),
+            drag=(self.cold_drag if cold else self.drag) * ratio**0.75,
             pace=self.vehicle_speed * dt,
             walk=walk,
             odds=np.log(share),
