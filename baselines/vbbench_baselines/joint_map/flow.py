@@ -31,7 +31,7 @@ OVER = 0.8
 ENOUGH = 7
 """In frames: velocities over so many count even if they last less."""
 
-ALIKE, WITHIN = 2.5, 0.5
+ALIKE, WITHIN = 2.0, 0.5
 """However many people walk alike, they tell no more than so many who walk as they like: a crowd has a velocity in
 common. Two are alike whose velocities are less than about so many m/s apart."""
 
