@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.rough_crowd import LEVEL, Drive, drive, made_drive, photograph
-from vbbench.geometry import FloatArray, moved_as_one, relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, carried_along, moved_as_one, relative_to_world, wrap_angle
 from vbbench_baselines.common.bearings import bearings_of
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -73,7 +73,7 @@ def misled(seed: int) -> Drive:
     poses[:, 2] += np.clip((np.arange(FRAMES) - TURNING) / (AFTER - TURNING), 0.0, 1.0)
     late = np.arange(62) >= 30
     places = truth.positions.copy()
-    places[:, late] = relative_to_world(world_to_relative(places[:, late], truth.poses), poses)
+    places[:, late] = carried_along(places[:, late], truth.poses, poses)
     beside = np.array(((-2.0, 8.0), (1.5, 9.0)))
     places[:, -2:] = relative_to_world(np.broadcast_to(beside, (FRAMES, 2, 2)), poses)
     truth = replace(truth, poses=poses, positions=places)

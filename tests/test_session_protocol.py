@@ -21,9 +21,10 @@ from vbbench.sequence import Sequence
 from vbbench.solving import solve
 
 SOLVERS = ["cv", "sf", "vb-cv", "vb-sf", "map-causal", "vb-former"]
-ROUNDED = 1e-4
-"""In m and rad: people stand in another order in a session, sums are rounded otherwise, and a descent ends where a step
-is shorter than a millimetre. From a cold start 1e-9 after a few frames was 3e-5 after twelve."""
+EXACT = 1e-5
+ROUNDED = {"map-causal": 1e-4}
+"""In m and rad, and of a solver whose descent ends where a step is shorter than a millimetre: people stand in another
+order in a session, and sums are rounded otherwise. From a cold start 1e-9 after a few frames was 3e-5 after twelve."""
 
 TIERS = {"panorama": "noisy", "perspective": "noisy", "rough": "field"}
 
@@ -66,15 +67,15 @@ def answers_of(session: Session, sequence: Sequence) -> list[SessionAnswer]:
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_session_answers_as_solve_does(dataset: Dataset, solver: str, tmp_path: Path) -> None:
     submitted = SubmittedEstimates(dataset, solve(dataset, solver, "cold-start", tmp_path / solver))
-    compared = 0
+    compared, near = 0, ROUNDED.get(solver, EXACT)
     for sequence in dataset.sequences(0, len(dataset)):
         expected, answers = submitted.of(sequence), answers_of(session_for(dataset, sequence, solver), sequence)
         for frame in np.flatnonzero(scored_frames(sequence.observed)):
             compared += 1
-            np.testing.assert_allclose(answers[frame].pose, expected.poses[frame], atol=ROUNDED)
+            np.testing.assert_allclose(answers[frame].pose, expected.poses[frame], atol=near)
             for column in np.flatnonzero(sequence.observed[frame]):
                 position = answers[frame].positions[int(sequence.tracks[column])]
-                np.testing.assert_allclose(position, expected.positions[frame, column], atol=ROUNDED)
+                np.testing.assert_allclose(position, expected.positions[frame, column], atol=near)
     assert compared > 30
 
 

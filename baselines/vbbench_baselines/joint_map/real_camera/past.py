@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
+from vbbench.geometry import FloatArray, carried_along
 from vbbench.kernels import kernel
 from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.motion import ANCHOR_STD
@@ -43,7 +43,7 @@ def nothing_past(people: int) -> Past:
 def turn(past: Past, old: FloatArray, new: FloatArray) -> None:
     """Move and turn what is told of all people's places as the pose ``old`` [3] becomes ``new``."""
     places = past.about[:, :PLACES].reshape((-1, REACH, 2))
-    past.about[:, :PLACES] = relative_to_world(world_to_relative(places, old), new).reshape((-1, PLACES))
+    past.about[:, :PLACES] = carried_along(places, old, new).reshape((-1, PLACES))
     cos, sin = np.cos(new[2] - old[2]), np.sin(new[2] - old[2])
     axes = np.eye(TOLD)
     axes[:PLACES, :PLACES] = np.kron(np.eye(REACH), np.array(((cos, -sin), (sin, cos))))

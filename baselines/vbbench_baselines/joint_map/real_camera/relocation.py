@@ -9,7 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, moved_as_one, relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import (
+    BoolArray,
+    FloatArray,
+    carried_along,
+    moved_as_one,
+    relative_to_world,
+    world_to_relative,
+    wrap_angle,
+)
 from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.ego_motion import Factors, fit_pose
 from vbbench_baselines.common.motion import ANCHOR_STD
@@ -78,13 +86,13 @@ class Relocation(NamedTuple):
     def moved(self, places: FloatArray) -> FloatArray:
         """Places [n, K, 2] as believed, where they are if the camera lost its way long ago."""
         places = places.copy()
-        places[self.since :] = relative_to_world(world_to_relative(places[self.since :], self.believed), self.pose)
+        places[self.since :] = carried_along(places[self.since :], self.believed, self.pose)
         return places
 
 
 def _carried(point: Point, frames: FloatArray, given: FloatArray) -> Point:
     """The ``point`` with other ``frames`` [n, 7], which take along whom they show; ``given`` [n, K, 2] stay."""
-    places = relative_to_world(world_to_relative(point.places, point.frames[:, :3]), frames[:, :3])
+    places = carried_along(point.places, point.frames[:, :3], frames[:, :3])
     return point._replace(frames=frames, places=np.where(np.isnan(given), places, point.places))
 
 
