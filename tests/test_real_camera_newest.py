@@ -17,7 +17,7 @@ BLOCK = NEWEST + REACH
 def solved(point: Point, window: Window, rounds: int, since: int = FRAMES) -> Settled:
     """The descent from a copy of ``point``."""
     start = Point(*(part.copy() for part in point))
-    return settle(start, window.seen, window.model, rounds, since)
+    return settle(start, window.seen, window.model, rounds, since, True)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def pushed(window: Window) -> Point:
 def alone(point: Point, window: Window) -> Settled:
     """Where the descent of the newest frames alone ends."""
     start, part, model = newest_of(point, window.seen, window.model)
-    return settle(start, part, model, 50, len(start.frames))
+    return settle(start, part, model, 50, len(start.frames), False)
 
 
 def test_alone_they_are_where_all_frames_have_them(window: Window) -> None:

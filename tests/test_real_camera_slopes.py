@@ -369,7 +369,7 @@ def test_covariances_are_blocks_of_the_inverse_of_everything(window: Window) -> 
     case, newest = under(window, 0), len(window.point.frames) - 1
     point = shaken(case, 5, 0.5)
     inverse = np.linalg.inv(dense(case, point)[1])
-    poses, places, early = spread_of(linearise(point, case.seen, case.model, 0.0), case.seen, newest)
+    poses, places, early = spread_of(linearise(point, case.seen, case.model, 0.0), case.seen, newest, True)
     here = slice(FRAME * newest, FRAME * newest + 3)
     np.testing.assert_allclose(poses, MODEL_ERROR[0] * inverse[None, here, here], rtol=1e-3, atol=1e-9)
     here = slice(FRAME * HELD, FRAME * HELD + 3)

@@ -26,24 +26,24 @@ values over KITTI 0015, 0017 and 0019 and over tier `field` of Hotel, ETH, Stude
 
 
 @kernel
-def spread_of(system: System, seen: Seen, since: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def spread_of(system: System, seen: Seen, since: int, people: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Covariances [n, 3, 3] of the poses and [n, K, 2, 2] of the places of the frames from ``since`` on.
 
-    They are of the point that the ``system`` is about, NaN where no box is. The last is that of the pose [3, 3] after
-    the first `HELD`.
+    They are of the point that the ``system`` is about, NaN where no box is, and of all places unless those of
+    ``people`` are asked for. The last is that of the pose [3, 3] after the first `HELD`.
     """
     early = np.zeros((POSE, POSE))
     if since == len(seen.fixed):
         return np.zeros((0, POSE, POSE)), np.zeros((0, 0, 2, 2)), early
-    frames, people = len(seen.fixed), len(seen.first)
+    frames = len(seen.fixed)
     lower = factor_softly(system.hessian)
-    poses, places = np.zeros((frames - since, POSE, POSE)), np.full((frames - since, people, 2, 2), np.nan)
+    poses, places = np.zeros((frames - since, POSE, POSE)), np.full((frames - since, len(seen.first), 2, 2), np.nan)
     if frames > HELD:
         _put_pose(HELD, seen.fixed, lower, early)
     for t in range(since, frames):
         _put_pose(t, seen.fixed, lower, poses[t - since])
         for person in system.people:
-            if not np.isnan(seen.boxes.azimuth[t, person.number]):
+            if people and not np.isnan(seen.boxes.azimuth[t, person.number]):
                 put_place(person, t - person.first, seen.fixed, lower, places[t - since, person.number])
     return MODEL_ERROR[0] * poses, MODEL_ERROR[1] * places, MODEL_ERROR[0] * early
 

@@ -114,8 +114,11 @@ class Settled(NamedTuple):
 
 
 @kernel
-def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int) -> Settled:
-    """Descend in at most so many ``rounds``, at least one; covariances are of the frames from ``since`` on."""
+def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int, people: bool) -> Settled:
+    """Descend in at most so many ``rounds``, at least one.
+
+    Covariances are of the frames from ``since`` on, and of ``people`` if these are asked for.
+    """
     deviance, damping, converged = deviance_of(point, seen, model), DAMPING, False
     boxes = np.count_nonzero(~np.isnan(seen.boxes.azimuth))
     for _ in range(rounds):
@@ -126,7 +129,7 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int) -> S
         converged = bool(done.longest < SHORT or gained < CLOSE * boxes)
         if done.longest < SHORT or gained < SETTLED:
             break
-    poses, places, early = spread_of(done.system, seen, since)
+    poses, places, early = spread_of(done.system, seen, since, people)
     told = np.zeros(seen.told.shape)
     if model.cold:
         for person in done.system.people:

@@ -57,7 +57,7 @@ def solve_newest(starts: list[Start], seen: Seen, model: Model, *, from_rest: bo
 
 def _solved(point: Point, seen: Seen, model: Model) -> tuple[Point, Settled, Seen, Model]:
     alone, part, believed = newest_of(point, seen, model)
-    return point, settle(alone, part, believed, ROUNDS, len(part.fixed)), part, believed
+    return point, settle(alone, part, believed, ROUNDS, len(part.fixed), False), part, believed
 
 
 def newest_of(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen, Model]:
@@ -109,7 +109,7 @@ def set_off(best: Settled, seen: Seen, model: Model) -> Settled:
     """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer."""
     start, size = best.point._replace(variances=best.point.variances.copy()), len(seen.fixed)
     going = model._replace(observer=model.observer._replace(going=SET_OFF))
-    tried = settle(start, seen, going, FEW, size)
+    tried = settle(start, seen, going, FEW, size, False)
     if tried.deviance < best.deviance:
-        tried = settle(settle(tried.point, seen, going, ROUNDS, size).point, seen, model, ROUNDS, size)
+        tried = settle(settle(tried.point, seen, going, ROUNDS, size, False).point, seen, model, ROUNDS, size, False)
     return tried if tried.deviance < best.deviance - SURER_BY else best

@@ -22,6 +22,7 @@ from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.ego_motion import Factors, fit_pose
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.uncertainty import pose_covariance
+from vbbench_baselines.joint_map.real_camera.alone import places_alone, spread_alone
 from vbbench_baselines.joint_map.real_camera.joint import Point
 from vbbench_baselines.joint_map.real_camera.newest import Start
 
@@ -30,9 +31,6 @@ ASIDE = 0.15
 
 AGREEING = 0.06
 """In rad: people who are seen no farther beside it agree with a pose that is found."""
-
-ALONG, ACROSS = 0.12, 0.02
-"""Standard deviations of where a box puts somebody, along the ray and across it, as shares of the distance."""
 
 UNNOTICED = 15.0
 """−ln of how probable it is that a camera lost its way long ago, beside that it has moved in the newest frames."""
@@ -118,13 +116,11 @@ def relocate(
         return None
     at, who = np.nonzero(told[since:])
     at += since
-    reach = np.exp(person[0]) / boxes.length[at, who] + person[1]
-    azimuth = boxes.azimuth[at, who]
-    shown = reach[:, None] * np.column_stack((np.sin(azimuth), np.cos(azimuth)))
+    shown = places_alone(boxes.azimuth[at, who], boxes.length[at, who], person)
     shown = world_to_relative(relative_to_world(shown[:, None], frames[at, :3])[:, 0], frames[-1, :3])
     factors = Factors(
         relative=shown,
-        covariance=_spread_of(shown) * len(at) / len(np.unique(who)),
+        covariance=spread_alone(shown) * len(at) / len(np.unique(who)),
         expected=given[at, who],
         std=np.full(len(at), ANCHOR_STD),
         walk=frames[-1, :3].copy(),
@@ -165,16 +161,3 @@ def _contradicted_since(told: BoolArray, wrong: BoolArray, free: BoolArray) -> i
     """The first frame after the last whose pose is given, or whose given people are seen where they are."""
     agree = (np.count_nonzero(told, axis=1) > 2 * np.count_nonzero(wrong, axis=1)) | ~free
     return len(agree) - int(np.argmax(agree[::-1])) if agree.any() else 0
-
-
-def _spread_of(shown: FloatArray) -> FloatArray:
-    """[M, 3] covariances (rr, rf, ff) in m² of where boxes put people who are ``shown`` [M, 2] before the camera."""
-    right, forward = shown[:, 0], shown[:, 1]
-    along, across = ALONG**2, ACROSS**2
-    return np.column_stack(
-        (
-            along * right**2 + across * forward**2,
-            (along - across) * right * forward,
-            along * forward**2 + across * right**2,
-        )
-    )

@@ -63,7 +63,7 @@ def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:
     """After a cold start, what boxes tell of places as it is a round later, and the point there."""
     if not model.cold:
         return point, seen
-    settled = settle(point, seen, model, 2, len(seen.fixed))
+    settled = settle(point, seen, model, 2, len(seen.fixed), False)
     return settled.point, seen._replace(told=settled.told)
 
 
@@ -80,7 +80,7 @@ def _settle_blocks(tracking: Tracking, rows: Window, columns: IntArray, found: B
         point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
         since = 0 if problem.covariances else len(seen.fixed)
         point, seen = _with_told(point, seen, tracking.model)
-        settled = settle(point, seen, tracking.model, ROUNDS, since)
+        settled = settle(point, seen, tracking.model, ROUNDS, since, problem.covariances)
         rows.frames[block], rows.numbers[chosen] = settled.point.frames, settled.point.people
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
         converged[block] = settled.converged

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import Bearings, bearings_of
@@ -14,6 +14,8 @@ from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.common.drift import RUNNING
 from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
+from vbbench_baselines.joint_map.real_camera.alone import places_alone
+from vbbench_baselines.joint_map.real_camera.arrivals import UncertainPose, corrected
 from vbbench_baselines.joint_map.real_camera.behind import add_behind, carried
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
 from vbbench_baselines.joint_map.real_camera.cues import PITCH
@@ -74,7 +76,7 @@ class Tracking:
         self._dress(cold=False)
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
-        self._behind, self._early = np.zeros((2, 3, 3))
+        self._behind, self._early, self._newest = np.zeros((3, 3, 3))
         self._flow = Flow(problem.dt, drives=True)
         self.moved: FloatArray | None = None
 
@@ -118,14 +120,17 @@ class Tracking:
         self._astray += passed
         shown, placed = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
         self._lost = seconds_after(self._lost, shown[-1], placed, not self._nothing_given(-1), passed)
+        elsewhere = self._relocation()
+        if elsewhere is None and self._held and self._nothing_given(-1):
+            self._correct()
         before = rows.places.copy(), rows.numbers.copy(), rows.variances.copy()
-        point, seen, columns, elsewhere = self._begin()
+        point, seen, columns, elsewhere = self._begin(elsewhere)
         if elsewhere is not None:
             before = elsewhere.moved(before[0]), *before[1:]
         changed = self._hands.changes(rows, self.model, Point(rows.frames, *before), point, seen, columns)
         if changed:
             rows.reseat(changed)
-            _, seen, columns, _ = self._begin()
+            _, seen, columns, _ = self._begin(self._relocation())
         settled = self._settle(seen, columns)
         self.learner.learn(residual_densities(settled.point, seen, self.model, len(rows.frames) - 1 - LATE))
         self._follow_flow()
@@ -181,14 +186,32 @@ class Tracking:
                 start[:2] += frames[-1, :2] - frames[-2, :2]
         return start
 
-    def _begin(self) -> tuple[Point, Seen, IntArray, Relocation | None]:
-        """Solve the newest frames; what is found is kept in the window's rows. The last is set if all has moved."""
+    def _correct(self) -> None:
+        """Move all that is believed by what people who have just arrived tell of the pose that is held."""
+        rows = self.rows
+        held, newest = (
+            UncertainPose(rows.frames[HELD - 1, :3].copy(), self._behind),
+            UncertainPose(rows.frames[-1, :3], self._newest),
+        )
+        found = corrected(held, newest, rows.given, rows.boxes, self._people.mean)
+        if found is not None:
+            rows.move_as_one(held.pose, found.pose)
+            self._behind = found.covariance
+
+    def _relocation(self) -> Relocation | None:
+        rows = self.rows
+        return relocate(rows.frames, rows.given, rows.boxes, np.isnan(rows.given_poses[:, 0]), self._people.mean)
+
+    def _begin(self, elsewhere: Relocation | None) -> tuple[Point, Seen, IntArray, Relocation | None]:
+        """Solve the newest frames; what is found is kept in the window's rows.
+
+        It is tried that the camera is ``elsewhere``; the last is set if all has moved.
+        """
         rows = self.rows
         seen, columns = rows.seen(held=self._held)
         starts = [Start(self._point(rows.frames, seen, columns))]
         if self._cold and 1 < self.age <= COLD_FRAMES:
             starts += [Start(self._point(self._at_speed(speed), seen, columns)) for speed in COLD_SPEEDS]
-        elsewhere = relocate(rows.frames, rows.given, rows.boxes, np.isnan(rows.given_poses[:, 0]), self._people.mean)
         if elsewhere is not None:
             starts += elsewhere.starts(starts[0].point, seen.given)
         found, chosen = solve_newest(starts, seen, self.model, from_rest=self.age > 2)
@@ -201,12 +224,13 @@ class Tracking:
         return found, seen, columns, elsewhere
 
     def _settle(self, seen: Seen, columns: IntArray) -> Settled:
-        """A round over the window; what is found is kept in its rows. With the newest covariances, if asked for."""
+        """A round over the window; what is found is kept in its rows. With covariances of the newest frame."""
         size = len(self.rows.frames)
-        since = size - 1 if self._problem.covariances else size
-        settled = settle(self._point(self.rows.frames, seen, columns), seen, self.model, 1, since)
+        point, people = self._point(self.rows.frames, seen, columns), self._problem.covariances
+        settled = settle(point, seen, self.model, 1, size - 1, people)
         self._keep(settled.point, columns)
         self._shares, self._early = settled.shares.laws, settled.early
+        self._newest = settled.pose_covariances[0].copy()
         self.rows.told[:, columns] = settled.told
         return settled
 
@@ -270,9 +294,7 @@ class Tracking:
     def _apart(self, tracks: IntArray) -> FloatArray:
         """[M, 2, 2] in m², how far ``tracks`` are from where their newest boxes alone would have them, squared."""
         rows, mean = self.rows, self._people.mean
-        columns, frame = rows.column[tracks], rows.frames[-1]
-        reach = np.exp(mean[0]) / rows.boxes.length[-1, columns] + mean[1]
-        heading = frame[2] - rows.boxes.azimuth[-1, columns]
-        alone = frame[:2] + reach[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
-        off = alone - rows.places[-1, columns]
+        columns = rows.column[tracks]
+        shown = places_alone(rows.boxes.azimuth[-1, columns], rows.boxes.length[-1, columns], mean)
+        off = relative_to_world(shown, rows.frames[-1]) - rows.places[-1, columns]
         return np.asarray(off[:, :, None] * off[:, None, :])

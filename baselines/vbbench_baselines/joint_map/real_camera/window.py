@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, carried_along, moved_as_one
 from vbbench.sequence import Given
 from vbbench_baselines.common.bearings import Bearings, each
 from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
-from vbbench_baselines.joint_map.real_camera.past import Past, nothing_past
+from vbbench_baselines.joint_map.real_camera.past import Past, nothing_past, turn
 
 NOBODY, SOMEBODY = -1, -2
 """No column, and that of somebody of whom nothing is known yet."""
@@ -175,6 +175,14 @@ class Window:
         self.places += moved[:, None]
         reach = min(len(moved), REACH)
         self.past.about[:, : 2 * reach] += moved[:reach].ravel()
+
+    def move_as_one(self, old: FloatArray, new: FloatArray) -> None:
+        """Move all that is believed, so that a pose ``old`` [3] becomes ``new``; given places stay."""
+        yaw = self.frames[:, 2] + new[2] - old[2]
+        self.frames[:, :3] = moved_as_one(self.frames[:, :3], old, new)
+        self.frames[:, 2] = yaw
+        self.places[:] = np.where(np.isnan(self.given), carried_along(self.places, old, new), self.places)
+        turn(self.past, old, new)
 
     def carry_on(self, seen: Seen, columns: IntArray) -> None:
         """Keep what is told in ``seen`` of the past of people in these ``columns`` [M]."""
