@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vbbench.geometry import FloatArray
 from vbbench_baselines.common.bearings import each
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import REACH
@@ -34,6 +35,12 @@ that must be more probable, if only a little."""
 SURER_BY = 40.0
 """How much lower the deviance must be then: frames are not as independent as the model takes them to be."""
 
+FADING = 4.0
+"""In s: a doubt fades to a third."""
+
+DOUBTFUL_BY = 20.0
+"""From how much lower a deviance on it may as well be so; the covariance says by how far the camera is off then."""
+
 
 class Start(NamedTuple):
     """Where a descent begins, and −ln of how probable it is beforehand beside the others."""
@@ -42,17 +49,36 @@ class Start(NamedTuple):
     unlikely: float = 0.0
 
 
-def solve_newest(starts: list[Start], seen: Seen, model: Model, *, from_rest: bool) -> tuple[Point, int]:
-    """The most probable of the ``starts``, each with its newest frames solved, and which one it is.
+class Found(NamedTuple):
+    """The newest frames solved.
 
-    ``from_rest``: whether it is tried that a vehicle sets off which seems to stand.
+    Attributes
+    ----------
+    point : where all frames are.
+    chosen : from which start.
+    doubt : [3, 3] what has to be added to the covariance of the newest pose, since a vehicle that is taken to stand
+        may have set off.
+    """
+
+    point: Point
+    chosen: int
+    doubt: FloatArray
+
+
+def solve_newest(starts: list[Start], seen: Seen, model: Model, doubt: FloatArray, *, from_rest: bool) -> Found:
+    """The most probable of the ``starts``, each with its newest frames solved.
+
+    ``from_rest``: whether it is tried that a vehicle sets off which seems to stand; ``doubt`` [3, 3]: of the frame
+    before. It fades, since what told that a vehicle set off is soon taken for people who changed their ways.
     """
     solved = [_solved(start.point, seen, model) for start in starts]
     chosen = int(np.argmin([start.unlikely + found[1].deviance for start, found in zip(starts, solved, strict=True)]))
     point, best, part, alone = solved[chosen]
+    doubts = [np.zeros((3, 3))]
     if from_rest and seems_to_stand(best, part):
-        best = set_off(best, part, alone)
-    return with_newest(point, best.point), chosen
+        best, newest = set_off(best, part, alone)
+        doubts = [newest] if best is not solved[chosen][1] else [newest, doubt * np.exp(-model.dt / FADING)]
+    return Found(with_newest(point, best.point), chosen, max(doubts, key=np.trace))
 
 
 def _solved(point: Point, seen: Seen, model: Model) -> tuple[Point, Settled, Seen, Model]:
@@ -105,11 +131,18 @@ def seems_to_stand(settled: Settled, seen: Seen) -> bool:
     return not told and min(settled.shares.laws[VEHICLE], settled.shares.standing[-1]) > 0.5
 
 
-def set_off(best: Settled, seen: Seen, model: Model) -> Settled:
-    """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer."""
+def set_off(best: Settled, seen: Seen, model: Model) -> tuple[Settled, FloatArray]:
+    """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer.
+
+    If it is so by less than `SURER_BY`, by how far it is off then is the doubt [3, 3] in that it stands.
+    """
     start, size = best.point._replace(variances=best.point.variances.copy()), len(seen.fixed)
     going = model._replace(observer=model.observer._replace(going=SET_OFF))
     tried = settle(start, seen, going, FEW, size, False)
     if tried.deviance < best.deviance:
         tried = settle(settle(tried.point, seen, going, ROUNDS, size, False).point, seen, model, ROUNDS, size, False)
-    return tried if tried.deviance < best.deviance - SURER_BY else best
+    surer = best.deviance - tried.deviance
+    if surer > SURER_BY:
+        return tried, np.zeros((3, 3))
+    apart = tried.point.frames[-1, :3] - best.point.frames[-1, :3]
+    return best, min(max(surer / DOUBTFUL_BY, 0.0), 1.0) * np.outer(apart, apart)

@@ -76,7 +76,7 @@ class Tracking:
         self._dress(cold=False)
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
-        self._behind, self._early, self._newest = np.zeros((3, 3, 3))
+        self._behind, self._early, self._newest, self._doubt = np.zeros((4, 3, 3))
         self._flow = Flow(problem.dt, drives=True)
         self.moved: FloatArray | None = None
 
@@ -214,7 +214,7 @@ class Tracking:
             starts += [Start(self._point(self._at_speed(speed), seen, columns)) for speed in COLD_SPEEDS]
         if elsewhere is not None:
             starts += elsewhere.starts(starts[0].point, seen.given)
-        found, chosen = solve_newest(starts, seen, self.model, from_rest=self.age > 2)
+        found, chosen, self._doubt = solve_newest(starts, seen, self.model, self._doubt, from_rest=self.age > 2)
         self._keep(found, columns)
         if elsewhere is None or chosen < len(starts) - 1:
             return found, seen, columns, None
@@ -276,10 +276,10 @@ class Tracking:
             spread, everyone = settled.pose_covariances[0], np.full((len(column), 2, 2), np.nan)
             everyone[here] = settled.place_covariances[0, np.searchsorted(columns, column[here])]
             everyone[here] += self._hands.doubts[here, None, None] * self._apart(here)
+            newest = rows.frames[-1:], places[None], spread[None], everyone[None]
+            add_behind(self._doubt, rows.frames[-1], *newest)
             if self._held:
-                add_behind(
-                    self._behind, rows.frames[HELD - 1], rows.frames[-1:], places[None], spread[None], everyone[None]
-                )
+                add_behind(self._behind, rows.frames[HELD - 1], *newest)
             self.add_drift(spread, everyone, np.array(self._astray), np.array(self._lost))
             report = {"pose_covariance": spread, "position_covariances": everyone}
         converged = settled.converged and self._lost <= PATIENCE
