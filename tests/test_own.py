@@ -358,6 +358,10 @@ def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     assert (len(two), two.info.dt, two.info.truth) == (1, pytest.approx(0.2), "none")
     with pytest.raises(VbbenchError, match="no recording is called 'three'"):
         generate("own", tmp_path / "f", Options(source=tmp_path / "all", footage=FootageOptions(sequences=("three",))))
+    write_folder(tmp_path / "mixed" / "one", walk)
+    write_folder(tmp_path / "mixed" / "slow", walk, camera=CAMERA_TOML.replace("fps = 10", "fps = 2"))
+    with pytest.raises(VbbenchError, match=r"own: one takes 0.1 s a frame but slow takes 0.5 s a frame; .*--sequences"):
+        generate("own", tmp_path / "f", Options(source=tmp_path / "mixed"))
     alone = tmp_path / "all" / "one"
     assert read_split(alone, sequences=("one",)) == read_split(alone)
     with pytest.raises(VbbenchError, match="no recording is called 'xyz'; known: one"):

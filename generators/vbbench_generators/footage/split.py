@@ -81,8 +81,10 @@ class FootageSplit(ABC):
         every = asked.every or self.every
         rules = self.rules if asked.longest is None else replace(self.rules, longest=asked.longest)
         footage = tuple(one.thinned(every) for one in found.footage)
-        if len({round(one.dt, 6) for one in footage}) > 1:
-            raise VbbenchError(f"{self.card.name}: recordings differ in frame time; make a dataset of each")
+        other = next((one for one in footage if round(one.dt, 6) != round(footage[0].dt, 6)), None)
+        if other is not None:
+            times = " but ".join(f"{one.name} takes {one.dt:.6g} s a frame" for one in (footage[0], other))
+            raise VbbenchError(f"{self.card.name}: {times}; make a dataset of each, named by --sequences")
         runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, rules)]
         runs = runs[: options.limit]
         if not runs:
