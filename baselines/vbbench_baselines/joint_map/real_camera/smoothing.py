@@ -1,5 +1,6 @@
 """The joint problem of a real camera over a whole sequence, from the answer of the frames as they came."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,33 +31,29 @@ ROUNDS = 20
 def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
     """The estimate of all frames [T, K, 3], revised by those after them; the rest as of `Tracking`."""
     tracking = Tracking(settings, replace(problem, covariances=False))
-    size, frames, found = len(boxes), list[FloatArray](), list[FloatArray]()
-    rows = Window(size, len(problem.tracks), tracking.model.people.mean, tracking.model.walk.sigma**2)
-    columns, by_name = list[IntArray](), dict[int, int]()
+    size, people = boxes.shape[:2]
+    rows = Window(size, people, tracking.model.people.mean, tracking.model.walk.sigma**2)
+    columns, found, by_name = np.full((size, people), NOBODY), np.zeros((size, people), np.bool_), dict[int, int]()
     for t in range(size):
         shown = given_at(given, t)
-        found.append(tracking.step(boxes[t], shown).positions.copy())
-        if tracking.moved is not None:
-            _move(frames, found[:-1], tracking.moved)
-        frames.append(tracking.rows.frames[-1].copy())
-        seated = np.flatnonzero(tracking.rows.column != NOBODY)
-        names = tracking.rows.names[tracking.rows.column[seated]].tolist()
+        found[t] = ~np.isnan(tracking.step(boxes[t], shown).positions[:, 0])
+        last = tracking.rows
+        seated = np.flatnonzero(last.column != NOBODY)
+        names = last.names[last.column[seated]].tolist()
         rows.column[seated] = [by_name.get(name, NOBODY) for name in names]
-        rows.push(tracking.bearings, shown, frames[-1])
+        rows.push(tracking.bearings, shown, last.frames[-1])
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
-        columns.append(rows.column.copy())
-    rows.frames[:] = unwrapped(np.array(frames))
-    for t, places in enumerate(found):
-        here = ~np.isnan(places[:, 0]) & (columns[t] != NOBODY)
-        rows.places[t, columns[t][here]] = places[here]
-    return _settle_blocks(tracking, rows, np.array(columns), ~np.isnan(np.array(found)[..., 0]), problem)
+        columns[t] = rows.column
+        _revise(rows, last, by_name)
+    rows.frames[:] = unwrapped(rows.frames)
+    return _settle_blocks(tracking, rows, columns, found, problem)
 
 
-def _move(frames: list[FloatArray], found: list[FloatArray], moved: FloatArray) -> None:
-    """Move the frames before the newest, with the places ``found`` in them, as the last n were ``moved`` [n, 2]."""
-    for back in range(1, len(moved)):
-        frames[-back][:2] += moved[-1 - back]
-        found[-back] += moved[-1 - back]
+def _revise(rows: Window, last: Window, by_name: Mapping[int, int]) -> None:
+    """Take over what is now believed of the ``last`` frames; people have columns of their own in ``rows``."""
+    block, known = slice(len(rows.frames) - len(last.frames), None), last.present()
+    own = [by_name[name] for name in last.names[known].tolist()]
+    rows.frames[block], rows.places[block, own] = last.frames, last.places[:, known]
 
 
 def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:

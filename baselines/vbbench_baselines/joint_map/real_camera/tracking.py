@@ -61,7 +61,6 @@ class Tracking:
     learner : of the boxes' noise.
     age : frames that came.
     bearings : what the newest boxes tell.
-    moved : [n, 2] by how far the frames of the window were moved last, in m; ``None`` if they stayed.
     """
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
@@ -78,7 +77,6 @@ class Tracking:
         self._shares = np.exp(self._observer.odds)
         self._behind, self._early, self._newest, self._doubt = np.zeros((4, 3, 3))
         self._flow = Flow(problem.dt, drives=True)
-        self.moved: FloatArray | None = None
 
     def _dress(self, cold: bool) -> None:
         self._walk = self._settings.walk(self._problem.dt, cold)
@@ -138,11 +136,11 @@ class Tracking:
 
     def _follow_flow(self) -> None:
         """After a cold start, move all to where people's pace says, unless anything else has told how fast all move."""
-        rows, self.moved = self.rows, None
+        rows = self.rows
         if self._cold and self._flow.is_needed(rows.given_poses, rows.given, rows.motions):
-            self.moved = self._flow.follow(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth))
-        if self.moved is not None:
-            rows.move(self.moved)
+            moved = self._flow.follow(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth))
+            if moved is not None:
+                rows.move(moved)
 
     def _let_go(self) -> None:
         """Carry on what the oldest frame tells of people and of the camera, which the window loses."""
