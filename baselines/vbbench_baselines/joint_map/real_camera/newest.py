@@ -68,17 +68,17 @@ class Found(NamedTuple):
 def solve_newest(starts: list[Start], seen: Seen, model: Model, doubt: FloatArray, *, from_rest: bool) -> Found:
     """The most probable of the ``starts``, each with its newest frames solved.
 
-    ``from_rest``: whether it is tried that a vehicle sets off which seems to stand; ``doubt`` [3, 3]: of the frame
-    before. It fades, since what told that a vehicle set off is soon taken for people who changed their ways.
+    ``from_rest``: whether it is tried that a vehicle sets off which seems to stand; ``doubt`` [3, 3] : of the frame
+    before.
     """
     solved = [_solved(start.point, seen, model) for start in starts]
     chosen = int(np.argmin([start.unlikely + found[1].deviance for start, found in zip(starts, solved, strict=True)]))
     point, best, part, alone = solved[chosen]
-    doubts = [np.zeros((3, 3))]
     if from_rest and seems_to_stand(best, part):
-        best, newest = set_off(best, part, alone)
-        doubts = [newest] if best is not solved[chosen][1] else [newest, doubt * np.exp(-model.dt / FADING)]
-    return Found(with_newest(point, best.point), chosen, max(doubts, key=np.trace))
+        best, doubt = set_off(best, part, alone, doubt)
+    else:
+        doubt = np.zeros((3, 3))
+    return Found(with_newest(point, best.point), chosen, doubt)
 
 
 def _solved(point: Point, seen: Seen, model: Model) -> tuple[Point, Settled, Seen, Model]:
@@ -131,10 +131,11 @@ def seems_to_stand(settled: Settled, seen: Seen) -> bool:
     return not told and min(settled.shares.laws[VEHICLE], settled.shares.standing[-1]) > 0.5
 
 
-def set_off(best: Settled, seen: Seen, model: Model) -> tuple[Settled, FloatArray]:
+def set_off(best: Settled, seen: Seen, model: Model, doubt: FloatArray) -> tuple[Settled, FloatArray]:
     """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer.
 
-    If it is so by less than `SURER_BY`, by how far it is off then is the doubt [3, 3] in that it stands.
+    If it is so by less than `SURER_BY`, by how far it is off then is the doubt [3, 3] in that it stands. The ``doubt``
+    of the frame before fades: what told of setting off is soon taken for people who changed their ways.
     """
     start, size = best.point._replace(variances=best.point.variances.copy()), len(seen.fixed)
     going = model._replace(observer=model.observer._replace(going=SET_OFF))
@@ -145,4 +146,5 @@ def set_off(best: Settled, seen: Seen, model: Model) -> tuple[Settled, FloatArra
     if surer > SURER_BY:
         return tried, np.zeros((3, 3))
     apart = tried.point.frames[-1, :3] - best.point.frames[-1, :3]
-    return best, min(max(surer / DOUBTFUL_BY, 0.0), 1.0) * np.outer(apart, apart)
+    newest = min(max(surer / DOUBTFUL_BY, 0.0), 1.0) * np.outer(apart, apart)
+    return best, max(newest, doubt * np.exp(-model.dt / FADING), key=np.trace)

@@ -31,13 +31,12 @@ ROUNDS = 20
 def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
     """The estimate of all frames [T, K, 3], revised by those after them; the rest as of `Tracking`."""
     tracking = Tracking(settings, replace(problem, covariances=False))
-    size, people = boxes.shape[:2]
+    last, (size, people) = tracking.rows, boxes.shape[:2]
     rows = Window(size, people, tracking.model.people.mean, tracking.model.walk.sigma**2)
     columns, found, by_name = np.full((size, people), NOBODY), np.zeros((size, people), np.bool_), dict[int, int]()
     for t in range(size):
         shown = given_at(given, t)
         found[t] = ~np.isnan(tracking.step(boxes[t], shown).positions[:, 0])
-        last = tracking.rows
         seated = np.flatnonzero(last.column != NOBODY)
         names = last.names[last.column[seated]].tolist()
         rows.column[seated] = [by_name.get(name, NOBODY) for name in names]

@@ -187,10 +187,8 @@ class Tracking:
     def _correct(self) -> None:
         """Move all that is believed by what people who have just arrived tell of the pose that is held."""
         rows = self.rows
-        held, newest = (
-            UncertainPose(rows.frames[HELD - 1, :3].copy(), self._behind),
-            UncertainPose(rows.frames[-1, :3], self._newest),
-        )
+        held = UncertainPose(rows.frames[HELD - 1, :3].copy(), self._behind)
+        newest = UncertainPose(rows.frames[-1, :3], self._newest)
         found = corrected(held, newest, rows.given, rows.boxes, self._people.mean)
         if found is not None:
             rows.move_as_one(held.pose, found.pose)
