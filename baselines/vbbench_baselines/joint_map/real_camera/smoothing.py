@@ -34,6 +34,7 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
     last, (size, people) = tracking.rows, boxes.shape[:2]
     rows = Window(size, people, tracking.model.people.mean, tracking.model.walk.sigma**2)
     columns, found, by_name = np.full((size, people), NOBODY), np.zeros((size, people), np.bool_), dict[int, int]()
+    doubts = np.zeros((size, 3, 3))
     for t in range(size):
         shown = given_at(given, t)
         found[t] = ~np.isnan(tracking.step(boxes[t], shown).positions[:, 0])
@@ -42,10 +43,10 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
         rows.column[seated] = [by_name.get(name, NOBODY) for name in names]
         rows.push(tracking.bearings, shown, last.frames[-1])
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
-        columns[t] = rows.column
+        columns[t], doubts[t] = rows.column, tracking.doubt
         _revise(rows, last, by_name)
     rows.frames[:] = unwrapped(rows.frames)
-    return _settle_blocks(tracking, rows, columns, found, problem)
+    return _settle_blocks(tracking, rows, columns, found, doubts, problem)
 
 
 def _revise(rows: Window, last: Window, by_name: Mapping[int, int]) -> None:
@@ -63,8 +64,10 @@ def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:
     return settled.point, seen._replace(told=settled.told)
 
 
-def _settle_blocks(tracking: Tracking, rows: Window, columns: IntArray, found: BoolArray, problem: Problem) -> Estimate:
-    """Solve block after block; a later one overwrites an earlier one."""
+def _settle_blocks(
+    tracking: Tracking, rows: Window, columns: IntArray, found: BoolArray, doubts: FloatArray, problem: Problem
+) -> Estimate:
+    """Solve block after block; a later one overwrites an earlier one. ``doubts`` [T, 3, 3] are added to covariances."""
     size, people = columns.shape
     converged, first = np.zeros(size, np.bool_), 0
     spread, places_spread = np.full((size, 3, 3), np.nan), np.full((size, people, 2, 2), np.nan)
@@ -113,6 +116,16 @@ def _settle_blocks(tracking: Tracking, rows: Window, columns: IntArray, found: B
         heights[here] = np.exp(rows.numbers[columns[t, here], 0])
     report = {}
     if problem.covariances:
+        _add_doubts(doubts, poses, positions, spread, places_spread)
         tracking.add_drift(spread, places_spread, np.cumsum(waits), lost)
         report = {"pose_covariances": spread, "position_covariances": places_spread}
     return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)
+
+
+def _add_doubts(
+    doubts: FloatArray, poses: FloatArray, places: FloatArray, poses_spread: FloatArray, places_spread: FloatArray
+) -> None:
+    """Add in every frame how unsure it was, when it was the newest, that a camera taken to stand did."""
+    for t in np.flatnonzero(doubts.any(axis=(1, 2))):
+        here = slice(t, t + 1)
+        add_behind(doubts[t], poses[t], poses[here], places[here], poses_spread[here], places_spread[here])
