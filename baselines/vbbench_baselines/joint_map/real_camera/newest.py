@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
 from vbbench_baselines.common.bearings import each
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import REACH
@@ -16,8 +15,9 @@ from vbbench_baselines.joint_map.real_camera.cues import PITCH
 from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.drift import Drift
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
-from vbbench_baselines.joint_map.real_camera.observer import VEHICLE, surprises
+from vbbench_baselines.joint_map.real_camera.observer import surprises
 from vbbench_baselines.joint_map.real_camera.past import nothing_past
+from vbbench_baselines.joint_map.real_camera.rest import Rest
 
 NEWEST = 8
 """Frames that are solved alone, after `REACH` that are known."""
@@ -27,19 +27,6 @@ SURE = 1e-3
 
 ROUNDS = 4
 """Most rounds of their descent."""
-
-SET_OFF, FEW = 3, 2
-"""For how many newest frames it is tried that a vehicle which seems to stand moves already, and the rounds after which
-that must be more probable, if only a little."""
-
-SURER_BY = 40.0
-"""How much lower the deviance must be then: frames are not as independent as the model takes them to be."""
-
-FADING = 4.0
-"""In s: a doubt fades to a third."""
-
-DOUBTFUL_BY = 20.0
-"""From how much lower a deviance on it may as well be so; the covariance says by how far the camera is off then."""
 
 
 class Start(NamedTuple):
@@ -56,29 +43,21 @@ class Found(NamedTuple):
     ----------
     point : where all frames are.
     chosen : from which start.
-    doubt : [3, 3] what has to be added to the covariance of the newest pose, since a vehicle that is taken to stand
-        may have set off.
     """
 
     point: Point
     chosen: int
-    doubt: FloatArray
 
 
-def solve_newest(starts: list[Start], seen: Seen, model: Model, doubt: FloatArray, *, from_rest: bool) -> Found:
-    """The most probable of the ``starts``, each with its newest frames solved.
-
-    ``from_rest``: whether it is tried that a vehicle sets off which seems to stand; ``doubt`` [3, 3] : of the frame
-    before.
-    """
+def solve_newest(starts: list[Start], seen: Seen, model: Model, rest: Rest | None) -> Found:
+    """The most probable of the ``starts``, each with its newest frames solved; a vehicle may have left its ``rest``."""
     solved = [_solved(start.point, seen, model) for start in starts]
     chosen = int(np.argmin([start.unlikely + found[1].deviance for start, found in zip(starts, solved, strict=True)]))
     point, best, part, alone = solved[chosen]
-    if from_rest and seems_to_stand(best, part):
-        best, doubt = set_off(best, part, alone, doubt)
-    else:
-        doubt = np.zeros((3, 3))
-    return Found(with_newest(point, best.point), chosen, doubt)
+    if rest is None:
+        return Found(with_newest(point, best.point), chosen)
+    point = with_newest(point, rest.left_at_once(best, part, alone).point)
+    return Found(rest.left_before(point, seen, model) if len(starts) == 1 else point, chosen)
 
 
 def _solved(point: Point, seen: Seen, model: Model) -> tuple[Point, Settled, Seen, Model]:
@@ -123,28 +102,3 @@ def with_newest(point: Point, found: Point) -> Point:
     frames, places = point.frames.copy(), point.places.copy()
     frames[-len(found.frames) :], places[-len(found.places) :] = found.frames, found.places
     return Point(frames, places, found.people, found.variances)
-
-
-def seems_to_stand(settled: Settled, seen: Seen) -> bool:
-    """Whether a vehicle probably stands during the newest step, of which boxes alone tell."""
-    told = seen.fixed[-1] or seen.blind[-1] or not seen.free[-1]
-    return not told and min(settled.shares.laws[VEHICLE], settled.shares.standing[-1]) > 0.5
-
-
-def set_off(best: Settled, seen: Seen, model: Model, doubt: FloatArray) -> tuple[Settled, FloatArray]:
-    """Where the descent ends if a vehicle that was taken to stand moves in the newest frames, if that is surer.
-
-    If it is so by less than `SURER_BY`, by how far it is off then is the doubt [3, 3] in that it stands. The ``doubt``
-    of the frame before fades: what told of setting off is soon taken for people who changed their ways.
-    """
-    start, size = best.point._replace(variances=best.point.variances.copy()), len(seen.fixed)
-    going = model._replace(observer=model.observer._replace(going=SET_OFF))
-    tried = settle(start, seen, going, FEW, size, False)
-    if tried.deviance < best.deviance:
-        tried = settle(settle(tried.point, seen, going, ROUNDS, size, False).point, seen, model, ROUNDS, size, False)
-    surer = best.deviance - tried.deviance
-    if surer > SURER_BY:
-        return tried, np.zeros((3, 3))
-    apart = tried.point.frames[-1, :3] - best.point.frames[-1, :3]
-    newest = min(max(surer / DOUBTFUL_BY, 0.0), 1.0) * np.outer(apart, apart)
-    return best, max(newest, doubt * np.exp(-model.dt / FADING), key=np.trace)

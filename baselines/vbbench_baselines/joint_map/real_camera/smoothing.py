@@ -43,7 +43,7 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
         rows.column[seated] = [by_name.get(name, NOBODY) for name in names]
         rows.push(tracking.bearings, shown, last.frames[-1])
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
-        columns[t], doubts[t] = rows.column, tracking.doubt
+        columns[t], doubts[t] = rows.column, tracking.rest.doubt
         _revise(rows, last, by_name)
     rows.frames[:] = unwrapped(rows.frames)
     return _settle_blocks(tracking, rows, columns, found, doubts, problem)

@@ -28,6 +28,7 @@ from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.past import turn
 from vbbench_baselines.joint_map.real_camera.relocation import Relocation, relocate
+from vbbench_baselines.joint_map.real_camera.rest import Rest
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
@@ -61,7 +62,7 @@ class Tracking:
     learner : of the boxes' noise.
     age : frames that came.
     bearings : what the newest boxes tell.
-    doubt : [3, 3] what the newest pose's covariance lacks, since a camera that is taken to stand may have set off.
+    rest : whether a camera that is taken to stand may have set off.
     """
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
@@ -76,7 +77,8 @@ class Tracking:
         self._dress(cold=False)
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
         self._shares = np.exp(self._observer.odds)
-        self._behind, self._early, self._newest, self.doubt = np.zeros((4, 3, 3))
+        self._behind, self._early, self._newest = np.zeros((3, 3, 3))
+        self.rest = Rest()
         self._flow = Flow(problem.dt, drives=True)
 
     def _dress(self, cold: bool) -> None:
@@ -211,7 +213,7 @@ class Tracking:
             starts += [Start(self._point(self._at_speed(speed), seen, columns)) for speed in COLD_SPEEDS]
         if elsewhere is not None:
             starts += elsewhere.starts(starts[0].point, seen.given)
-        found, chosen, self.doubt = solve_newest(starts, seen, self.model, self.doubt, from_rest=self.age > 2)
+        found, chosen = solve_newest(starts, seen, self.model, self.rest if self.age > 2 else None)
         self._keep(found, columns)
         if elsewhere is None or chosen < len(starts) - 1:
             return found, seen, columns, None
@@ -274,7 +276,7 @@ class Tracking:
             everyone[here] = settled.place_covariances[0, np.searchsorted(columns, column[here])]
             everyone[here] += self._hands.doubts[here, None, None] * self._apart(here)
             newest = rows.frames[-1:], places[None], spread[None], everyone[None]
-            add_behind(self.doubt, rows.frames[-1], *newest)
+            add_behind(self.rest.doubt, rows.frames[-1], *newest)
             if self._held:
                 add_behind(self._behind, rows.frames[HELD - 1], *newest)
             self.add_drift(spread, everyone, np.array(self._astray), np.array(self._lost))
