@@ -51,8 +51,9 @@ def test_a_camera_that_sets_off_unnoticed_says_that_it_may_have(solver: Callable
         assert estimate.pose_covariances is not None
         sigma = np.sqrt(estimate.pose_covariances[:, 0, 0] + estimate.pose_covariances[:, 1, 1])
         errors = made.errors(estimate)
-        assert sigma[:SETS_OFF].max() < 0.4
-        assert np.median(errors[:SETS_OFF]) < 0.05
+        if solver is MapCausal:  # the other knows by then what comes
+            assert sigma[:SETS_OFF].max() < 0.25
+            assert errors[:SETS_OFF].max() < 0.05
         said.append(errors[SETS_OFF + 3 :] < 3.0 * sigma[SETS_OFF + 3 :])
     assert np.mean(said) > 0.8
 
