@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.rough_crowd import DT, LEVEL, Drive, drive, made_drive, photograph
+from tests.rough_crowd import DT, LEVEL, Drive, drive, made_drive, made_window, photograph
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.solver import Estimate
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera import smoothing
+from vbbench_baselines.joint_map.real_camera.rest import copied
 
 FRAMES, SEEDS = 20, range(3)
 
@@ -48,6 +49,19 @@ def test_it_is_at_least_as_good_as_frame_by_frame() -> None:
     assert batch < 0.3
     batch, causal_mean = np.mean(places, axis=0)
     assert batch < 0.97 * causal_mean
+
+
+def test_a_camera_that_moves_is_not_held_where_it_is_taken_to_stand() -> None:
+    made = made_window(FRAMES, 12)
+    found = [
+        smoothing._settle_block(
+            copied(made.point), made.seen, made.model, np.full(FRAMES, still), FRAMES, covariances=False
+        )
+        for still in (False, True)
+    ]
+    moved = [settled.point.frames[-1, :2] - settled.point.frames[1, :2] for settled in found]
+    np.testing.assert_allclose(moved[1], moved[0], atol=0.1)
+    assert np.linalg.norm(moved[0]) > 1.0
 
 
 def test_what_is_given_stays_and_covariances_are_definite() -> None:

@@ -70,3 +70,9 @@ def test_most_are_noticed_within_seconds() -> None:
 def test_people_who_set_off_in_all_directions_do_not_move_the_camera() -> None:
     drives = [crossing(seed, 30) for seed in range(8)]
     assert np.mean([made.errors(made.solved(MapCausal)).max() for made in drives]) < 0.3
+
+
+def test_a_sequence_does_not_creep_where_the_camera_was_taken_to_stand() -> None:
+    """All that was seen then says so: it was .35 m off at the end, and takes what lowers the deviance a little."""
+    made = crossing(6, 30)
+    assert made.errors(made.solved(MapBatch)).max() < 0.2

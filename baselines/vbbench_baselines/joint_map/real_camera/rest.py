@@ -67,7 +67,7 @@ class Rest:
         """The ``point`` of the whole window, or where its descent ends if the vehicle moves, if that is sure by now."""
         if not self._suspected:
             return point
-        best = settle(_copied(point), seen, model, FEW, len(seen.fixed), False)
+        best = settle(copied(point), seen, model, FEW, len(seen.fixed), False)
         tried = _freed(_setting_off(best.point, seen, model, ROUNDS), seen, model)
         surer = best.deviance - tried.deviance
         self._suspected, self._sure = surer > DISMISSED, self._sure + 1 if surer > SURE else 0
@@ -95,13 +95,14 @@ def seems_to_stand(settled: Settled, seen: Seen) -> bool:
 def _setting_off(point: Point, seen: Seen, model: Model, rounds: int) -> Settled:
     """Where so many ``rounds`` lead if the vehicle moves in the newest frames."""
     moving = model._replace(observer=model.observer._replace(going=MOVING))
-    return settle(_copied(point), seen, moving, rounds, len(seen.fixed), False)
+    return settle(copied(point), seen, moving, rounds, len(seen.fixed), False)
 
 
 def _freed(moved: Settled, seen: Seen, model: Model) -> Settled:
     """Where it goes from there if nothing is taken for granted any more."""
-    return settle(_copied(moved.point), seen, model, ROUNDS, len(seen.fixed), False)
+    return settle(copied(moved.point), seen, model, ROUNDS, len(seen.fixed), False)
 
 
-def _copied(point: Point) -> Point:
+def copied(point: Point) -> Point:
+    """The same point, for a descent that leaves this one as it is."""
     return point._replace(variances=point.variances.copy())

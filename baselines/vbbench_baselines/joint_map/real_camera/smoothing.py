@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +15,11 @@ from vbbench_baselines.joint_map.lost import PATIENCE, seconds_lost
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
 from vbbench_baselines.joint_map.real_camera.behind import add_behind
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
-from vbbench_baselines.joint_map.real_camera.descent import settle
+from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
-from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, let_first_go
+from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, deviance_of, let_first_go
+from vbbench_baselines.joint_map.real_camera.observer import VEHICLE, Observer
+from vbbench_baselines.joint_map.real_camera.rest import copied
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
@@ -27,26 +30,52 @@ BLOCK, STRIDE = 80, 40
 ROUNDS = 20
 """Most rounds of a block's descent."""
 
+SURER_BY = 40.0
+"""By how much lower a block's deviance must be if the camera moves where it was taken to stand."""
+
+
+class Course(NamedTuple):
+    """What was found when each frame was the newest.
+
+    Attributes
+    ----------
+    columns : [T, K] where each track was.
+    found : [T, K] whether it had a place.
+    doubts : [T, 3, 3] of the camera, as of `Rest`.
+    still : [T] whether the camera probably stood during the step into it, as long as the window told.
+    """
+
+    columns: IntArray
+    found: BoolArray
+    doubts: FloatArray
+    still: BoolArray
+
+
+def _no_course(size: int, people: int) -> Course:
+    nobody, nowhere = np.full((size, people), NOBODY), np.zeros((size, people), np.bool_)
+    return Course(nobody, nowhere, np.zeros((size, 3, 3)), np.zeros(size, np.bool_))
+
 
 def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given) -> Estimate:
     """The estimate of all frames [T, K, 3], revised by those after them; the rest as of `Tracking`."""
     tracking = Tracking(settings, replace(problem, covariances=False))
     last, (size, people) = tracking.rows, boxes.shape[:2]
     rows = Window(size, people, tracking.model.people.mean, tracking.model.walk.sigma**2)
-    columns, found, by_name = np.full((size, people), NOBODY), np.zeros((size, people), np.bool_), dict[int, int]()
-    doubts = np.zeros((size, 3, 3))
+    course, by_name = _no_course(size, people), dict[int, int]()
     for t in range(size):
         shown = given_at(given, t)
-        found[t] = ~np.isnan(tracking.step(boxes[t], shown).positions[:, 0])
+        course.found[t] = ~np.isnan(tracking.step(boxes[t], shown).positions[:, 0])
         seated = np.flatnonzero(last.column != NOBODY)
         names = last.names[last.column[seated]].tolist()
         rows.column[seated] = [by_name.get(name, NOBODY) for name in names]
         rows.push(tracking.bearings, shown, last.frames[-1])
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
-        columns[t], doubts[t] = rows.column, tracking.rest.doubt
+        course.columns[t], course.doubts[t] = rows.column, tracking.rest.doubt
         _revise(rows, last, by_name)
+        stands = _standing(tracking)
+        course.still[t + 1 - len(stands) : t + 1] = stands
     rows.frames[:] = unwrapped(rows.frames)
-    return _settle_blocks(tracking, rows, columns, found, doubts, problem)
+    return _settle_blocks(tracking, rows, course, problem)
 
 
 def _revise(rows: Window, last: Window, by_name: Mapping[int, int]) -> None:
@@ -64,10 +93,37 @@ def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:
     return settled.point, seen._replace(told=settled.told)
 
 
-def _settle_blocks(
-    tracking: Tracking, rows: Window, columns: IntArray, found: BoolArray, doubts: FloatArray, problem: Problem
-) -> Estimate:
-    """Solve block after block; a later one overwrites an earlier one. ``doubts`` [T, 3, 3] are added to covariances."""
+def _standing(tracking: Tracking) -> BoolArray:
+    """[n - 1] whether a vehicle probably stands during the steps of the window, of which boxes alone tell."""
+    rows, shares = tracking.rows, tracking.shares
+    told = ~np.isnan(rows.given_poses[:, 0]) | ~np.isnan(rows.motions[:, 0]) | np.isnan(rows.boxes.azimuth).all(axis=1)
+    stands = np.minimum(shares.standing, shares.laws[VEHICLE]) > 0.5
+    return np.asarray((stands & ~told)[1:])
+
+
+def _settle_block(
+    point: Point, seen: Seen, model: Model, still: BoolArray, since: int, *, covariances: bool
+) -> Settled:
+    """Where the descent ends; the camera stays where it stood ``still`` [T], unless it surely moved."""
+    if not still.any():
+        return settle(point, seen, model, ROUNDS, since, covariances)
+    rest = settle(point, _at_rest(seen, still, model.observer), model, ROUNDS, since, covariances)
+    surest = deviance_of(copied(rest.point), seen, model) - SURER_BY
+    freed = settle(copied(rest.point), seen, model, ROUNDS, since, covariances)
+    return freed if freed.deviance < surest else rest
+
+
+def _at_rest(seen: Seen, still: BoolArray, observer: Observer) -> Seen:
+    """The same, as if odometry said of the ``still`` frames [T] that the camera stands."""
+    moved, turned = observer.still
+    information = seen.motions.information.copy()
+    information[still] = np.diag((moved**-2, moved**-2, turned**-2))
+    return seen._replace(motions=seen.motions._replace(information=information))
+
+
+def _settle_blocks(tracking: Tracking, rows: Window, course: Course, problem: Problem) -> Estimate:
+    """Solve block after block; a later one overwrites an earlier one."""
+    columns = course.columns
     size, people = columns.shape
     converged, first = np.zeros(size, np.bool_), 0
     spread, places_spread = np.full((size, 3, 3), np.nan), np.full((size, people, 2, 2), np.nan)
@@ -79,7 +135,9 @@ def _settle_blocks(
         point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
         since = 0 if problem.covariances else len(seen.fixed)
         point, seen = _with_told(point, seen, tracking.model)
-        settled = settle(point, seen, tracking.model, ROUNDS, since, problem.covariances)
+        settled = _settle_block(
+            point, seen, tracking.model, course.still[block], since, covariances=problem.covariances
+        )
         rows.frames[block], rows.numbers[chosen] = settled.point.frames, settled.point.people
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
         converged[block] = settled.converged
@@ -111,12 +169,12 @@ def _settle_blocks(
     poses, positions, heights = rows.frames[:, :3].copy(), np.full((size, people, 2), np.nan), np.full(people, np.nan)
     poses[:, 2] = wrap_angle(poses[:, 2])
     for t in range(size):
-        here = found[t]
+        here = course.found[t]
         positions[t, here] = rows.places[t, columns[t, here]]
         heights[here] = np.exp(rows.numbers[columns[t, here], 0])
     report = {}
     if problem.covariances:
-        _add_doubts(doubts, poses, positions, spread, places_spread)
+        _add_doubts(course.doubts, poses, positions, spread, places_spread)
         tracking.add_drift(spread, places_spread, np.cumsum(waits), lost)
         report = {"pose_covariances": spread, "position_covariances": places_spread}
     return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)

@@ -30,6 +30,7 @@ from vbbench_baselines.joint_map.real_camera.past import turn
 from vbbench_baselines.joint_map.real_camera.relocation import Relocation, relocate
 from vbbench_baselines.joint_map.real_camera.rest import Rest
 from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.shares import Shares
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 LATE = 2
@@ -62,6 +63,7 @@ class Tracking:
     learner : of the boxes' noise.
     age : frames that came.
     bearings : what the newest boxes tell.
+    shares : what the steps in the window tell of the laws.
     rest : whether a camera that is taken to stand may have set off.
     """
 
@@ -76,7 +78,7 @@ class Tracking:
         self._people, self._drift = settings.people(problem), settings.drift(problem)
         self._dress(cold=False)
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
-        self._shares = np.exp(self._observer.odds)
+        self.shares = Shares(np.exp(self._observer.odds), np.zeros(0), 0.0)
         self._behind, self._early, self._newest = np.zeros((3, 3, 3))
         self.rest = Rest()
         self._flow = Flow(problem.dt, drives=True)
@@ -88,16 +90,9 @@ class Tracking:
     @property
     def model(self) -> Model:
         """What is believed now."""
-        return Model(
-            self.learner.noise,
-            self._people,
-            self._walk,
-            self._observer,
-            self._drift,
-            self._odds,
-            self._problem.dt,
-            self._cold,
-        )
+        problem = self._problem
+        camera = self._walk, self._observer, self._drift, self._odds
+        return Model(self.learner.noise, self._people, *camera, problem.dt, self._cold)
 
     def step(self, boxes: FloatArray, given: Given) -> FrameEstimate:
         """The answer for the next frame, from its boxes [K, 3] in px and what is given of it and the two before."""
@@ -178,7 +173,7 @@ class Tracking:
         start: FloatArray = frames[-1].copy()
         if len(frames) > 1:
             last = step_of(frames[-2], frames[-1])
-            if self._shares[VEHICLE] > 0.5:
+            if self.shares.laws[VEHICLE] > 0.5:
                 start[2] += last.turned
                 heading = frames[-1, 2] + 0.5 * last.turned
                 sin, cos = math.sin(heading), math.cos(heading)
@@ -228,7 +223,7 @@ class Tracking:
         point, people = self._point(self.rows.frames, seen, columns), self._problem.covariances
         settled = settle(point, seen, self.model, 1, size - 1, people)
         self._keep(settled.point, columns)
-        self._shares, self._early = settled.shares.laws, settled.early
+        self.shares, self._early = settled.shares, settled.early
         self._newest = settled.pose_covariances[0].copy()
         self.rows.told[:, columns] = settled.told
         return settled
