@@ -104,8 +104,11 @@ def _standing(tracking: Tracking) -> BoolArray:
 def _settle_block(
     point: Point, seen: Seen, model: Model, still: BoolArray, since: int, *, covariances: bool
 ) -> Settled:
-    """Where the descent ends; the camera stays where it stood ``still`` [T], unless it surely moved."""
-    if not still.any():
+    """Where the descent ends; the camera stays where it stood ``still`` [T], unless it surely moved.
+
+    After a cold start standing is hardly told from going with the crowd, and not held to.
+    """
+    if model.cold or not still.any():
         return settle(point, seen, model, ROUNDS, since, covariances)
     rest = settle(point, _at_rest(seen, still, model.observer), model, ROUNDS, since, covariances)
     surest = deviance_of(copied(rest.point), seen, model) - SURER_BY
