@@ -14,7 +14,7 @@ from vbbench.solver import Estimate
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera import smoothing
-from vbbench_baselines.joint_map.real_camera.rest import copied
+from vbbench_baselines.joint_map.real_camera.descent import copied
 
 FRAMES, SEEDS = 20, range(3)
 

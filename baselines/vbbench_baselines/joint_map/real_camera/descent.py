@@ -113,6 +113,11 @@ class Settled(NamedTuple):
     told: FloatArray
 
 
+def copied(point: Point) -> Point:
+    """The same point, for a descent that leaves this one as it is."""
+    return point._replace(variances=point.variances.copy())
+
+
 @kernel
 def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int, people: bool) -> Settled:
     """Descend in at most so many ``rounds``, at least one.

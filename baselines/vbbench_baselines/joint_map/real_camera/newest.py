@@ -12,7 +12,7 @@ from vbbench_baselines.common.bearings import each
 from vbbench_baselines.common.odometry import Motions
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.cues import PITCH
-from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
+from vbbench_baselines.joint_map.real_camera.descent import Settled, copied, settle
 from vbbench_baselines.joint_map.real_camera.drift import Drift
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
 from vbbench_baselines.joint_map.real_camera.observer import surprises
@@ -72,7 +72,7 @@ def newest_of(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen, Mode
     """
     start = max(len(point.frames) - NEWEST - REACH, 0)
     if start == 0:
-        return point._replace(variances=point.variances.copy()), seen, model
+        return copied(point), seen, model
     block = slice(start, None)
     frames, places = point.frames[block], point.places[block]
     given, fixed = seen.given[block].copy(), seen.fixed[block].copy()

@@ -7,10 +7,11 @@ camera that does for some tenths of a second, but not for a second.
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
-from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench_baselines.joint_map.real_camera.descent import Settled, copied, settle
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen
 from vbbench_baselines.joint_map.real_camera.observer import VEHICLE
+from vbbench_baselines.joint_map.real_camera.shares import Shares
 
 MOVING, FEW, ROUNDS = 3, 2, 4
 """For how many newest frames it is tried that it moves, the rounds after which that must be more probable, if only a
@@ -89,7 +90,12 @@ class Rest:
 def seems_to_stand(settled: Settled, seen: Seen) -> bool:
     """Whether a vehicle probably stands during the newest step, of which boxes alone tell."""
     told = seen.fixed[-1] or seen.blind[-1] or not seen.free[-1]
-    return not told and min(settled.shares.laws[VEHICLE], settled.shares.standing[-1]) > 0.5
+    return not told and bool(standing(settled.shares)[-1])
+
+
+def standing(shares: Shares) -> BoolArray:
+    """[T] whether a vehicle probably stands during the step into a frame, whatever else tells of it."""
+    return np.asarray(np.minimum(shares.standing, shares.laws[VEHICLE]) > 0.5)
 
 
 def _setting_off(point: Point, seen: Seen, model: Model, rounds: int) -> Settled:
@@ -101,8 +107,3 @@ def _setting_off(point: Point, seen: Seen, model: Model, rounds: int) -> Settled
 def _freed(moved: Settled, seen: Seen, model: Model) -> Settled:
     """Where it goes from there if nothing is taken for granted any more."""
     return settle(copied(moved.point), seen, model, ROUNDS, len(seen.fixed), False)
-
-
-def copied(point: Point) -> Point:
-    """The same point, for a descent that leaves this one as it is."""
-    return point._replace(variances=point.variances.copy())

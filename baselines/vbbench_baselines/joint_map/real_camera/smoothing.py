@@ -15,11 +15,11 @@ from vbbench_baselines.joint_map.lost import PATIENCE, seconds_lost
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
 from vbbench_baselines.joint_map.real_camera.behind import add_behind
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
-from vbbench_baselines.joint_map.real_camera.descent import Settled, settle
+from vbbench_baselines.joint_map.real_camera.descent import Settled, copied, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, deviance_of, let_first_go
-from vbbench_baselines.joint_map.real_camera.observer import VEHICLE, Observer
-from vbbench_baselines.joint_map.real_camera.rest import copied
+from vbbench_baselines.joint_map.real_camera.observer import Observer
+from vbbench_baselines.joint_map.real_camera.rest import standing
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
@@ -95,10 +95,9 @@ def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:
 
 def _standing(tracking: Tracking) -> BoolArray:
     """[n - 1] whether a vehicle probably stands during the steps of the window, of which boxes alone tell."""
-    rows, shares = tracking.rows, tracking.shares
+    rows = tracking.rows
     told = ~np.isnan(rows.given_poses[:, 0]) | ~np.isnan(rows.motions[:, 0]) | np.isnan(rows.boxes.azimuth).all(axis=1)
-    stands = np.minimum(shares.standing, shares.laws[VEHICLE]) > 0.5
-    return np.asarray((stands & ~told)[1:])
+    return np.asarray((standing(tracking.shares) & ~told)[1:])
 
 
 def _settle_block(
