@@ -192,3 +192,52 @@ def test_a_kernel_called_first_by_another_and_then_by_python_is_compiled_for_bot
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=environment)
     assert done.stdout == "8.0 2.0 6.0 14.0\n", done.stderr
+
+
+SHARED = """
+import numpy as np
+from numba import njit
+from vbbench.kernels import kernel
+
+def middle(values):
+    ordered = np.sort(values)
+    doubled = np.zeros(len(ordered))
+    doubled[:] = 2.0 * ordered
+    return doubled[1] + np.mean(values)
+
+ours, theirs = kernel(middle), njit(middle)
+values = np.array((3.0, 1.0, 2.0, 5.0))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", ["ours", "theirs"])
+def test_what_is_numbas_serves_kernels_and_what_others_compile(first: str, tmp_path: Path) -> None:
+    (tmp_path / "shared.py").write_text(SHARED)
+    second = {"ours": "theirs", "theirs": "ours"}[first]
+    code = f"import sys; sys.path.insert(0, '.'); from shared import *; print({first}(values), {second}(values))"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    run = partial(subprocess.run, capture_output=True, text=True, cwd=tmp_path, env=environment)
+    for _ in ("compiled", "from the cache"):
+        done = run([sys.executable, "-c", code])
+        assert done.stdout == "6.75 6.75\n", done.stderr
+
+
+@pytest.mark.slow
+def test_numba_is_as_it_was_after_a_kernel_that_does_not_compile(tmp_path: Path) -> None:
+    (tmp_path / "faulty.py").write_text(
+        "from vbbench.kernels import kernel\n\n@kernel\ndef faulty(x):\n    return x.y\n"
+    )
+    code = """
+import sys; sys.path.insert(0, '.')
+import numba
+from numba.core.compiler import Compiler
+from numba.core.dispatcher import Dispatcher
+before = Compiler.define_pipelines, Dispatcher.add_overload
+from faulty import faulty
+try: faulty(1.0)
+except numba.TypingError: print((Compiler.define_pipelines, Dispatcher.add_overload) == before)
+"""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=environment)
+    assert done.stdout == "True\n", done.stderr

@@ -24,7 +24,7 @@ from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 
-from vbbench.inner_kernels import KernelCompiler, leave_inner_kernels_unfinished
+from vbbench.inner_kernels import leave_inner_kernels_unfinished
 
 try:
     import fcntl
@@ -51,7 +51,7 @@ def parallel_kernel(function: F) -> F:
 
 def _compiled(function: F, *, parallel: bool) -> F:
     _functions.add(function)
-    options: dict[str, Any] = {"error_model": "numpy", "parallel": parallel, "pipeline_class": KernelCompiler}
+    options: dict[str, Any] = {"error_model": "numpy", "parallel": parallel}
     dispatcher = njit(cache=True, **options)(function)
     dispatcher._cache._cache_file.__class__ = _CacheFile
     leave_inner_kernels_unfinished(dispatcher)
