@@ -96,19 +96,18 @@ def put_place(person: Person, frame: int, fixed: BoolArray, lower: FloatArray, c
 
 
 @kernel
-def own_spread(person: Person, frame: int) -> tuple[FloatArray, FloatArray]:
-    """How a person's place in a frame of its track moves with the numbers [2, 2], and its covariance [2, 2].
+def put_own_spread(person: Person, frame: int, by_numbers: FloatArray, alone: FloatArray) -> None:
+    """Write how a person's place in a frame of its track moves with the numbers [2, 2], and its covariance [2, 2].
 
     The covariance is that of the place if numbers and frames were sure.
     """
-    by_numbers, alone = np.zeros((2, PERSON)), np.empty((2, 2))
     for a in range(2):
         back = np.zeros(len(person.pull))
         back[2 * frame + a] = 1.0
         solve(person.lower, back)
+        by_numbers[a, 0] = by_numbers[a, 1] = 0.0
         _by_residuals(person, back, by_numbers[a])
         alone[a, 0], alone[a, 1] = back[2 * frame], back[2 * frame + 1]
-    return by_numbers, alone
 
 
 @kernel

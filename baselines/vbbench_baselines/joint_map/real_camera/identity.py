@@ -14,7 +14,8 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.motion.walks import REACH, innovation, reweigh
-from vbbench_baselines.joint_map.real_camera.certainty import own_spread
+from vbbench_baselines.joint_map.real_camera.certainty import put_own_spread
+from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
 from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.elimination import Person, Scratch, eliminate, scratch_for
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, boxes_of
@@ -78,11 +79,13 @@ def expect(point: Point, seen: Seen, model: Model) -> Expected:
         first = int(seen.first[k])
         if int(seen.last[k]) != newest or first >= newest:
             continue
-        track, numbers[k], person = _foresee(k, point, seen, model, scratch)
-        across, spread = own_spread(person, newest - first)
-        place[k], found = track[-1], person.found
-        known[k] = int(np.isfinite(place[k]).all())
-        alone[k], by_numbers[k], inner[k] = spread, across, person.inner
+        track, taller, person = _foresee(k, point, seen, model, scratch)
+        put_own_spread(person, newest - first, by_numbers[k], alone[k])
+        for a in range(2):
+            place[k, a], numbers[k, a] = track[-1, a], taller[a]
+            for b in range(2):
+                inner[k, a, b] = person.inner[a, b]
+        found, known[k] = person.found, int(np.isfinite(track[-1, 0] + track[-1, 1]))
         if len(found.frame) > 0:
             apart = newest - first - found.frame[-1]
             for j in range(CUES):
@@ -105,25 +108,33 @@ def _foresee(k: int, point: Point, seen: Seen, model: Model, scratch: Scratch) -
         seen.given[first:, k].copy(),
     )
     for i in range(len(track)):
-        if not np.isnan(given[i, 0]):
-            track[i] = given[i]
-        elif i > 0 and np.isnan(track[i, 0]):
-            track[i] = track[i - 1]
+        for a in range(2):
+            if not np.isnan(given[i, a]):
+                track[i, a] = given[i, a]
+            elif i > 0 and np.isnan(track[i, a]):
+                track[i, a] = track[i - 1, a]
     weights, still = np.zeros(len(track)), np.zeros(point.frames.shape)
-    for i in range(EXPECTING):
+    for rounds in range(1, EXPECTING + 1):
         found = residuals_of(k, first, seen.boxes, point.frames, track, numbers, model.noise)
         white = whiten(found, model.noise, model.dt)
-        weights[:] = 0.0
         reweigh(track, model.walk, model.walk.sigma, weights, point.variances[k])
         person, _ = eliminate(
             k, first, track, given, numbers, found, white, weights, model.walk, model.people, seen.past, 0.0, scratch
         )
         moved, taller = follow(person, still)
-        track += moved
-        numbers += taller
-        if i == EXPECTING - 1 or not max(np.abs(moved).max(), np.abs(taller).max()) > SHORT:
+        if rounds == EXPECTING or not max(_added(track.ravel(), moved.ravel()), _added(numbers, taller)) > SHORT:
             break
     return track, numbers, person
+
+
+@kernel
+def _added(target: FloatArray, step: FloatArray) -> float:
+    """Add a step [n], and return how far it goes at most."""
+    farthest = 0.0
+    for i in range(len(target)):
+        target[i] += step[i]
+        farthest = max(farthest, abs(step[i]))
+    return farthest
 
 
 @kernel
@@ -206,17 +217,36 @@ def _density(
     """Log density of a newest box, of somebody who is expected so."""
     track = place.copy().reshape((1, 2))
     found = residuals_of(box, newest, seen.boxes, point.frames, track, numbers, model.noise)
-    slopes = np.ascontiguousarray(found.by_place[0])
-    taller = slopes @ np.ascontiguousarray(by_numbers) + found.by_person[0]
-    spread = slopes @ np.ascontiguousarray(alone) @ slopes.T + taller @ np.ascontiguousarray(inner) @ taller.T
-    off = np.empty(CUES)
+    slopes, taller = found.by_place[0], np.empty((CUES, PERSON))
+    spread, off, volume = np.zeros((CUES, CUES)), np.empty(CUES), 0.0
     for j in range(CUES):
         count = found.counts[0, j]
         off[j] = found.value[0, j] - (behind[j] if count == 1.0 else 0.0)
-        spread[j, j] += fresh[j] if count == 1.0 else 1.0 / max(count, 1e-6)
-    weighed = np.linalg.solve(spread, off)
-    away, volume = off @ weighed, np.log(found.scale[0]).sum() + 0.5 * np.log(np.linalg.det(spread))
+        spread[j, j] = fresh[j] if count == 1.0 else 1.0 / max(count, 1e-6)
+        volume += np.log(found.scale[0, j])
+        for q in range(PERSON):
+            by_place = slopes[j, 0] * by_numbers[0, q] + slopes[j, 1] * by_numbers[1, q]
+            taller[j, q] = by_place + found.by_person[0, j, q]
+    _add_spread(slopes, alone, spread)
+    _add_spread(taller, inner, spread)
+    if not factor(spread):
+        return -np.inf
+    weighed, away = off.copy(), 0.0
+    solve(spread, weighed)
+    for j in range(CUES):
+        away += off[j] * weighed[j]
+        volume += np.log(spread[j, j])
     return float(-volume - 0.5 * (HEAVY + CUES) * np.log(1.0 + away / HEAVY))
+
+
+@kernel
+def _add_spread(slopes: FloatArray, inner: FloatArray, spread: FloatArray) -> None:
+    """Add S C Sᵀ to ``spread`` [m, m]; S [m, 2] and C [2, 2]."""
+    for i in range(len(slopes)):
+        x = slopes[i, 0] * inner[0, 0] + slopes[i, 1] * inner[1, 0]
+        y = slopes[i, 0] * inner[0, 1] + slopes[i, 1] * inner[1, 1]
+        for j in range(len(slopes)):
+            spread[i, j] += x * slopes[j, 0] + y * slopes[j, 1]
 
 
 @kernel
