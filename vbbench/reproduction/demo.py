@@ -51,10 +51,12 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
 def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
     """Of every solver under every protocol, the protocols in order.
 
-    Processes solve the dataset with one solver each: they compile other kernels then, and need not wait for each other.
+    Processes solve the dataset with one solver each. Solvers that are alike, neighbours in the alphabet, have kernels in
+    common: they take their turns far from each other, and no process waits for what another one compiles.
     """
     solvers = sorted(registered("solver"))
-    calls = [(dataset, solver, protocol, out) for solver in solvers for protocol in PROTOCOLS]
+    there_and_back = [*solvers[1::2], *reversed(solvers[::2])]
+    calls = [(dataset, solver, protocol, out) for protocol in PROTOCOLS for solver in there_and_back]
     with progress_bar(len(calls), "solve", unit="submission") as bar:
         found = {}
         for (_, solver, protocol, _), submission in zip(calls, in_parallel(_solve, calls, jobs), strict=True):
