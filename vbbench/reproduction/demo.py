@@ -51,8 +51,8 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
 def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
     """Of every solver under every protocol, the protocols in order.
 
-    Processes solve the dataset with one solver each. Solvers that are alike, neighbours in the alphabet, have kernels in
-    common: they take their turns far from each other, and no process waits for what another one compiles.
+    Processes solve the dataset with one solver each. Solvers that are alike, neighbours in the alphabet, have kernels
+    in common: they take their turns far from each other, so that processes hardly wait for what others compile.
     """
     solvers = sorted(registered("solver"))
     there_and_back = [*solvers[1::2], *reversed(solvers[::2])]
