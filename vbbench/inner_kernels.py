@@ -110,11 +110,11 @@ def _counted(dispatcher: Any, compile_here: Callable[[Any], Any]) -> Callable[[A
     """A dispatcher's ``compile`` that is known to be under way; only one thread compiles at a time."""
 
     def compile_as_root_or_inner(signature: Any) -> Any:
-        if not _compiling:
+        inner = bool(_compiling)
+        if not inner:
             arguments = tuple(normalize_signature(signature)[0])
             if arguments in dispatcher.overloads and _is_inner(dispatcher.overloads[arguments]):
                 del dispatcher.overloads[arguments]
-        inner = bool(_compiling)
         _compiling.append(dispatcher)
         try:
             with nullcontext() if inner else _compiling_for_a_root():

@@ -80,19 +80,25 @@ def put_place(person: Person, frame: int, fixed: BoolArray, lower: FloatArray, c
 
     It is that if all frames were known, and what these add, whose information has the factor ``lower``.
     """
-    inner, sides, by_numbers = person.inner, np.zeros((2, padded(len(lower)))), np.zeros((2, PERSON))
+    sides, by_numbers = np.zeros((2, padded(len(lower)))), np.zeros((2, PERSON))
     for a in range(2):
         back = np.zeros(len(person.pull))
         back[2 * frame + a] = 1.0
         solve(person.lower, back)
         _by_frames(person, back, fixed, sides[a], by_numbers[a])
         covariance[a, 0], covariance[a, 1] = back[2 * frame], back[2 * frame + 1]
-    for a in range(2):
-        for b in range(2):
+    add_spread(by_numbers, person.inner, covariance)
+    gram(lower, sides, covariance)
+
+
+@kernel
+def add_spread(by_numbers: FloatArray, inner: FloatArray, covariance: FloatArray) -> None:
+    """Add S C Sᵀ to a ``covariance`` [m, m]: what moves with two numbers by S [m, 2], whose covariance is C [2, 2]."""
+    for a in range(len(by_numbers)):
+        for b in range(len(by_numbers)):
             for q in range(PERSON):
                 share = inner[q, 0] * by_numbers[b, 0] + inner[q, 1] * by_numbers[b, 1]
                 covariance[a, b] += by_numbers[a, q] * share
-    gram(lower, sides, covariance)
 
 
 @kernel

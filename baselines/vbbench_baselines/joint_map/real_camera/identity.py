@@ -14,7 +14,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.kernels import kernel
 from vbbench_baselines.common.ego_motion import wrapped
 from vbbench_baselines.joint_map.motion.walks import REACH, innovation, reweigh
-from vbbench_baselines.joint_map.real_camera.certainty import put_own_spread
+from vbbench_baselines.joint_map.real_camera.certainty import add_spread, put_own_spread
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
 from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.elimination import Person, Scratch, eliminate, scratch_for
@@ -227,8 +227,8 @@ def _density(
         for q in range(PERSON):
             by_place = slopes[j, 0] * by_numbers[0, q] + slopes[j, 1] * by_numbers[1, q]
             taller[j, q] = by_place + found.by_person[0, j, q]
-    _add_spread(slopes, alone, spread)
-    _add_spread(taller, inner, spread)
+    add_spread(slopes, alone, spread)
+    add_spread(taller, inner, spread)
     if not factor(spread):
         return -np.inf
     weighed, away = off.copy(), 0.0
@@ -237,16 +237,6 @@ def _density(
         away += off[j] * weighed[j]
         volume += np.log(spread[j, j])
     return float(-volume - 0.5 * (HEAVY + CUES) * np.log(1.0 + away / HEAVY))
-
-
-@kernel
-def _add_spread(slopes: FloatArray, inner: FloatArray, spread: FloatArray) -> None:
-    """Add S C Sᵀ to ``spread`` [m, m]; S [m, 2] and C [2, 2]."""
-    for i in range(len(slopes)):
-        x = slopes[i, 0] * inner[0, 0] + slopes[i, 1] * inner[1, 0]
-        y = slopes[i, 0] * inner[0, 1] + slopes[i, 1] * inner[1, 1]
-        for j in range(len(slopes)):
-            spread[i, j] += x * slopes[j, 0] + y * slopes[j, 1]
 
 
 @kernel
