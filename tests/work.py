@@ -1,5 +1,6 @@
 """How much work something is: counted, never timed, so that a busy machine changes nothing."""
 
+import gc
 import sys
 import tracemalloc
 from collections.abc import Callable
@@ -25,6 +26,7 @@ def work_of(do: Callable[[], object]) -> Work:
         calls += event in ("call", "c_call")
 
     before = sys.getprofile()
+    gc.disable()  # others listen to it, Hypothesis for one, and would be counted
     tracemalloc.start()
     sys.setprofile(count)
     try:
@@ -33,3 +35,4 @@ def work_of(do: Callable[[], object]) -> Work:
     finally:
         sys.setprofile(before)
         tracemalloc.stop()
+        gc.enable()
