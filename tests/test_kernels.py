@@ -200,9 +200,8 @@ from numba import njit
 from vbbench.kernels import kernel
 
 def middle(values):
-    ordered = np.sort(values)
-    doubled = np.zeros(len(ordered))
-    doubled[:] = 2.0 * ordered
+    doubled = np.zeros(len(values))
+    doubled[:] = 2.0 * values
     return doubled[1] + np.mean(values)
 
 ours, theirs = kernel(middle), njit(middle)
@@ -220,7 +219,7 @@ def test_what_is_numbas_serves_kernels_and_what_others_compile(first: str, tmp_p
     run = partial(subprocess.run, capture_output=True, text=True, cwd=tmp_path, env=environment)
     for _ in ("compiled", "from the cache"):
         done = run([sys.executable, "-c", code])
-        assert done.stdout == "6.75 6.75\n", done.stderr
+        assert done.stdout == "4.75 4.75\n", done.stderr
 
 
 @pytest.mark.slow

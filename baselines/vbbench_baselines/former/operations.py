@@ -1,14 +1,12 @@
-"""What the network computes with: the same few operations on NumPy arrays, and while it is trained on tensors.
+"""What the network computes with: the same few operations on tensors while it is trained, and on cells when it runs.
 
 Points and directions on the ground are complex numbers: forward + i·left of a camera.
 """
 
 from typing import Any, Protocol
 
-import numpy as np
-
 Array = Any
-"""A NumPy array, or a tensor while the network is trained."""
+"""A tensor while the network is trained; `vbbench_baselines.former.cells.Cells` while it is written down as steps."""
 
 
 class Operations(Protocol):
@@ -76,80 +74,3 @@ class Operations(Protocol):
 
     def detach(self, x: Array) -> Array:
         """x, through which nothing is learned."""
-
-
-class NumpyOperations:
-    """The operations on NumPy arrays of float32."""
-
-    where, exp, log, sqrt = staticmethod(np.where), staticmethod(np.exp), staticmethod(np.log), staticmethod(np.sqrt)
-    asinh, tanh = staticmethod(np.arcsinh), staticmethod(np.tanh)
-
-    def clip(self, x: Array, low: float, high: float) -> Array:
-        """See `Operations`."""
-        return np.minimum(np.maximum(x, low), high)  # in half the time of np.clip
-
-    def sigmoid(self, x: Array) -> Array:
-        """See `Operations`."""
-        return 1.0 / (1.0 + np.exp(-x))
-
-    def silu(self, x: Array) -> Array:
-        """See `Operations`."""
-        return x / (1.0 + np.exp(-x))
-
-    def direction(self, angle: Array) -> Array:
-        """See `Operations`."""
-        return np.exp(1j * angle)
-
-    def angle(self, x: Array) -> Array:
-        """See `Operations`."""
-        return np.arctan2(x.imag, x.real)
-
-    def point(self, forward: Array, left: Array) -> Array:
-        """See `Operations`."""
-        return forward + 1j * left
-
-    def pairs(self, points: Array) -> Array:
-        """See `Operations`."""
-        return np.ascontiguousarray(points).view(points.real.dtype).reshape((*points.shape, 2))
-
-    def totals(self, parts: list[Array]) -> list[Array]:
-        """See `Operations`."""
-        return list(np.add.reduce(np.array(parts), axis=-1))
-
-    def stack(self, parts: list[Array]) -> Array:
-        """See `Operations`."""
-        made = np.empty((*parts[0].shape, len(parts)), parts[0].dtype)
-        for number, part in enumerate(parts):
-            made[..., number] = part
-        return made
-
-    def join(self, parts: list[Array]) -> Array:
-        """See `Operations`."""
-        return np.concatenate(parts, axis=-1)
-
-    def append_row(self, rows: Array, row: Array) -> Array:
-        """See `Operations`."""
-        return np.concatenate([rows, row[..., None, :]], axis=-2)
-
-    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
-        """See `Operations`."""
-        made = x @ weights.T
-        made += bias
-        return made
-
-    def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
-        """See `Operations`."""
-        size = x.shape[-1]
-        off = x - np.add.reduce(x, axis=-1, keepdims=True) / size
-        off /= np.sqrt(np.add.reduce(off * off, axis=-1, keepdims=True) / size + 1e-5)
-        return off * gain + bias
-
-    def softmax(self, x: Array) -> Array:
-        """See `Operations`."""
-        made = np.exp(x - x.max(axis=-1, keepdims=True))
-        made /= made.sum(axis=-1, keepdims=True)
-        return made
-
-    def detach(self, x: Array) -> Array:
-        """See `Operations`."""
-        return x

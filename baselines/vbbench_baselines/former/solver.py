@@ -5,14 +5,12 @@ there is turned into what it sees.
 """
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from functools import cache
-from typing import Any, ClassVar
+from functools import cache, cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import ThreadpoolController
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given, Odometry
@@ -29,10 +27,9 @@ from vbbench_baselines.former.composing import (
     pose_covariance,
     seen_from,
 )
-from vbbench_baselines.former.layers import Network, is_pure
-from vbbench_baselines.former.network import Answer, Birdifier, Told
-from vbbench_baselines.former.operations import NumpyOperations
+from vbbench_baselines.former.network import Answer, Told
 from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.program import Following, Programs
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.state import State, Walkers, nothing_seen
 from vbbench_baselines.former.weights import Weights, bundled_weights
@@ -42,9 +39,6 @@ FEWEST = 2
 
 DOUBTFUL = 1.0
 """In m; with a greater standard deviation of its place the pose may be far off."""
-
-FEW = 32
-"""Libraries share out matrices of more people among cores."""
 
 FASTEST = 60.0
 """In m/s; no observer moves faster."""
@@ -75,13 +69,16 @@ class VbFormer:
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
-        weights = bundled_weights() if self.weights is None else self.weights
-        self._birdifier = Birdifier(Network(NumpyOperations(), weights), is_pure(weights), self.feet)
+        self._following = Following(self._programs)
         self._problem, self._people = problem, len(problem.tracks)
         self._dt = np.float32(problem.dt)
         self._stature_spread = np.float32(problem.height_std / problem.height_mean)
         self._state, self._begun = _nothing(self._people), False
         self._pose, self._sigma, self._nowhere = np.zeros(3), np.zeros((3, 3)), _points(self._people)
+
+    @cached_property
+    def _programs(self) -> Programs:
+        return bundled_programs(self.feet) if self.weights is None else Programs(self.weights, feet=self.feet)
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -91,8 +88,7 @@ class VbFormer:
         told = self._told(given, sights)
         expected = ((self._state.people.seen > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
         fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
-        with _on_one_core(self._people):
-            answer = self._advance(sights, told)
+        answer = self._advance(sights, told)
         before, self._begun = self._pose, True
         self._pose = moved(before, answer.motion) if np.isnan(given.poses[2]).any() else np.array(given.poses[2])
         self._sigma = self._pose_covariance(before, answer, told, given.odometry)
@@ -160,8 +156,7 @@ class VbFormer:
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
         """The network's answer; where there is none, the pose stays, boxes alone tell places, and nothing is kept."""
-        with np.errstate(all="ignore"):
-            state, answer = self._birdifier.advance(self._state, sights, told, self._dt, self._stature_spread)
+        state, answer = self._following.advance(self._state, sights, told, self._dt, self._stature_spread)
         self._state = state._replace(people=_as_trained(state.people))
         if self._is_sane(answer):
             return answer
@@ -199,15 +194,10 @@ class VbFormer:
         return heights
 
 
-def _on_one_core(people: int) -> AbstractContextManager[Any]:
-    """Keep matrices so small on one core, where they are faster; those of few people stay there anyway."""
-    return _blas().limit(limits=1) if people > FEW else nullcontext()
-
-
 @cache
-def _blas() -> ThreadpoolController:
-    """The libraries that multiply matrices."""
-    return ThreadpoolController()
+def bundled_programs(feet: bool) -> Programs:
+    """Of the weights that come with the package."""
+    return Programs(bundled_weights(), feet=feet)
 
 
 def _as_trained(people: Walkers) -> Walkers:

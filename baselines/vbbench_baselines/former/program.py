@@ -1,0 +1,133 @@
+"""The network as a program: written down once for each number of people, then run frame by frame by one kernel.
+
+What goes into a frame and comes out of it are nested tuples of arrays, see `State`, `Answer`, `Told`.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from vbbench_baselines.former.cells import Cells, RecordingOperations
+from vbbench_baselines.former.layers import Network, is_pure
+from vbbench_baselines.former.network import Answer, Birdifier, Told
+from vbbench_baselines.former.operations import Array
+from vbbench_baselines.former.recorder import Recorder, Written
+from vbbench_baselines.former.sights import Sights
+from vbbench_baselines.former.state import State
+from vbbench_baselines.former.steps import take_steps
+from vbbench_baselines.former.weights import Weights
+
+MOST_PROGRAMS = 32
+"""Programs that are kept, for as many numbers of people; each takes about 1 MB."""
+
+Inputs = tuple[State, Sights, Told, Array, Array]
+"""Of `vbbench_baselines.former.network.Birdifier.advance`, of one sequence: without an axis of batches."""
+
+
+class Kind(NamedTuple):
+    """What programs differ by: how many ``people`` there are, and whether what is ``measured`` is sure."""
+
+    people: int
+    measured: bool | None
+
+
+class Program(NamedTuple):
+    """Steps, and the `Cells` of what goes in and comes out."""
+
+    written: Written
+    inputs: Any
+    outputs: Any
+
+
+class Programs:
+    """Programs of a network with these weights; see `vbbench_baselines.former.network.Birdifier`.
+
+    Once written down they do not change, and serve all who follow with them.
+    """
+
+    def __init__(self, weights: Weights, *, feet: bool) -> None:
+        self._weights, self._feet = weights, feet
+        self._programs: OrderedDict[Kind, Program] = OrderedDict()
+
+    def __deepcopy__(self, memo: Mapping[int, Any]) -> Self:
+        return self
+
+    def of(self, kind: Kind, inputs: Inputs) -> Program:
+        """The program for inputs of a kind, such as these."""
+        if kind not in self._programs:
+            self._programs[kind] = self._program(inputs)
+            if len(self._programs) > MOST_PROGRAMS:
+                self._programs.popitem(last=False)
+        self._programs.move_to_end(kind)
+        return self._programs[kind]
+
+    def _program(self, inputs: Inputs) -> Program:
+        recorder = Recorder()
+        weights = {name: Cells(recorder, recorder.constant(values.T).T) for name, values in self._weights.items()}
+        birdifier = Birdifier(Network(RecordingOperations(), weights), is_pure(self._weights), self._feet)
+        cells = _each(inputs, lambda array: Cells.empty(recorder, array.shape, points=array.dtype.kind == "c"))
+        made = birdifier.advance(*cells)
+        return Program(recorder.written([*map(_numbers, leaves(cells))], [*map(_numbers, leaves(made))]), cells, made)
+
+
+class Following:
+    """Frame after frame by programs, in a memory of its own.
+
+    Parameters
+    ----------
+    programs : to follow with.
+    """
+
+    def __init__(self, programs: Programs) -> None:
+        self._programs = programs
+        self._kind: Kind | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Following, (self._programs,)
+
+    def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
+        """See `vbbench_baselines.former.network.Birdifier.advance`; of one sequence, without an axis of batches."""
+        inputs = state, sights, told, dt, spread
+        kind = Kind(len(sights.seen), None if told.measured is None else told.measured.sure)
+        if kind != self._kind:
+            self._prepare(kind, inputs)
+        for view, values in zip(self._inputs, leaves(inputs), strict=True):
+            view[...] = values
+        take_steps(self._steps, self._memory)
+        made: tuple[State, Answer] = _each(self._outputs, np.ndarray.copy)
+        return made
+
+    def _prepare(self, kind: Kind, inputs: Inputs) -> None:
+        written, given, made = self._programs.of(kind, inputs)
+        self._kind, self._steps, self._memory = kind, written.steps, written.memory.copy()
+        self._inputs = list(map(self._view, leaves(given), written.inputs))
+        starts = iter(written.outputs)
+        self._outputs = _each(made, lambda cells: self._view(cells, next(starts)))
+
+    def _view(self, cells: Cells, start: int) -> Array:
+        """The numbers or points of cells that begin there in the memory."""
+        view = self._memory[start : start + cells.numbers.size]
+        return (view.view(np.complex64) if cells.points else view).reshape(cells.shape)
+
+
+def _numbers(cells: Cells) -> Array:
+    return cells.numbers
+
+
+def _each(tree: Any, do: Callable[[Any], Any]) -> Any:
+    """Nested tuples with what is done with each array in its place; what is no array stays."""
+    if isinstance(tree, tuple):
+        made = [_each(branch, do) for branch in tree]
+        return type(tree)(*made) if hasattr(tree, "_fields") else tuple(made)
+    return tree if tree is None or isinstance(tree, bool) else do(tree)
+
+
+def leaves(tree: Any) -> Iterator[Any]:
+    """The arrays in nested tuples."""
+    if isinstance(tree, tuple):
+        for branch in tree:
+            yield from leaves(branch)
+    elif tree is not None and not isinstance(tree, bool):
+        yield tree
