@@ -48,7 +48,6 @@ CASES: dict[str, tuple[Callable[..., Any], ...]] = {
     "sums along another axis": (lambda xp, a: a.sum(-2), numbers(5, 4)),
     "sums of points along an axis": (lambda xp, a: a.sum(-1), points(3, 5)),
     "sums of nothing": (lambda xp, a: a.sum(-1), numbers(3, 0)),
-    "the largest": (lambda xp, a: a.max(axis=-1), numbers(5, 4)),
     "choices": (lambda xp, a, b, c: xp.where((a > 0.1) | (c < 0.0), b, 0.5 * b), numbers(9), points(9), numbers(9)),
     "bounds": (lambda xp, a: xp.clip(a, -0.5, 0.5), numbers(50)),
     "bounds of what is no number": (lambda xp, a: xp.clip(a, -0.5, 0.5), np.array([np.nan, 1.0], np.float32)),
@@ -127,20 +126,22 @@ def test_frames_are_numpys(pure: bool, feet: bool, people: int, said: Measured |
     weights = some_weights(pure=pure)
     plain = Birdifier(Network(NumpyOperations(), weights), is_pure(weights), feet)
     wanted = follow(plain, people, said)
-    for found, answer in zip(follow(Following(Programs(weights, feet=feet)), people, said), wanted, strict=True):
+    for found, answer in zip(
+        follow(Following(Programs(weights, feet=feet), people), people, said), wanted, strict=True
+    ):
         for one, other in zip(program.leaves(found), program.leaves(answer), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-3, atol=2e-4)
 
 
 def test_who_follows_with_the_same_programs_is_not_disturbed() -> None:
     programs = Programs(some_weights(pure=False), feet=True)
-    alone = follow(Following(programs), 5)
+    alone = follow(Following(programs, 5), 5)
 
     class InTurn:
         """Another, who follows elsewhere, has a frame between any two."""
 
         def __init__(self) -> None:
-            self.one, self.other = Following(programs), Following(programs)
+            self.one, self.other = Following(programs, 5), Following(programs, 5)
 
         def advance(self, *inputs: Any) -> Any:
             made = self.one.advance(*inputs)
@@ -153,7 +154,7 @@ def test_who_follows_with_the_same_programs_is_not_disturbed() -> None:
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
 def test_copies_answer_alike(copied: Callable[[Following], Following]) -> None:
-    following = Following(Programs(some_weights(pure=False), feet=True))
+    following = Following(Programs(some_weights(pure=False), feet=True), 3)
     wanted = follow(following, 3)
     for found, answer in zip(follow(copied(following), 3), wanted, strict=True):
         np.testing.assert_array_equal(found.places, answer.places)
@@ -163,7 +164,7 @@ def test_numbers_of_people_change_and_no_more_programs_are_kept_than_said(monkey
     monkeypatch.setattr(program, "MOST_PROGRAMS", 2)
     written = []
     monkeypatch.setattr(Recorder, "written", lambda *given, do=Recorder.written: written.append(1) or do(*given))
-    following = Following(Programs(some_weights(pure=False), feet=True))
+    following = Following(Programs(some_weights(pure=False), feet=True), 2)
     first = [follow(following, people)[-1].places for people in (2, 3, 2, 4, 3)]
     assert len(written) == 4, "2, 3 and 4, and 3 again once 4 has taken its place"
     np.testing.assert_array_equal(first[0], first[2])

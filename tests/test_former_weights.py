@@ -76,7 +76,7 @@ def test_tensors_and_programs_give_the_same_answers(pure: bool) -> None:
     weights = {
         name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0), pure).items()
     }
-    programs = Following(Programs(weights, feet=True))
+    programs = Following(Programs(weights, feet=True), 5)
     tensors = Birdifier(Network(TensorOperations(), {name: tensor(values) for name, values in weights.items()}), pure)
     one = nothing_seen(lambda *n: np.zeros(n, np.float32), lambda *n: np.zeros(n, np.complex64), 5)
     other = nothing_seen(lambda *n: torch.zeros(n), lambda *n: torch.zeros(n, dtype=torch.complex64), 5)

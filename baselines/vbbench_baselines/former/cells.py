@@ -77,16 +77,9 @@ class Cells:
 
     def sum(self, axis: int) -> "Cells":
         """As of an array."""
-        return self._summary(steps.SUM, axis)
-
-    def max(self, axis: int) -> "Cells":
-        """As of an array."""
-        return self._summary(steps.LARGEST, axis)
-
-    def _summary(self, what: int, axis: int) -> "Cells":
         along = np.moveaxis(self.numbers, axis % len(self.shape), -1)
         made = np.empty(along.shape[:-1], np.float32)
-        self.recorder.note_summary(what, made, along)
+        self.recorder.note_rows(steps.SUM, made[..., None], along)
         return Cells(self.recorder, made, self.points)
 
     def __add__(self, other: Value) -> "Cells":
@@ -276,15 +269,11 @@ class RecordingOperations:
 
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
         """See `Operations`."""
-        size = x.shape[-1]
-        off = x - x.sum(-1)[..., None] / size
-        spread = self.sqrt((off * off).sum(-1)[..., None] / size + 1e-5)
-        return off / spread * gain + bias
+        return _rows(steps.NORMAL, x, gain, bias)
 
     def softmax(self, x: Array) -> Array:
         """See `Operations`."""
-        made = self.exp(x - x.max(-1)[..., None])
-        return made / made.sum(-1)[..., None]
+        return _rows(steps.SHARES, x)
 
     def detach(self, x: Array) -> Array:
         """See `Operations`."""
@@ -303,4 +292,11 @@ def _function(what: int, x: Cells, *others: Numbers) -> Cells:
     """Of numbers one by one."""
     made = Cells.empty(x.recorder, x.shape)
     x.recorder.note(what, made.numbers, x.numbers, *others)
+    return made
+
+
+def _rows(what: int, x: Cells, *others: Cells) -> Cells:
+    """Of rows, each as long as before."""
+    made = Cells.empty(x.recorder, x.shape)
+    x.recorder.note_rows(what, made.numbers, x.numbers, *(other.numbers for other in others))
     return made

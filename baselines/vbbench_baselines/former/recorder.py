@@ -65,10 +65,10 @@ class Recorder:
         axes = _axes(result.shape, [result, *operands])
         self._note(what, sorted(_merged(axes), key=lambda axis: axis[0]), [result, *operands])
 
-    def note_summary(self, what: int, result: Numbers, operand: Numbers) -> None:
-        """That ``result`` [...] becomes a sum or the largest of the operand [..., n] along its last axis."""
-        *outer, last = _axes(operand.shape, [result[..., None], operand])
-        self._note(what, [*_merged(outer), last], [result, operand])
+    def note_rows(self, what: int, result: Numbers, *operands: Numbers) -> None:
+        """That each row of ``result`` [..., n], or [..., 1], becomes what is done with rows [..., n] of operands."""
+        *outer, last = _axes(operands[0].shape, [result, *operands])
+        self._note(what, [*_merged(outer), last], [result, *operands])
 
     def note_matrix_product(self, result: Numbers, a: Numbers, b: Numbers, added: Numbers) -> None:
         """That ``result`` [..., I, J] becomes ``added`` [J] and the product of a [..., I, K] and b [..., K, J]."""

@@ -69,8 +69,8 @@ class VbFormer:
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
-        self._following = Following(self._programs)
         self._problem, self._people = problem, len(problem.tracks)
+        self._following = Following(self._programs, self._people)
         self._dt = np.float32(problem.dt)
         self._stature_spread = np.float32(problem.height_std / problem.height_mean)
         self._state, self._begun = _nothing(self._people), False

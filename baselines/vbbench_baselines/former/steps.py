@@ -13,41 +13,70 @@ AXES, OPERANDS = 3, 4
 STEP_WIDTH = (AXES + 1) * (OPERANDS + 2)
 """Integers of a step."""
 
-COPY, ADD, SUBTRACT, MULTIPLY, DIVIDE, ADD_PRODUCTS, SUBTRACT_PRODUCTS, CHOOSE = range(8)
-"""Of a, b, c, d: a; a + b; a − b; ab; a/b; ab + cd; ab − cd; b where a is true, else c."""
+ADD, SUBTRACT, MULTIPLY, DIVIDE, COPY, ADD_PRODUCTS, SUBTRACT_PRODUCTS, CHOOSE = range(8)
+"""Of a, b, c, d: a + b; a − b; ab; a/b; a; ab + cd; ab − cd; b where a is true, else c."""
 LARGER, SMALLER, IS_MORE, IS_LESS, POWER, ANGLE = range(8, 14)
 """The larger and the smaller one, NaN if any is; a > b; a < b; a to the power b; the angle of the point (b, a)."""
 EXP, LOG, SQRT, TANH, ASINH, SIGMOID, SILU, COSINE, SINE = range(14, 23)
-SUM, LARGEST, MATRIX_PRODUCT = range(23, 26)
-"""Of a along the last axis; c [J] + ab of matrices a [I, K] and b [K, J], whose rows have no gaps: axes are I, K, J."""
+SUM, SHARES, NORMAL = range(23, 26)
+"""Along the last axis: the sum of a; exp(a) over its sum; b times a less its mean, over its spread, plus c."""
+MATRIX_PRODUCT = 26
+"""c [J] + ab of matrices a [I, K] and b [K, J], whose rows have no gaps; the three axes are I, K and J."""
+LEAST_VARIANCE = np.float32(1e-5)
 
+
+LONG = 16
+"""From so many numbers on it is worth while to see whether they have no gaps."""
 
 Steps = NDArray[np.int32]
+Numbers = NDArray[np.float32]
 
 
 @kernel
-def take_steps(steps: Steps, memory: NDArray[np.float32]) -> None:
+def take_steps(steps: Steps, memory: Numbers) -> None:
     """Take ``steps`` [S, `STEP_WIDTH`] in ``memory`` one after the other."""
     for s in range(len(steps)):
-        do, n = steps[s, 0], steps[s, 3]
-        if do == MATRIX_PRODUCT:
+        if steps[s, 0] == MATRIX_PRODUCT:
             _multiply_matrices(steps, s, memory)
             continue
-        gap, gap_a, gap_b, gap_c, gap_d = steps[s, 7], steps[s, 11], steps[s, 15], steps[s, 19], steps[s, 23]
         for i in range(steps[s, 1]):
             for j in range(steps[s, 2]):
-                to, a, b = _place(steps, s, 4, i, j), _place(steps, s, 8, i, j), _place(steps, s, 12, i, j)
-                if do < EXP:
-                    c, d = _place(steps, s, 16, i, j), _place(steps, s, 20, i, j)
-                    for k in range(n):
-                        w, x = memory[a + k * gap_a], memory[b + k * gap_b]
-                        y, z = memory[c + k * gap_c], memory[d + k * gap_d]
-                        memory[to + k * gap] = _calculated(do, w, x, y, z)
-                elif do < SUM:
-                    for k in range(n):
-                        memory[to + k * gap] = _function(do, memory[a + k * gap_a])
+                if steps[s, 0] < EXP:
+                    _calculate(steps, s, memory, i, j)
                 else:
-                    memory[to] = _summary(do, n, memory, a, gap_a)
+                    _take_row(steps, s, memory, i, j)
+
+
+@kernel
+def _calculate(steps: Steps, s: int, memory: Numbers, i: int, j: int) -> None:
+    """`ADD` to `ANGLE` along the last axis."""
+    do, n, gap, gap_a, gap_b = steps[s, 0], steps[s, 3], steps[s, 7], steps[s, 11], steps[s, 15]
+    to, a, b = _place(steps, s, 4, i, j), _place(steps, s, 8, i, j), _place(steps, s, 12, i, j)
+    if do <= DIVIDE and n >= LONG and gap == gap_a == gap_b == 1:
+        _combine(do, memory[to : to + n], memory[a : a + n], memory[b : b + n])
+        return
+    c, d, gap_c, gap_d = _place(steps, s, 16, i, j), _place(steps, s, 20, i, j), steps[s, 19], steps[s, 23]
+    for k in range(n):
+        w, x = memory[a + k * gap_a], memory[b + k * gap_b]
+        y, z = memory[c + k * gap_c], memory[d + k * gap_d]
+        memory[to + k * gap] = _calculated(do, w, x, y, z)
+
+
+@kernel
+def _take_row(steps: Steps, s: int, memory: Numbers, i: int, j: int) -> None:
+    """`EXP` to `NORMAL` along the last axis."""
+    do, n, gap, gap_a = steps[s, 0], steps[s, 3], steps[s, 7], steps[s, 11]
+    to, a = _place(steps, s, 4, i, j), _place(steps, s, 8, i, j)
+    if do == SUM:
+        memory[to] = _sum(memory, n, a, gap_a)
+    elif do == SHARES:
+        _share(memory[to : to + n], memory, a, gap_a)
+    elif do == NORMAL:
+        gain, bias = _place(steps, s, 12, i, j), _place(steps, s, 16, i, j)
+        _normalise(memory[to : to + n], memory, a, gap_a, gain, bias)
+    else:
+        for k in range(n):
+            memory[to + k * gap] = _function(do, memory[a + k * gap_a])
 
 
 @kernel
@@ -58,25 +87,54 @@ def _place(steps: Steps, s: int, operand: int, i: int, j: int) -> int:
 
 
 @kernel
-def _multiply_matrices(steps: Steps, s: int, memory: NDArray[np.float32]) -> None:
+def _multiply_matrices(steps: Steps, s: int, memory: Numbers) -> None:
+    """A `MATRIX_PRODUCT`; four rows of b are added at a time, in their order."""
     rows, n, columns, gap, below = steps[s, 1], steps[s, 2], steps[s, 3], steps[s, 10], steps[s, 14]
+    fours = n - n % 4
     for i in range(rows):
         to, a = steps[s, 4] + i * steps[s, 5], steps[s, 8] + i * steps[s, 9]
         row = memory[to : to + columns]
         for j in range(columns):
             row[j] = memory[steps[s, 16] + j * steps[s, 19]]
-        for k in range(n):
-            weight, b = memory[a + k * gap], steps[s, 12] + k * below
-            other = memory[b : b + columns]
+        for k in range(0, fours, 4):
+            w, x, y, z = _four(memory, a + k * gap, gap)
+            b = steps[s, 12] + k * below
+            first, second = memory[b : b + columns], memory[b + below : b + below + columns]
+            third, fourth = memory[b + 2 * below :][:columns], memory[b + 3 * below :][:columns]
             for j in range(columns):
-                row[j] += weight * other[j]
+                row[j] = row[j] + w * first[j] + x * second[j] + y * third[j] + z * fourth[j]
+        for k in range(fours, n):
+            b, w = steps[s, 12] + k * below, memory[a + k * gap]
+            first = memory[b : b + columns]
+            for j in range(columns):
+                row[j] += w * first[j]
+
+
+@kernel
+def _four(memory: Numbers, place: int, gap: int) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    return memory[place], memory[place + gap], memory[place + 2 * gap], memory[place + 3 * gap]
+
+
+@kernel
+def _combine(do: int, result: Numbers, a: Numbers, b: Numbers) -> None:
+    """`ADD` to `DIVIDE` of numbers [N] without gaps, several at once in a vector of the processor."""
+    if do == ADD:
+        for k in range(len(result)):
+            result[k] = a[k] + b[k]
+    elif do == SUBTRACT:
+        for k in range(len(result)):
+            result[k] = a[k] - b[k]
+    elif do == MULTIPLY:
+        for k in range(len(result)):
+            result[k] = a[k] * b[k]
+    else:
+        for k in range(len(result)):
+            result[k] = a[k] / b[k]
 
 
 @kernel
 def _calculated(do: int, a: np.float32, b: np.float32, c: np.float32, d: np.float32) -> np.float32:
-    """One of `COPY` to `ANGLE`."""
-    if do == COPY:
-        return a
+    """One of `ADD` to `ANGLE`."""
     if do == ADD:
         return a + b
     if do == SUBTRACT:
@@ -85,6 +143,8 @@ def _calculated(do: int, a: np.float32, b: np.float32, c: np.float32, d: np.floa
         return a * b
     if do == DIVIDE:
         return a / b
+    if do == COPY:
+        return a
     if do == ADD_PRODUCTS:
         return a * b + c * d
     if do == SUBTRACT_PRODUCTS:
@@ -138,15 +198,34 @@ def _function(do: int, x: np.float32) -> np.float32:
 
 
 @kernel
-def _summary(do: int, n: int, memory: NDArray[np.float32], a: int, gap_a: int) -> np.float32:
-    """`SUM` or `LARGEST` of ``n`` numbers."""
-    if do == SUM:
-        made = np.float32(0.0)
-        for k in range(n):
-            made += memory[a + k * gap_a]
-    else:
-        made = memory[a]
-        for k in range(n):
-            x = memory[a + k * gap_a]
-            made = x if x > made or x != x else made
-    return made
+def _sum(memory: Numbers, n: int, a: int, gap: int) -> np.float32:
+    total = np.float32(0.0)
+    for k in range(n):
+        total += memory[a + k * gap]
+    return total
+
+
+@kernel
+def _share(row: Numbers, memory: Numbers, a: int, gap: int) -> None:
+    """`SHARES` (softmax)."""
+    most, total = memory[a], np.float32(0.0)
+    for k in range(len(row)):
+        most = max(most, memory[a + k * gap])
+    for k in range(len(row)):
+        row[k] = np.exp(memory[a + k * gap] - most)
+        total += row[k]
+    for k in range(len(row)):
+        row[k] /= total
+
+
+@kernel
+def _normalise(row: Numbers, memory: Numbers, a: int, gap: int, gain: int, bias: int) -> None:
+    """`NORMAL` (layer normalisation)."""
+    n, variance = np.float32(len(row)), np.float32(0.0)
+    mean = _sum(memory, len(row), a, gap) / n
+    for k in range(len(row)):
+        row[k] = memory[a + k * gap] - mean
+        variance += row[k] * row[k]
+    std = np.sqrt(variance / n + LEAST_VARIANCE)
+    for k in range(len(row)):
+        row[k] = row[k] / std * memory[gain + k] + memory[bias + k]
