@@ -9,16 +9,17 @@ import pytest
 
 from tests.numpy_operations import NumpyOperations
 from tests.solver_runs import CAMERAS, problem_of, see, walk
-from vbbench_baselines.former import program
-from vbbench_baselines.former.cells import Cells, RecordingOperations
 from vbbench_baselines.former.layers import Network, first_weights, is_pure
 from vbbench_baselines.former.network import Answer, Birdifier, Told
 from vbbench_baselines.former.pose_fit import Measured, Motion
-from vbbench_baselines.former.program import Following, Programs
-from vbbench_baselines.former.recorder import Recorder
+from vbbench_baselines.former.programs import program
+from vbbench_baselines.former.programs.cells import Cells
+from vbbench_baselines.former.programs.noting import NotingOperations
+from vbbench_baselines.former.programs.program import Following, Programs
+from vbbench_baselines.former.programs.recorder import Recorder
+from vbbench_baselines.former.programs.steps import take_steps
 from vbbench_baselines.former.sights import sights_of
 from vbbench_baselines.former.state import nothing_seen
-from vbbench_baselines.former.steps import take_steps
 
 RNG = np.random.default_rng(0)
 ONE = np.float32(1.0)
@@ -86,7 +87,7 @@ def test_each_operation_is_numpys(case: str) -> None:
     do, *arrays = CASES[case]
     recorder = Recorder()
     cells = [Cells.empty(recorder, array.shape, points=np.iscomplexobj(array)) for array in arrays]
-    made = do(RecordingOperations(), *cells)
+    made = do(NotingOperations(), *cells)
     written = recorder.written([one.numbers for one in cells], [made.numbers])
     for start, one, array in zip(written.inputs, cells, arrays, strict=True):
         view(written.memory, start, one)[...] = array

@@ -12,7 +12,7 @@ from vbbench.errors import FileError
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier, Told
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.program import Following, Programs
+from vbbench_baselines.former.programs.program import Following, Programs
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.state import nothing_seen
 from vbbench_baselines.former.weights import bundled_weights, read_weights

@@ -6,7 +6,7 @@ Points and directions on the ground are complex numbers: forward + i·left of a 
 from typing import Any, Protocol
 
 Array = Any
-"""A tensor while the network is trained; `vbbench_baselines.former.cells.Cells` while it is written down as steps."""
+"""A tensor while the network is trained, and `programs.cells.Cells` while it is written down."""
 
 
 class Operations(Protocol):

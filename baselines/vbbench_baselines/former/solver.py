@@ -29,7 +29,7 @@ from vbbench_baselines.former.composing import (
 )
 from vbbench_baselines.former.network import Answer, Told
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.program import Following, Programs
+from vbbench_baselines.former.programs.program import Following, Programs
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.state import State, Walkers, nothing_seen
 from vbbench_baselines.former.weights import Weights, bundled_weights

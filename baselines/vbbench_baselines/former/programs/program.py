@@ -10,15 +10,16 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from vbbench_baselines.former.cells import Cells, RecordingOperations
 from vbbench_baselines.former.layers import Network, is_pure
 from vbbench_baselines.former.network import Answer, Birdifier, Told
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Measured, Motion
-from vbbench_baselines.former.recorder import Recorder, Written
+from vbbench_baselines.former.programs.cells import Cells
+from vbbench_baselines.former.programs.noting import NotingOperations
+from vbbench_baselines.former.programs.recorder import Recorder, Written
+from vbbench_baselines.former.programs.steps import take_steps
 from vbbench_baselines.former.sights import Sights
 from vbbench_baselines.former.state import State, nothing_seen
-from vbbench_baselines.former.steps import take_steps
 from vbbench_baselines.former.weights import Weights
 
 MOST_PROGRAMS = 32
@@ -65,7 +66,7 @@ class Programs:
     def _program(self, kind: Kind) -> Program:
         recorder = Recorder()
         weights = {name: Cells(recorder, recorder.constant(values.T).T) for name, values in self._weights.items()}
-        birdifier = Birdifier(Network(RecordingOperations(), weights), is_pure(self._weights), self._feet)
+        birdifier = Birdifier(Network(NotingOperations(), weights), is_pure(self._weights), self._feet)
         cells = _inputs(kind, recorder)
         made = birdifier.advance(*cells)
         return Program(recorder.written([*map(_numbers, leaves(cells))], [*map(_numbers, leaves(made))]), cells, made)

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from vbbench_baselines.former import steps
-from vbbench_baselines.former.operations import Array
-from vbbench_baselines.former.recorder import Numbers, Recorder
+from vbbench_baselines.former.programs import steps
+from vbbench_baselines.former.programs.recorder import Numbers, Recorder
 
 Index = int | slice | EllipsisType | None
 Value = Any
@@ -91,13 +90,13 @@ class Cells:
         return self._plus(steps.SUBTRACT, other)
 
     def __rsub__(self, other: Value) -> "Cells":
-        return _cells(self.recorder, other) - self
+        return cells_of(self.recorder, other) - self
 
     def _plus(self, what: int, other: Value) -> "Cells":
-        other = _cells(self.recorder, other)
+        other = cells_of(self.recorder, other)
         if self.points == other.points:
-            return self._made(what, _shape(self, other), self.points, self.numbers, other.numbers)
-        made, zero = Cells.empty(self.recorder, _shape(self, other), points=True), _cells(self.recorder, 0.0)
+            return self._made(what, common_shape(self, other), self.points, self.numbers, other.numbers)
+        made, zero = Cells.empty(self.recorder, common_shape(self, other), points=True), cells_of(self.recorder, 0.0)
         ahead, left = (
             [(getattr(cells, part) if cells.points else plain).numbers for cells, plain in ((self, one), (other, two))]
             for part, one, two in (("real", self, other), ("imag", zero, zero))
@@ -107,10 +106,10 @@ class Cells:
         return made
 
     def __mul__(self, other: Value) -> "Cells":
-        other = _cells(self.recorder, other)
+        other = cells_of(self.recorder, other)
         if not (self.points and other.points):
             return self._times(steps.MULTIPLY, other)
-        made = Cells.empty(self.recorder, _shape(self, other), points=True)
+        made = Cells.empty(self.recorder, common_shape(self, other), points=True)
         a, b, c, d = (cells.numbers for cells in (self.real, self.imag, other.real, other.imag))
         self.recorder.note(steps.SUBTRACT_PRODUCTS, made.real.numbers, a, c, b, d)
         self.recorder.note(steps.ADD_PRODUCTS, made.imag.numbers, a, d, b, c)
@@ -119,16 +118,16 @@ class Cells:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Value) -> "Cells":
-        return self._times(steps.DIVIDE, _cells(self.recorder, other))
+        return self._times(steps.DIVIDE, cells_of(self.recorder, other))
 
     def __rtruediv__(self, other: Value) -> "Cells":
-        return _cells(self.recorder, other) / self
+        return cells_of(self.recorder, other) / self
 
     def _times(self, what: int, other: "Cells") -> "Cells":
         """A product or quotient, of which one at most has points."""
         points = self.points or other.points
         both = [cells.numbers[..., None] if points and not cells.points else cells.numbers for cells in (self, other)]
-        return self._made(what, _shape(self, other), points, *both)
+        return self._made(what, common_shape(self, other), points, *both)
 
     def __neg__(self) -> "Cells":
         return self * -1.0
@@ -161,8 +160,8 @@ class Cells:
         return self._compared(steps.LARGER, other)
 
     def _compared(self, what: int, other: Value) -> "Cells":
-        other = _cells(self.recorder, other)
-        return self._made(what, _shape(self, other), False, self.numbers, other.numbers)
+        other = cells_of(self.recorder, other)
+        return self._made(what, common_shape(self, other), False, self.numbers, other.numbers)
 
     def _made(self, what: int, shape: tuple[int, ...], points: bool, *operands: Numbers) -> "Cells":
         made = Cells.empty(self.recorder, shape, points=points)
@@ -170,133 +169,11 @@ class Cells:
         return made
 
 
-class RecordingOperations:
-    """See `vbbench_baselines.former.operations.Operations`; on `Cells`."""
-
-    def where(self, condition: Array, yes: Array, no: Array) -> Array:
-        """See `Operations`."""
-        yes, no = (_cells(condition.recorder, cells) for cells in (yes, no))
-        made = Cells.empty(condition.recorder, _shape(condition, yes, no), points=yes.points)
-        chosen = condition.numbers[..., None] if yes.points else condition.numbers
-        condition.recorder.note(steps.CHOOSE, made.numbers, chosen, yes.numbers, no.numbers)
-        return made
-
-    def exp(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.EXP, x)
-
-    def log(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.LOG, x)
-
-    def sqrt(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.SQRT, x)
-
-    def asinh(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.ASINH, x)
-
-    def tanh(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.TANH, x)
-
-    def sigmoid(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.SIGMOID, x)
-
-    def silu(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.SILU, x)
-
-    def clip(self, x: Array, low: float, high: float) -> Array:
-        """See `Operations`."""
-        raised = _function(steps.LARGER, x, x.recorder.scalar(low))
-        return _function(steps.SMALLER, raised, x.recorder.scalar(high))
-
-    def direction(self, angle: Array) -> Array:
-        """See `Operations`."""
-        made = Cells.empty(angle.recorder, angle.shape, points=True)
-        angle.recorder.note(steps.COSINE, made.real.numbers, angle.numbers)
-        angle.recorder.note(steps.SINE, made.imag.numbers, angle.numbers)
-        return made
-
-    def angle(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.ANGLE, x.imag, x.real.numbers)
-
-    def point(self, forward: Array, left: Array) -> Array:
-        """See `Operations`."""
-        made = Cells.empty(forward.recorder, _shape(forward, left), points=True)
-        forward.recorder.note(steps.COPY, made.real.numbers, forward.numbers)
-        forward.recorder.note(steps.COPY, made.imag.numbers, left.numbers)
-        return made
-
-    def pairs(self, points: Array) -> Array:
-        """See `Operations`."""
-        return Cells(points.recorder, points.numbers)
-
-    def totals(self, parts: list[Array]) -> list[Array]:
-        """See `Operations`."""
-        return [part.sum(-1) for part in parts]
-
-    def stack(self, parts: list[Array]) -> Array:
-        """See `Operations`."""
-        return self.join([part[..., None] for part in parts])
-
-    def join(self, parts: list[Array]) -> Array:
-        """See `Operations`."""
-        leading = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
-        made = Cells.empty(parts[0].recorder, (*leading, sum(part.shape[-1] for part in parts)), points=parts[0].points)
-        at = 0
-        for part in parts:
-            room = made[..., at : at + part.shape[-1]]
-            made.recorder.note(steps.COPY, room.numbers, part.numbers)
-            at += part.shape[-1]
-        return made
-
-    def append_row(self, rows: Array, row: Array) -> Array:
-        """See `Operations`."""
-        made = Cells.empty(rows.recorder, (*rows.shape[:-2], rows.shape[-2] + 1, rows.shape[-1]))
-        rows.recorder.note(steps.COPY, made[..., :-1, :].numbers, rows.numbers)
-        rows.recorder.note(steps.COPY, made[..., -1, :].numbers, row.numbers)
-        return made
-
-    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
-        """See `Operations`."""
-        made = (x if len(x.shape) > 1 else x[None]).times_matrix(weights.swapaxes(-1, -2), bias.numbers)
-        return made if len(x.shape) > 1 else made[0]
-
-    def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
-        """See `Operations`."""
-        return _rows(steps.NORMAL, x, gain, bias)
-
-    def softmax(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _rows(steps.SHARES, x)
-
-    def detach(self, x: Array) -> Array:
-        """See `Operations`."""
-        return x
-
-
-def _cells(recorder: Recorder, value: Value) -> Cells:
+def cells_of(recorder: Recorder, value: Value) -> Cells:
+    """Cells, or one of a plain number."""
     return value if isinstance(value, Cells) else Cells(recorder, recorder.scalar(value))
 
 
-def _shape(*cells: Cells) -> tuple[int, ...]:
+def common_shape(*cells: Cells) -> tuple[int, ...]:
+    """To which they are broadcast."""
     return np.broadcast_shapes(*(one.shape for one in cells))
-
-
-def _function(what: int, x: Cells, *others: Numbers) -> Cells:
-    """Of numbers one by one."""
-    made = Cells.empty(x.recorder, x.shape)
-    x.recorder.note(what, made.numbers, x.numbers, *others)
-    return made
-
-
-def _rows(what: int, x: Cells, *others: Cells) -> Cells:
-    """Of rows, each as long as before."""
-    made = Cells.empty(x.recorder, x.shape)
-    x.recorder.note_rows(what, made.numbers, x.numbers, *(other.numbers for other in others))
-    return made

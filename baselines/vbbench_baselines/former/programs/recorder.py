@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench_baselines.former import steps
+from vbbench_baselines.former.programs import steps
 
 Numbers = NDArray[np.float32]
 ALIGNED = 16

@@ -1,0 +1,1 @@
+"""How the network runs: written down once as steps of one kernel."""
