@@ -41,13 +41,13 @@ class Cells:
 
     @property
     def real(self) -> "Cells":
-        """Forward."""
-        return self._part(0)
+        """Forward; of numbers they themselves."""
+        return self._part(0) if self.points else self
 
     @property
     def imag(self) -> "Cells":
-        """To the left."""
-        return self._part(1)
+        """To the left; of numbers nothing."""
+        return self._part(1) if self.points else cells_of(self.recorder, 0.0)
 
     def _part(self, number: int) -> "Cells":
         return Cells(self.recorder, self.numbers[..., number])
@@ -96,13 +96,9 @@ class Cells:
         other = cells_of(self.recorder, other)
         if self.points == other.points:
             return self._made(what, common_shape(self, other), self.points, self.numbers, other.numbers)
-        made, zero = Cells.empty(self.recorder, common_shape(self, other), points=True), cells_of(self.recorder, 0.0)
-        ahead, left = (
-            [(getattr(cells, part) if cells.points else plain).numbers for cells, plain in ((self, one), (other, two))]
-            for part, one, two in (("real", self, other), ("imag", zero, zero))
-        )
-        self.recorder.note(what, made.real.numbers, *ahead)
-        self.recorder.note(what, made.imag.numbers, *left)
+        made = Cells.empty(self.recorder, common_shape(self, other), points=True)
+        self.recorder.note(what, made.real.numbers, self.real.numbers, other.real.numbers)
+        self.recorder.note(what, made.imag.numbers, self.imag.numbers, other.imag.numbers)
         return made
 
     def __mul__(self, other: Value) -> "Cells":
@@ -118,7 +114,10 @@ class Cells:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Value) -> "Cells":
-        return self._times(steps.DIVIDE, cells_of(self.recorder, other))
+        other = cells_of(self.recorder, other)
+        if other.points:
+            raise TypeError("no step divides by points; multiply by their conjugate, over its square")
+        return self._times(steps.DIVIDE, other)
 
     def __rtruediv__(self, other: Value) -> "Cells":
         return cells_of(self.recorder, other) / self
