@@ -182,7 +182,7 @@ def view(
 def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
     """Generate, solve with every bundled solver under every protocol, score, and draw pictures.
 
-    Uses the Hotel recording if its source is available, and synthetic crowds otherwise.
+    Uses every fourth sequence of Hotel if its recording is available, and synthetic crowds otherwise.
 
     Args:
         out: Folder to make.

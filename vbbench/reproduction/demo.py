@@ -23,7 +23,7 @@ from vbbench.table import Table
 REAL, SYNTHETIC = "hotel", "demo"
 """The real split if its source is available, and the synthetic one otherwise."""
 ASKED = {REAL: Options(stride=4), SYNTHETIC: Options()}
-"""Of the real one every fourth sequence: a first result is there sooner, and its errors are within a tenth of all's."""
+"""Of the real one every fourth sequence: a first result is there sooner, and its errors are about those of all."""
 PAGE = "index.md"
 DRAWN_SOLVER = "vb-cv"
 _DETAILED = METRICS["dx"]
