@@ -19,6 +19,7 @@ from vbbench_baselines.former.programs.program import Following, Programs
 from vbbench_baselines.former.programs.recorder import Recorder
 from vbbench_baselines.former.programs.steps import take_steps
 from vbbench_baselines.former.sights import sights_of
+from vbbench_baselines.former.solver import VbFormer, bundled_programs
 from vbbench_baselines.former.state import nothing_seen
 
 RNG = np.random.default_rng(0)
@@ -35,6 +36,8 @@ def points(*shape: int) -> Any:
 
 CASES: dict[str, tuple[Callable[..., Any], ...]] = {
     "sums of numbers": (lambda xp, a, b: a + b, numbers(5, 3), numbers(3)),
+    "sums of long rows": (lambda xp, a, b: (a + b) * (a - b) / (2.0 + a * a), numbers(3, 20), numbers(3, 20)),
+    "sums with long columns": (lambda xp, a, b: a + b[..., None], numbers(20, 3), numbers(20)),
     "sums of points and numbers": (lambda xp, a, b: a + b, points(5), numbers(5)),
     "differences": (lambda xp, a, b: a - b, numbers(4, 1), points(4, 3)),
     "with plain numbers": (lambda xp, a: (1.0 - a) / 3.0 + 2.0 / a, numbers(5)),
@@ -56,6 +59,10 @@ CASES: dict[str, tuple[Callable[..., Any], ...]] = {
     "logarithms of what has none": (lambda xp, a: xp.log(a), np.array([-1.0, 0.0, 1.0], np.float32)),
     "hyperbolic functions": (lambda xp, a: xp.asinh(3.0 * a) + xp.tanh(a), numbers(7)),
     "gates": (lambda xp, a: xp.silu(a) + xp.sigmoid(a), numbers(7)),
+    "gates with gaps": (lambda xp, a: xp.silu(a.swapaxes(-1, -2)) + xp.exp(a[..., 0])[..., None], 9.0 * numbers(4, 4)),
+    "exponentials far off": (lambda xp, a: xp.exp(a), np.array([-87.0, -40.0, 0.0, 88.0, np.nan], np.float32)),
+    "shares with gaps": (lambda xp, a: xp.softmax(a.swapaxes(-1, -2)), numbers(5, 4)),
+    "shares of few": (lambda xp, a: xp.softmax(a), np.array([[0.0, -1e4, 1.0], [-1e4, 0.0, np.nan]], np.float32)),
     "directions": (lambda xp, a: xp.direction(a), numbers(5)),
     "angles": (lambda xp, a: xp.angle(a), points(50)),
     "points": (lambda xp, a, b: a + xp.point(b[..., 0], b[..., 1]) * (0.3 * a.real), points(), numbers(3)),
@@ -73,6 +80,7 @@ CASES: dict[str, tuple[Callable[..., Any], ...]] = {
     "linear layers of one": (lambda xp, a, w, b: xp.linear(a, w, b), numbers(4), numbers(6, 4), numbers(6)),
     "normal layers": (lambda xp, a, w, b: xp.normalise(a, w, b), numbers(5, 4), numbers(4), numbers(4)),
     "shares": (lambda xp, a: xp.softmax(a), numbers(3, 5, 4)),
+    "products of matrices with odd sides": (lambda xp, a, b: a @ b, numbers(5, 7), numbers(7, 3)),
     "products of matrices": (lambda xp, a, b: a @ b.swapaxes(-1, -2), numbers(3, 5, 4), numbers(3, 6, 4)),
 }
 
@@ -97,12 +105,32 @@ def test_each_operation_is_numpys(case: str) -> None:
     np.testing.assert_allclose(view(written.memory, written.outputs[0], made), wanted, rtol=2e-5, atol=1e-6)
 
 
+MISTAKES: dict[str, tuple[type[Exception], Callable[..., Any]]] = {
+    "lengths that do not fit": (ValueError, lambda xp, a, b, p: xp.clip(a, -1.0, 1.0) + b),
+    "points among numbers": (TypeError, lambda xp, a, b, p: xp.join([a, p])),
+    "a choice of either": (TypeError, lambda xp, a, b, p: xp.where(a > 0.0, p, a)),
+    "a function of points": (TypeError, lambda xp, a, b, p: xp.exp(p)),
+    "a power of points": (TypeError, lambda xp, a, b, p: p**-0.5),
+    "a division by points": (TypeError, lambda xp, a, b, p: a / p),
+}
+
+
+@pytest.mark.parametrize("case", MISTAKES)
+def test_what_no_step_does_is_refused(case: str) -> None:
+    error, do = MISTAKES[case]
+    recorder = Recorder()
+    cells = Cells.empty(recorder, (5,)), Cells.empty(recorder, (2,)), Cells.empty(recorder, (5,), points=True)
+    with pytest.raises(error):
+        do(NotingOperations(), *cells)
+
+
 def some_weights(*, pure: bool) -> dict[str, Any]:
     return {name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(1), pure).items()}
 
 
 def measured(sure: bool) -> Measured:
-    return Measured(Motion(np.complex64(0.1 + 0.01j), np.float32(0.02)), np.array([9.0, 16.0, 25.0], np.float32), sure)
+    motion, information = Motion(np.complex64(0.1 + 0.01j), np.float32(0.02)), np.array([9.0, 16.0, 25.0], np.float32)
+    return Measured(motion, information, np.float32(sure))
 
 
 def follow(network: Any, people: int, said: Measured | None = None) -> list[Answer]:
@@ -161,12 +189,28 @@ def test_copies_answer_alike(copied: Callable[[Following], Following]) -> None:
         np.testing.assert_array_equal(found.places, answer.places)
 
 
-def test_numbers_of_people_change_and_no_more_programs_are_kept_than_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_more_programs_are_kept_than_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(program, "MOST_PROGRAMS", 2)
     written = []
     monkeypatch.setattr(Recorder, "written", lambda *given, do=Recorder.written: written.append(1) or do(*given))
-    following = Following(Programs(some_weights(pure=False), feet=True), 2)
-    first = [follow(following, people)[-1].places for people in (2, 3, 2, 4, 3)]
+    programs = Programs(some_weights(pure=False), feet=True)
+    first = [follow(Following(programs, people), people)[-1].places for people in (2, 3, 2, 4, 3)]
     assert len(written) == 4, "2, 3 and 4, and 3 again once 4 has taken its place"
     np.testing.assert_array_equal(first[0], first[2])
     np.testing.assert_array_equal(first[1], first[4])
+
+
+def test_a_solver_takes_other_weights_at_its_next_start() -> None:
+    solver, problem = (
+        VbFormer(weights=some_weights(pure=False)),
+        problem_of(see(walk(0, people=2), CAMERAS[0], 1.0), CAMERAS[0], 1.0),
+    )
+    used = []
+    for changes in ({}, {}, {"feet": False}, {"weights": some_weights(pure=True)}, {"weights": None}):
+        for name, value in changes.items():
+            setattr(solver, name, value)
+        solver.start(problem)
+        used.append(solver._following._programs)
+    assert used[0] is used[1]
+    assert len({id(programs) for programs in used}) == 4
+    assert used[-1] is bundled_programs(False)

@@ -25,7 +25,7 @@ def work_of(do: Callable[[], object]) -> Work:
         nonlocal calls
         calls += event in ("call", "c_call")
 
-    before = sys.getprofile()
+    before, collecting = sys.getprofile(), gc.isenabled()
     gc.disable()  # others listen to it, Hypothesis for one, and would be counted
     tracemalloc.start()
     sys.setprofile(count)
@@ -35,4 +35,5 @@ def work_of(do: Callable[[], object]) -> Work:
     finally:
         sys.setprofile(before)
         tracemalloc.stop()
-        gc.enable()
+        if collecting:
+            gc.enable()

@@ -52,7 +52,7 @@ def measured_motion(odometry: Odometry | None) -> Measured | None:
         return None
     forward, left, turn = odometry.motions[-1].tolist()
     motion = Motion(np.complex64(complex(forward, left)), np.float32(math.remainder(turn, math.tau)))
-    return Measured(motion, (1.0 / variances).astype(np.float32), bool(variances.max() < SURE**2))
+    return Measured(motion, (1.0 / variances).astype(np.float32), np.float32(variances.max() < SURE**2))
 
 
 def pose_covariance(pose: FloatArray, spread: Array) -> FloatArray:

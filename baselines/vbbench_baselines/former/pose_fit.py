@@ -62,12 +62,12 @@ class Measured(NamedTuple):
     ----------
     motion : in m and rad.
     information : [..., 3] 1/variance of forward, left and turn.
-    sure : whether it stands in place of what else is expected, and not beside it.
+    sure : [...] 1 where it stands in place of what else is expected, and not beside it.
     """
 
     motion: Motion
     information: Array
-    sure: bool
+    sure: Array
 
 
 def with_measured(
@@ -76,13 +76,14 @@ def with_measured(
     """λ and x⁰ with what odometry says."""
     if measured is None:
         return inertia, motion
-    if measured.sure:
-        return measured.information, measured.motion
-    total = inertia + measured.information
+    sure, total = measured.sure > 0.5, inertia + measured.information
     share = measured.information / total
     off = Motion(measured.motion.step - motion.step, measured.motion.turn - motion.turn)
     step = motion.step + operations.point(share[..., 0] * off.step.real, share[..., 1] * off.step.imag)
-    return total, Motion(step, motion.turn + share[..., 2] * off.turn)
+    turn = motion.turn + share[..., 2] * off.turn
+    return operations.where(sure[..., None], measured.information, total), Motion(
+        operations.where(sure, measured.motion.step, step), operations.where(sure, measured.motion.turn, turn)
+    )
 
 
 def view(operations: Operations, views: Views, motion: Motion) -> tuple[Array, Array]:

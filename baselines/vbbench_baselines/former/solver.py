@@ -5,8 +5,8 @@ there is turned into what it sees.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -66,19 +66,24 @@ class VbFormer:
 
     weights: Weights | None = None
     feet: bool = True
+    _own: Programs | None = field(default=None, init=False, repr=False, compare=False)
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         self._problem, self._people = problem, len(problem.tracks)
-        self._following = Following(self._programs, self._people)
+        self._following = Following(self._programs(), self._people)
         self._dt = np.float32(problem.dt)
         self._stature_spread = np.float32(problem.height_std / problem.height_mean)
         self._state, self._begun = _nothing(self._people), False
         self._pose, self._sigma, self._nowhere = np.zeros(3), np.zeros((3, 3)), _points(self._people)
 
-    @cached_property
     def _programs(self) -> Programs:
-        return bundled_programs(self.feet) if self.weights is None else Programs(self.weights, feet=self.feet)
+        """Of the bundled weights, those that all share; of others, those of the last start if nothing has changed."""
+        if self.weights is None:
+            return bundled_programs(self.feet)
+        if self._own is None or self._own.weights is not self.weights or self._own.feet != self.feet:
+            self._own = Programs(self.weights, self.feet)
+        return self._own
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -197,7 +202,7 @@ class VbFormer:
 @cache
 def bundled_programs(feet: bool) -> Programs:
     """Of the weights that come with the package."""
-    return Programs(bundled_weights(), feet=feet)
+    return Programs(bundled_weights(), feet)
 
 
 def _as_trained(people: Walkers) -> Walkers:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from vbbench_baselines.former.programs import steps
-from vbbench_baselines.former.programs.recorder import Numbers, Recorder
+from vbbench_baselines.former.programs.recorder import Recorder
+from vbbench_baselines.former.programs.steps import Numbers
 
 Index = int | slice | EllipsisType | None
 Value = Any
@@ -35,6 +36,19 @@ class Cells:
         return cls(recorder, np.empty((*shape, 2) if points else shape, np.float32), points)
 
     @property
+    def plain(self) -> Numbers:
+        """The place of numbers.
+
+        Raises
+        ------
+        TypeError
+            If they are points.
+        """
+        if self.points:
+            raise TypeError("this is done with numbers, not with points")
+        return self.numbers
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """As of an array."""
         return self.numbers.shape[:-1] if self.points else self.numbers.shape
@@ -54,7 +68,8 @@ class Cells:
 
     def conj(self) -> "Cells":
         """Points whose left is right."""
-        return self._made(steps.MULTIPLY, self.shape, True, self.numbers, self.recorder.constant([1.0, -1.0]))
+        signs = self.recorder.constant([1.0, -1.0] if self.points else 1.0)
+        return self._made(steps.MULTIPLY, self.shape, self.points, self.numbers, signs)
 
     def __getitem__(self, index: Index | tuple[Index, ...]) -> "Cells":
         index = index if isinstance(index, tuple) else (index,)
@@ -72,7 +87,7 @@ class Cells:
 
     def swapaxes(self, one: int, other: int) -> "Cells":
         """As of an array of numbers."""
-        return Cells(self.recorder, self.numbers.swapaxes(one, other))
+        return Cells(self.recorder, self.plain.swapaxes(one, other))
 
     def sum(self, axis: int) -> "Cells":
         """As of an array."""
@@ -134,19 +149,17 @@ class Cells:
     def __pow__(self, power: float) -> "Cells":
         if power == 2:
             return self * self
-        return self._made(steps.POWER, self.shape, False, self.numbers, self.recorder.scalar(power))
+        return self._made(steps.POWER, self.shape, False, self.plain, self.recorder.scalar(power))
 
     def __matmul__(self, other: "Cells") -> "Cells":
         return self.times_matrix(other, self.recorder.scalar(0.0))
 
     def times_matrix(self, other: "Cells", added: Numbers) -> "Cells":
         """The product of matrices, and ``added`` [J] in every row [J]."""
-        right = other
-        if right.numbers.strides[-1] != right.numbers.itemsize:
-            right = right._made(steps.COPY, right.shape, False, right.numbers)
+        right = other.without_gaps()
         shape = (*np.broadcast_shapes(self.shape[:-2], right.shape[:-2]), self.shape[-2], right.shape[-1])
         made = Cells.empty(self.recorder, shape)
-        self.recorder.note_matrix_product(made.numbers, self.numbers, right.numbers, added)
+        self.recorder.note_matrix_product(made.numbers, self.plain, right.numbers, added)
         return made
 
     def __gt__(self, other: Value) -> "Cells":
@@ -160,7 +173,13 @@ class Cells:
 
     def _compared(self, what: int, other: Value) -> "Cells":
         other = cells_of(self.recorder, other)
-        return self._made(what, common_shape(self, other), False, self.numbers, other.numbers)
+        return self._made(what, common_shape(self, other), False, self.plain, other.plain)
+
+    def without_gaps(self) -> "Cells":
+        """The same, or if its numbers are not side by side a copy."""
+        if self.numbers.flags.c_contiguous:
+            return self
+        return self._made(steps.COPY, self.shape, self.points, self.numbers)
 
     def _made(self, what: int, shape: tuple[int, ...], points: bool, *operands: Numbers) -> "Cells":
         made = Cells.empty(self.recorder, shape, points=points)

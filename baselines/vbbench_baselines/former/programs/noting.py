@@ -5,7 +5,7 @@ import numpy as np
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.programs import steps
 from vbbench_baselines.former.programs.cells import Cells, cells_of, common_shape
-from vbbench_baselines.former.programs.recorder import Numbers
+from vbbench_baselines.former.programs.steps import Numbers
 
 
 class NotingOperations:
@@ -15,8 +15,8 @@ class NotingOperations:
         """See `Operations`."""
         yes, no = (cells_of(condition.recorder, cells) for cells in (yes, no))
         made = Cells.empty(condition.recorder, common_shape(condition, yes, no), points=yes.points)
-        chosen = condition.numbers[..., None] if yes.points else condition.numbers
-        condition.recorder.note(steps.CHOOSE, made.numbers, chosen, yes.numbers, no.numbers)
+        chosen = condition.plain[..., None] if yes.points else condition.plain
+        condition.recorder.note(steps.CHOOSE, made.numbers, chosen, *_alike([yes, no]))
         return made
 
     def exp(self, x: Array) -> Array:
@@ -55,8 +55,8 @@ class NotingOperations:
     def direction(self, angle: Array) -> Array:
         """See `Operations`."""
         made = Cells.empty(angle.recorder, angle.shape, points=True)
-        angle.recorder.note(steps.COSINE, made.real.numbers, angle.numbers)
-        angle.recorder.note(steps.SINE, made.imag.numbers, angle.numbers)
+        angle.recorder.note(steps.COSINE, made.real.numbers, angle.plain)
+        angle.recorder.note(steps.SINE, made.imag.numbers, angle.plain)
         return made
 
     def angle(self, x: Array) -> Array:
@@ -66,8 +66,8 @@ class NotingOperations:
     def point(self, forward: Array, left: Array) -> Array:
         """See `Operations`."""
         made = Cells.empty(forward.recorder, common_shape(forward, left), points=True)
-        forward.recorder.note(steps.COPY, made.real.numbers, forward.numbers)
-        forward.recorder.note(steps.COPY, made.imag.numbers, left.numbers)
+        forward.recorder.note(steps.COPY, made.real.numbers, forward.plain)
+        forward.recorder.note(steps.COPY, made.imag.numbers, left.plain)
         return made
 
     def pairs(self, points: Array) -> Array:
@@ -87,17 +87,17 @@ class NotingOperations:
         leading = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
         made = Cells.empty(parts[0].recorder, (*leading, sum(part.shape[-1] for part in parts)), points=parts[0].points)
         at = 0
-        for part in parts:
+        for part, numbers in zip(parts, _alike(parts), strict=True):
             room = made[..., at : at + part.shape[-1]]
-            made.recorder.note(steps.COPY, room.numbers, part.numbers)
+            made.recorder.note(steps.COPY, room.numbers, numbers)
             at += part.shape[-1]
         return made
 
     def append_row(self, rows: Array, row: Array) -> Array:
         """See `Operations`."""
         made = Cells.empty(rows.recorder, (*rows.shape[:-2], rows.shape[-2] + 1, rows.shape[-1]))
-        rows.recorder.note(steps.COPY, made[..., :-1, :].numbers, rows.numbers)
-        rows.recorder.note(steps.COPY, made[..., -1, :].numbers, row.numbers)
+        rows.recorder.note(steps.COPY, made[..., :-1, :].numbers, rows.plain)
+        rows.recorder.note(steps.COPY, made[..., -1, :].numbers, row.plain)
         return made
 
     def linear(self, x: Array, weights: Array, bias: Array) -> Array:
@@ -121,12 +121,18 @@ class NotingOperations:
 def _function(what: int, x: Cells, *others: Numbers) -> Cells:
     """Of numbers one by one."""
     made = Cells.empty(x.recorder, x.shape)
-    x.recorder.note(what, made.numbers, x.numbers, *others)
+    x.recorder.note(what, made.numbers, x.plain, *others)
     return made
 
 
 def _rows(what: int, x: Cells, *others: Cells) -> Cells:
     """Of rows, each as long as before."""
     made = Cells.empty(x.recorder, x.shape)
-    x.recorder.note_rows(what, made.numbers, x.numbers, *(other.numbers for other in others))
+    x.recorder.note_rows(what, made.numbers, x.without_gaps().plain, *(other.plain for other in others))
     return made
+
+
+def _alike(parts: list[Cells]) -> list[Numbers]:
+    """Of parts their numbers; TypeError if some are points and others are not."""
+    points = all(part.points for part in parts)
+    return [part.numbers if points else part.plain for part in parts]

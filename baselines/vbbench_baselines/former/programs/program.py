@@ -6,6 +6,7 @@ What goes into a frame and comes out of it are nested tuples of arrays, see `Sta
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from threading import Lock
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -22,19 +23,22 @@ from vbbench_baselines.former.sights import Sights
 from vbbench_baselines.former.state import State, nothing_seen
 from vbbench_baselines.former.weights import Weights
 
-MOST_PROGRAMS = 32
-"""Programs that are kept, for as many numbers of people; each takes about 1 MB."""
+MOST_PROGRAMS = 64
+"""Programs that are kept, for as many numbers of people; of 20 people one takes .6 MB."""
+
+NOTHING = Measured(Motion(np.complex64(0.0), np.float32(0.0)), np.zeros(3, np.float32), np.float32(0.0))
+"""What odometry says where there is none."""
 
 
 class Kind(NamedTuple):
-    """What programs differ by: how many ``people`` there are, and whether what is ``measured`` is sure."""
+    """Of an array its shape, and whether it has points."""
 
-    people: int
-    measured: bool | None
+    shape: tuple[int, ...]
+    points: bool
 
 
 class Program(NamedTuple):
-    """Steps, and the `Cells` of what goes in and comes out."""
+    """Steps, and the `Kind` of each array that goes in and comes out, in nested tuples."""
 
     written: Written
     inputs: Any
@@ -44,81 +48,81 @@ class Program(NamedTuple):
 class Programs:
     """Programs of a network with these weights; see `vbbench_baselines.former.network.Birdifier`.
 
-    Once written down they do not change, and serve all who follow with them.
+    Once written down they do not change, and serve all who follow with them, in any thread.
     """
 
-    def __init__(self, weights: Weights, *, feet: bool) -> None:
-        self._weights, self._feet = weights, feet
-        self._programs: OrderedDict[Kind, Program] = OrderedDict()
+    def __init__(self, weights: Weights, feet: bool) -> None:
+        self.weights, self.feet = weights, feet
+        self._programs: OrderedDict[int, Program] = OrderedDict()
+        self._writing = Lock()
 
     def __deepcopy__(self, memo: Mapping[int, Any]) -> Self:
         return self
 
-    def of(self, kind: Kind) -> Program:
-        """The program for frames of a kind."""
-        if kind not in self._programs:
-            self._programs[kind] = self._program(kind)
-            if len(self._programs) > MOST_PROGRAMS:
-                self._programs.popitem(last=False)
-        self._programs.move_to_end(kind)
-        return self._programs[kind]
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Programs, (self.weights, self.feet)
 
-    def _program(self, kind: Kind) -> Program:
+    def of(self, people: int) -> Program:
+        """The program for so many people."""
+        with self._writing:
+            if people not in self._programs:
+                self._programs[people] = self._written_down(people)
+                if len(self._programs) > MOST_PROGRAMS:
+                    self._programs.popitem(last=False)
+            self._programs.move_to_end(people)
+            return self._programs[people]
+
+    def _written_down(self, people: int) -> Program:
         recorder = Recorder()
-        weights = {name: Cells(recorder, recorder.constant(values.T).T) for name, values in self._weights.items()}
-        birdifier = Birdifier(Network(NotingOperations(), weights), is_pure(self._weights), self._feet)
-        cells = _inputs(kind, recorder)
-        made = birdifier.advance(*cells)
-        return Program(recorder.written([*map(_numbers, leaves(cells))], [*map(_numbers, leaves(made))]), cells, made)
+        weights = {name: Cells(recorder, recorder.constant(values.T).T) for name, values in self.weights.items()}
+        birdifier = Birdifier(Network(NotingOperations(), weights), is_pure(self.weights), self.feet)
+        inputs = _inputs(people, recorder)
+        outputs = _each(birdifier.advance(*inputs), Cells.without_gaps)
+        written = recorder.written(*([cells.numbers for cells in leaves(some)] for some in (inputs, outputs)))
+        return Program(written, _each(inputs, _kind), _each(outputs, _kind))
 
 
 class Following:
-    """Frame after frame by programs, in a memory of its own.
+    """Frame after frame by a program, in a memory of its own.
 
     Parameters
     ----------
     programs : to follow with.
-    people : how many there are; if others come, their program is written down then.
+    people : how many there are.
     """
 
     def __init__(self, programs: Programs, people: int) -> None:
-        self._programs = programs
-        self._prepare(Kind(people, None))
+        self._programs, self._people = programs, people
+        program = programs.of(people)
+        self._steps, self._memory = program.written.steps, program.written.memory.copy()
+        starts, inputs = iter(program.written.outputs), leaves(program.inputs, Kind)
+        self._inputs = list(map(self._view, inputs, program.written.inputs))
+        self._outputs = _each(program.outputs, lambda kind: self._view(kind, next(starts)), Kind)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Following, (self._programs, self._kind.people)
+        return Following, (self._programs, self._people)
 
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
         """See `vbbench_baselines.former.network.Birdifier.advance`; of one sequence, without an axis of batches."""
-        kind = Kind(len(sights.seen), None if told.measured is None else told.measured.sure)
-        if kind != self._kind:
-            self._prepare(kind)
+        told = told._replace(measured=told.measured or NOTHING)
         for view, values in zip(self._inputs, leaves((state, sights, told, dt, spread)), strict=True):
             view[...] = values
         take_steps(self._steps, self._memory)
         made: tuple[State, Answer] = _each(self._outputs, np.ndarray.copy)
         return made
 
-    def _prepare(self, kind: Kind) -> None:
-        written, given, made = self._programs.of(kind)
-        self._kind, self._steps, self._memory = kind, written.steps, written.memory.copy()
-        self._inputs = list(map(self._view, leaves(given), written.inputs))
-        starts = iter(written.outputs)
-        self._outputs = _each(made, lambda cells: self._view(cells, next(starts)))
-
-    def _view(self, cells: Cells, start: int) -> Array:
-        """The numbers or points of cells that begin there in the memory."""
-        view = self._memory[start : start + cells.numbers.size]
-        return (view.view(np.complex64) if cells.points else view).reshape(cells.shape)
+    def _view(self, kind: Kind, start: int) -> Array:
+        """The array that begins there in the memory."""
+        view = self._memory[start : start + int(np.prod(kind.shape)) * (1 + kind.points)]
+        return (view.view(np.complex64) if kind.points else view).reshape(kind.shape)
 
 
-def _inputs(kind: Kind, recorder: Recorder) -> tuple[State, Sights, Told, Array, Array]:
+def _inputs(people: int, recorder: Recorder) -> tuple[State, Sights, Told, Array, Array]:
     """Cells for what goes into a frame of one sequence, without an axis of batches."""
-    k, numbers = kind.people, partial(_empty, recorder, False)
-    points = partial(_empty, recorder, True)
+    k, numbers, points = people, partial(_empty, recorder, False), partial(_empty, recorder, True)
     seen, ray, noise, cut = numbers(k), points(k), numbers(k, 3), numbers(k, 3)
     sights = Sights(seen, ray, by_height=numbers(k), by_feet=numbers(k), has_feet=numbers(k), noise=noise, cut=cut)
-    measured = None if kind.measured is None else Measured(Motion(points(), numbers()), numbers(3), kind.measured)
+    measured = Measured(Motion(points(), numbers()), numbers(3), numbers())
     told = Told(points(k), numbers(k), Motion(points(), numbers()), numbers(), measured)
     return nothing_seen(numbers, points, k), sights, told, numbers(), numbers()
 
@@ -127,22 +131,22 @@ def _empty(recorder: Recorder, points: bool, *shape: int) -> Cells:
     return Cells.empty(recorder, shape, points=points)
 
 
-def _numbers(cells: Cells) -> Array:
-    return cells.numbers
+def _kind(cells: Cells) -> Kind:
+    return Kind(cells.shape, cells.points)
 
 
-def _each(tree: Any, do: Callable[[Any], Any]) -> Any:
-    """Nested tuples with what is done with each array in its place; what is no array stays."""
-    if isinstance(tree, tuple):
-        made = [_each(branch, do) for branch in tree]
+def _each(tree: Any, do: Callable[[Any], Any], leaf: type = np.ndarray) -> Any:
+    """Nested tuples with what is done with each leaf in its place; a ``leaf`` may itself be a tuple."""
+    if isinstance(tree, tuple) and not isinstance(tree, leaf):
+        made = [_each(branch, do, leaf) for branch in tree]
         return type(tree)(*made) if hasattr(tree, "_fields") else tuple(made)
-    return tree if tree is None or isinstance(tree, bool) else do(tree)
+    return do(tree)
 
 
-def leaves(tree: Any) -> Iterator[Any]:
-    """The arrays in nested tuples."""
-    if isinstance(tree, tuple):
+def leaves(tree: Any, leaf: type = np.ndarray) -> Iterator[Any]:
+    """Those of nested tuples; a ``leaf`` may itself be a tuple."""
+    if isinstance(tree, tuple) and not isinstance(tree, leaf):
         for branch in tree:
-            yield from leaves(branch)
-    elif tree is not None and not isinstance(tree, bool):
+            yield from leaves(branch, leaf)
+    else:
         yield tree

@@ -8,11 +8,12 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vbbench_baselines.former.programs import steps
+from vbbench_baselines.former.programs.steps import Numbers, Steps
 
-Numbers = NDArray[np.float32]
+Axis = tuple[int, list[int]]
+"""How long it is, and how far apart the numbers of each array are along it."""
 ALIGNED = 16
 """Arrays begin at multiples of so many numbers in the memory."""
 
@@ -35,7 +36,7 @@ class Written(NamedTuple):
     inputs, outputs : where their numbers begin in the memory.
     """
 
-    steps: NDArray[np.int32]
+    steps: Steps
     memory: Numbers
     inputs: list[int]
     outputs: list[int]
@@ -62,8 +63,8 @@ class Recorder:
 
     def note(self, what: int, result: Numbers, *operands: Numbers) -> None:
         """That ``result`` becomes what is done with operands, which are broadcast to its shape."""
-        axes = _axes(result.shape, [result, *operands])
-        self._note(what, sorted(_merged(axes), key=lambda axis: axis[0]), [result, *operands])
+        arrays = [result, *operands]
+        self._note(what, sorted(_merged(_axes(result.shape, arrays)), key=_worth_while), arrays)
 
     def note_rows(self, what: int, result: Numbers, *operands: Numbers) -> None:
         """That each row of ``result`` [..., n], or [..., 1], becomes what is done with rows [..., n] of operands."""
@@ -76,7 +77,7 @@ class Recorder:
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
         self._note(steps.MATRIX_PRODUCT, _axes(shape, arrays), arrays)
 
-    def _note(self, what: int, axes: list[tuple[int, list[int]]], arrays: Sequence[Numbers]) -> None:
+    def _note(self, what: int, axes: list[Axis], arrays: Sequence[Numbers]) -> None:
         """A step along the last three axes for each place along the others."""
         outer, inner = axes[: -steps.AXES], axes[-steps.AXES :]
         inner = [(1, [0] * len(arrays))] * (steps.AXES - len(inner)) + inner
@@ -93,7 +94,7 @@ class Recorder:
             self._steps.append((what, shape, operands))
 
     def written(self, inputs: Sequence[Numbers], outputs: Sequence[Numbers]) -> Written:
-        """What is written down, as a table."""
+        """What is written down, as a table; neither inputs nor outputs have gaps."""
         homes, size = self._homes([*self._constants, *map(owner_of, inputs), *map(owner_of, outputs)])
         table = np.zeros((len(self._steps), steps.STEP_WIDTH), np.int32)
         for row, (what, shape, operands) in zip(table, self._steps, strict=True):
@@ -153,21 +154,30 @@ def _room(owner: Numbers) -> int:
     return -(-owner.size // ALIGNED) * ALIGNED
 
 
-def _axes(shape: tuple[int, ...], arrays: Sequence[Numbers]) -> list[tuple[int, list[int]]]:
-    """The length of each axis, and how far apart the numbers of each array are along it."""
-    gaps = [list(_gaps(array, len(shape))) for array in arrays]
+def _axes(shape: tuple[int, ...], arrays: Sequence[Numbers]) -> list[Axis]:
+    """The length of each axis, and how far apart the numbers of each array are along it when it is broadcast."""
+    gaps = [list(_gaps(array, shape)) for array in arrays]
     return [(length, [gap[axis] for gap in gaps]) for axis, length in enumerate(shape)]
 
 
-def _gaps(array: Numbers, axes: int) -> Iterator[int]:
-    yield from [0] * (axes - array.ndim)
-    for length, stride in zip(array.shape, array.strides, strict=True):
+def _gaps(array: Numbers, shape: tuple[int, ...]) -> Iterator[int]:
+    missing = len(shape) - array.ndim
+    yield from [0] * missing
+    for length, stride, wanted in zip(array.shape, array.strides, shape[missing:], strict=True):
+        if length not in (1, wanted):
+            raise ValueError(f"an operand of the shape {array.shape} does not fit a step of the shape {shape}")
         yield 0 if length == 1 else stride // array.itemsize
 
 
-def _merged(axes: list[tuple[int, list[int]]]) -> list[tuple[int, list[int]]]:
+def _worth_while(axis: Axis) -> tuple[bool, int]:
+    """An axis after which others should come: the last one is a long one along which the result has no gaps."""
+    length, gaps = axis
+    return gaps[0] == 1 and length >= steps.LONG, length
+
+
+def _merged(axes: list[Axis]) -> list[Axis]:
     """Axes without those of one place, and with one for neighbours that one can go along without a jump."""
-    made: list[tuple[int, list[int]]] = []
+    made: list[Axis] = []
     for length, gaps in axes:
         if length == 1:
             continue

@@ -1,8 +1,11 @@
 """The steps that a network is made of when it runs: one kernel takes them from a table, all numbers in one memory.
 
-A step is a row of integers: what is done, how often along three axes, and of the result and each operand where in the
-memory it begins and how far apart its numbers are along these axes. What is true is 1, what is not is 0.
+A step is a row of integers: what is done, how often along three axes, and of the result and each of four operands where
+in the memory it begins and how far apart its numbers are along these axes; zeros for operands that it has not. What is
+true is 1, what is not is 0.
 """
+
+from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +22,23 @@ LARGER, SMALLER, IS_MORE, IS_LESS, POWER, ANGLE = range(8, 14)
 """The larger and the smaller one, NaN if any is; a > b; a < b; a to the power b; the angle of the point (b, a)."""
 EXP, LOG, SQRT, TANH, ASINH, SIGMOID, SILU, COSINE, SINE = range(14, 23)
 SUM, SHARES, NORMAL = range(23, 26)
-"""Along the last axis: the sum of a; exp(a) over its sum; b times a less its mean, over its spread, plus c."""
+"""Along the last axis: the sum of a; exp(a) over its sum; b times a less its mean, over its spread, plus c.
+
+Rows of a, b, c and of the result have no gaps, but those of which `SUM` is.
+"""
 MATRIX_PRODUCT = 26
-"""c [J] + ab of matrices a [I, K] and b [K, J], whose rows have no gaps; the three axes are I, K and J."""
+"""c [J] + ab of matrices a [I, K] and b [K, J]; the axes are I, K and J. Rows of b and of the result have no gaps."""
+
 LEAST_VARIANCE = np.float32(1e-5)
-
-
 LONG = 16
 """From so many numbers on it is worth while to see whether they have no gaps."""
+
+LOWEST, HIGHEST = np.float32(-87.3), np.float32(88.3)
+"""Exponents of about the least and greatest numbers."""
+LN_2, REST_OF_LN_2 = np.float32(0.693359375), np.float32(np.log(2.0) - 0.693359375)
+"""Of the first one any multiple is exact."""
+PER_LN_2, HALF, ONE = np.float32(1.0 / np.log(2.0)), np.float32(0.5), np.float32(1.0)
+T2, T3, T4, T5, T6, T7 = (np.float32(1.0 / factorial(n)) for n in range(2, 8))
 
 Steps = NDArray[np.int32]
 Numbers = NDArray[np.float32]
@@ -70,10 +82,12 @@ def _take_row(steps: Steps, s: int, memory: Numbers, i: int, j: int) -> None:
     if do == SUM:
         memory[to] = _sum(memory, n, a, gap_a)
     elif do == SHARES:
-        _share(memory[to : to + n], memory, a, gap_a)
+        _share(memory[to : to + n], memory[a : a + n])
     elif do == NORMAL:
-        gain, bias = _place(steps, s, 12, i, j), _place(steps, s, 16, i, j)
-        _normalise(memory[to : to + n], memory, a, gap_a, gain, bias)
+        b, c = _place(steps, s, 12, i, j), _place(steps, s, 16, i, j)
+        _normalise(memory[to : to + n], memory[a : a + n], memory[b : b + n], memory[c : c + n])
+    elif do == SILU and gap == gap_a == 1:
+        _gate(memory[to : to + n], memory[a : a + n])
     else:
         for k in range(n):
             memory[to + k * gap] = _function(do, memory[a + k * gap_a])
@@ -174,10 +188,9 @@ def _compared(do: int, a: np.float32, b: np.float32) -> np.float32:
 @kernel
 def _function(do: int, x: np.float32) -> np.float32:
     """One of `EXP` to `SINE` of a number."""
-    one = np.float32(1.0)
     made: np.float32
     if do == EXP:
-        made = np.exp(x)
+        made = _exp(x)
     elif do == LOG:
         made = np.log(x)
     elif do == SQRT:
@@ -187,14 +200,35 @@ def _function(do: int, x: np.float32) -> np.float32:
     elif do == ASINH:
         made = np.arcsinh(x)
     elif do == SIGMOID:
-        made = one / (one + np.exp(-x))
+        made = ONE / (ONE + _exp(-x))
     elif do == SILU:
-        made = x / (one + np.exp(-x))
+        made = x / (ONE + _exp(-x))
     elif do == COSINE:
         made = np.cos(x)
     else:
         made = np.sin(x)
     return made
+
+
+@kernel
+def _exp(x: np.float32) -> np.float32:
+    """E to the ``x``, to 1e-7 of it: Taylor's series within ln 2 / 2, times a power of two.
+
+    Unlike a library's, loops over it are a few numbers at a time, and answers those of any machine.
+    """
+    within = LOWEST if x < LOWEST else HIGHEST if x > HIGHEST else x
+    twos = np.floor(within * PER_LN_2 + HALF)
+    r = within - twos * LN_2 - twos * REST_OF_LN_2
+    series = ((((((T7 * r + T6) * r + T5) * r + T4) * r + T3) * r + T2) * r + ONE) * r + ONE
+    made: np.float32 = series * np.int32((np.int32(twos) + np.int32(127)) << np.int32(23)).view(np.float32)
+    return made
+
+
+@kernel
+def _gate(row: Numbers, a: Numbers) -> None:
+    """`SILU`."""
+    for k in range(len(row)):
+        row[k] = a[k] / (ONE + _exp(-a[k]))
 
 
 @kernel
@@ -206,26 +240,28 @@ def _sum(memory: Numbers, n: int, a: int, gap: int) -> np.float32:
 
 
 @kernel
-def _share(row: Numbers, memory: Numbers, a: int, gap: int) -> None:
+def _share(row: Numbers, a: Numbers) -> None:
     """`SHARES` (softmax)."""
-    most, total = memory[a], np.float32(0.0)
+    most, total = a[0], np.float32(0.0)
     for k in range(len(row)):
-        most = max(most, memory[a + k * gap])
+        most = max(most, a[k])
     for k in range(len(row)):
-        row[k] = np.exp(memory[a + k * gap] - most)
+        row[k] = _exp(a[k] - most)
+    for k in range(len(row)):
         total += row[k]
     for k in range(len(row)):
         row[k] /= total
 
 
 @kernel
-def _normalise(row: Numbers, memory: Numbers, a: int, gap: int, gain: int, bias: int) -> None:
+def _normalise(row: Numbers, a: Numbers, gain: Numbers, bias: Numbers) -> None:
     """`NORMAL` (layer normalisation)."""
-    n, variance = np.float32(len(row)), np.float32(0.0)
-    mean = _sum(memory, len(row), a, gap) / n
+    n, total, variance = np.float32(len(row)), np.float32(0.0), np.float32(0.0)
     for k in range(len(row)):
-        row[k] = memory[a + k * gap] - mean
+        total += a[k]
+    for k in range(len(row)):
+        row[k] = a[k] - total / n
         variance += row[k] * row[k]
     std = np.sqrt(variance / n + LEAST_VARIANCE)
     for k in range(len(row)):
-        row[k] = row[k] / std * memory[gain + k] + memory[bias + k]
+        row[k] = row[k] / std * gain[k] + bias[k]
