@@ -75,7 +75,7 @@ CASES: dict[str, tuple[Callable[..., Any], ...]] = {
     "rows": (lambda xp, a: 1.0 * a[..., :-1, :] - a[..., -1, :], numbers(4, 3)),
     "other shapes": (lambda xp, a: (1.0 * a).reshape((5, 6)), numbers(5, 2, 3)),
     "other shapes of other axes": (lambda xp, a: a.swapaxes(-1, -2).reshape((5, 6)), numbers(5, 2, 3)),
-    "four axes": (lambda xp, a: 1.0 * a.swapaxes(-1, -3), numbers(2, 3, 4, 5)[..., ::1]),
+    "four axes": (lambda xp, a: 1.0 * a.swapaxes(-1, -3), numbers(2, 3, 4, 5)),
     "linear layers": (lambda xp, a, w, b: xp.linear(a, w, b), numbers(5, 4), numbers(6, 4), numbers(6)),
     "linear layers of one": (lambda xp, a, w, b: xp.linear(a, w, b), numbers(4), numbers(6, 4), numbers(6)),
     "normal layers": (lambda xp, a, w, b: xp.normalise(a, w, b), numbers(5, 4), numbers(4), numbers(4)),
