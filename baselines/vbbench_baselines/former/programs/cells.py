@@ -67,9 +67,10 @@ class Cells:
         return Cells(self.recorder, self.numbers[..., number])
 
     def conj(self) -> "Cells":
-        """Points whose left is right."""
-        signs = self.recorder.constant([1.0, -1.0] if self.points else 1.0)
-        return self._made(steps.MULTIPLY, self.shape, self.points, self.numbers, signs)
+        """Points whose left is right; of numbers they themselves."""
+        if not self.points:
+            return self
+        return self._made(steps.MULTIPLY, self.shape, True, self.numbers, self.recorder.constant([1.0, -1.0]))
 
     def __getitem__(self, index: Index | tuple[Index, ...]) -> "Cells":
         index = index if isinstance(index, tuple) else (index,)

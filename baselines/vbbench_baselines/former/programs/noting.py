@@ -1,5 +1,7 @@
 """What the network computes with while it is written down: the operations on cells, each a step or a few."""
 
+from functools import partial
+
 import numpy as np
 
 from vbbench_baselines.former.operations import Array
@@ -8,8 +10,19 @@ from vbbench_baselines.former.programs.cells import Cells, cells_of, common_shap
 from vbbench_baselines.former.programs.steps import Numbers
 
 
+def _function(what: int, x: Cells, *others: Numbers) -> Cells:
+    """Of numbers one by one."""
+    made = Cells.empty(x.recorder, x.shape)
+    x.recorder.note(what, made.numbers, x.plain, *others)
+    return made
+
+
 class NotingOperations:
     """See `vbbench_baselines.former.operations.Operations`; on `vbbench_baselines.former.programs.cells.Cells`."""
+
+    exp, log, sqrt = (staticmethod(partial(_function, what)) for what in (steps.EXP, steps.LOG, steps.SQRT))
+    asinh, tanh = (staticmethod(partial(_function, what)) for what in (steps.ASINH, steps.TANH))
+    sigmoid, silu = (staticmethod(partial(_function, what)) for what in (steps.SIGMOID, steps.SILU))
 
     def where(self, condition: Array, yes: Array, no: Array) -> Array:
         """See `Operations`."""
@@ -18,34 +31,6 @@ class NotingOperations:
         chosen = condition.plain[..., None] if yes.points else condition.plain
         condition.recorder.note(steps.CHOOSE, made.numbers, chosen, *_alike([yes, no]))
         return made
-
-    def exp(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.EXP, x)
-
-    def log(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.LOG, x)
-
-    def sqrt(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.SQRT, x)
-
-    def asinh(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.ASINH, x)
-
-    def tanh(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.TANH, x)
-
-    def sigmoid(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.SIGMOID, x)
-
-    def silu(self, x: Array) -> Array:
-        """See `Operations`."""
-        return _function(steps.SILU, x)
 
     def clip(self, x: Array, low: float, high: float) -> Array:
         """See `Operations`."""
@@ -116,13 +101,6 @@ class NotingOperations:
     def detach(self, x: Array) -> Array:
         """See `Operations`."""
         return x
-
-
-def _function(what: int, x: Cells, *others: Numbers) -> Cells:
-    """Of numbers one by one."""
-    made = Cells.empty(x.recorder, x.shape)
-    x.recorder.note(what, made.numbers, x.plain, *others)
-    return made
 
 
 def _rows(what: int, x: Cells, *others: Cells) -> Cells:

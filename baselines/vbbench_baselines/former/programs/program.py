@@ -73,6 +73,7 @@ class Programs:
             return self._programs[people]
 
     def _written_down(self, people: int) -> Program:
+        """The program, whose weights lie in memory as rows that are added up, and not as `layers.shapes` has them."""
         recorder = Recorder()
         weights = {name: Cells(recorder, recorder.constant(values.T).T) for name, values in self.weights.items()}
         birdifier = Birdifier(Network(NotingOperations(), weights), is_pure(self.weights), self.feet)

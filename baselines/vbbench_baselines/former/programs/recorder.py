@@ -85,7 +85,7 @@ class Recorder:
         for place in product(*(range(length) for length, _ in outer)):
             operands = [
                 Operand(
-                    owner := owner_of(array),
+                    owner := _owner_of(array),
                     _start(array, owner) + sum(i * gaps[n] for i, (_, gaps) in zip(place, outer, strict=True)),
                     tuple(gaps[n] for _, gaps in inner),
                 )
@@ -95,7 +95,7 @@ class Recorder:
 
     def written(self, inputs: Sequence[Numbers], outputs: Sequence[Numbers]) -> Written:
         """What is written down, as a table; neither inputs nor outputs have gaps."""
-        homes, size = self._homes([*self._constants, *map(owner_of, inputs), *map(owner_of, outputs)])
+        homes, size = self._homes([*self._constants, *map(_owner_of, inputs), *map(_owner_of, outputs)])
         table = np.zeros((len(self._steps), steps.STEP_WIDTH), np.int32)
         for row, (what, shape, operands) in zip(table, self._steps, strict=True):
             numbers = [what, *shape]
@@ -106,8 +106,12 @@ class Recorder:
         for values in self._constants:
             home = homes[id(values)]
             memory[home : home + values.size] = values.ravel()
-        places = ([homes[id(owner_of(one))] + _start(one, owner_of(one)) for one in some] for some in (inputs, outputs))
-        return Written(table, memory, *places)
+
+        def place(array: Numbers) -> int:
+            owner = _owner_of(array)
+            return homes[id(owner)] + _start(array, owner)
+
+        return Written(table, memory, list(map(place, inputs)), list(map(place, outputs)))
 
     def _homes(self, kept: Sequence[Numbers]) -> tuple[dict[int, int], int]:
         """Where each owner's numbers are, by its `id`, and how many there are in all.
@@ -135,7 +139,7 @@ class Recorder:
         return homes, size
 
 
-def owner_of(array: Numbers) -> Numbers:
+def _owner_of(array: Numbers) -> Numbers:
     """The array whose numbers this one shows."""
     while isinstance(array.base, np.ndarray):
         array = array.base

@@ -202,7 +202,7 @@ def _function(do: int, x: np.float32) -> np.float32:
     elif do == SIGMOID:
         made = ONE / (ONE + _exp(-x))
     elif do == SILU:
-        made = x / (ONE + _exp(-x))
+        made = _silu(x)
     elif do == COSINE:
         made = np.cos(x)
     else:
@@ -214,7 +214,7 @@ def _function(do: int, x: np.float32) -> np.float32:
 def _exp(x: np.float32) -> np.float32:
     """E to the ``x``, to 1e-7 of it: Taylor's series within ln 2 / 2, times a power of two.
 
-    Unlike a library's, loops over it are a few numbers at a time, and answers those of any machine.
+    Unlike with a library's, a loop over it takes several numbers at once, and answers are those of any machine.
     """
     within = LOWEST if x < LOWEST else HIGHEST if x > HIGHEST else x
     twos = np.floor(within * PER_LN_2 + HALF)
@@ -225,10 +225,15 @@ def _exp(x: np.float32) -> np.float32:
 
 
 @kernel
+def _silu(x: np.float32) -> np.float32:
+    return x / (ONE + _exp(-x))
+
+
+@kernel
 def _gate(row: Numbers, a: Numbers) -> None:
-    """`SILU`."""
+    """`SILU` of numbers without gaps."""
     for k in range(len(row)):
-        row[k] = a[k] / (ONE + _exp(-a[k]))
+        row[k] = _silu(a[k])
 
 
 @kernel
