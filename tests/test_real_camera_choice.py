@@ -7,12 +7,14 @@ import pytest
 
 from tests.rough_crowd import DT, LEVEL, TILTED, Drive, drive, made_drive, photograph
 from vbbench.camera import Camera, PerspectiveCamera
+from vbbench.geometry import BoolArray
 from vbbench.sequence import Truth
 from vbbench.solving.runner import given_at
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.real_camera.choice import FEWEST, LOOKS, RoughCamera, is_rough, is_told
+from vbbench_baselines.joint_map.real_camera.choice import FEWEST, LOOKS, PATIENT, RoughCamera, is_rough, is_told
 from vbbench_baselines.joint_map.real_camera.settings import Settings
+from vbbench_baselines.joint_map.real_camera.tracking import Tracking
 
 SETTINGS = Settings(window=4)
 
@@ -90,14 +92,62 @@ def test_boxes_at_the_border_and_too_few_do_not() -> None:
     assert not rough(few)
 
 
+def cold(made: Drive, seen: BoolArray | None = None) -> Drive:
+    """With nothing given but the first pose; ``seen`` [T, K]: whose boxes are left."""
+    given = replace(made.sequence.given, positions=np.full_like(made.sequence.given.positions, np.nan))
+    given = given.keeping(np.arange(len(given.poses)) == 0, np.zeros(given.positions.shape[:2], np.bool_))
+    boxes = made.sequence.observations
+    boxes = boxes if seen is None else np.where(seen[..., None], boxes, np.nan)
+    return replace(made, sequence=replace(made.sequence, given=given, observations=boxes))
+
+
 def test_after_a_cold_start_the_heights_tell_that_feet_imply() -> None:
     for pitch in (0.06, 0.0):
-        made = exact(drive(1, frames=5), PerspectiveCamera(pitch=pitch), 1.0)
-        nothing = np.full_like(made.sequence.given.positions, np.nan)
-        poses = np.array(made.sequence.given.poses)
-        poses[1:] = np.nan
-        given = replace(made.sequence.given, poses=poses, positions=nothing)
-        assert rough(replace(made, sequence=replace(made.sequence, given=given))) == (pitch > 0.0)
+        assert rough(cold(exact(drive(1, frames=5), PerspectiveCamera(pitch=pitch), 1.0))) == (pitch > 0.0)
+
+
+def found_at(made: Drive) -> int | None:
+    """The first frame from which on the camera is taken for a rough one; by the whole sequence likewise, if ever."""
+    sequence, choice = made.sequence, RoughCamera(SETTINGS, made.problem)
+    steps = [choice.step(boxes, given_at(sequence.given, t)) for t, boxes in enumerate(sequence.observations)]
+    rough = [step is not None for step in steps]
+    assert rough == sorted(rough), "once found, it stays"
+    assert any(rough) == is_rough(made.problem, sequence.observations, sequence.given)
+    return rough.index(True) if any(rough) else None
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_after_a_cold_start_it_is_found_once_somebody_is_in_sight(others: int) -> None:
+    """Robots are switched on where nobody, or one person, is in sight."""
+    frames, alone = 20, 12
+    for pitch in (0.06, 0.0):
+        made = exact(drive(2, frames=frames), PerspectiveCamera(pitch=pitch), 1.0)
+        seen = (np.arange(frames)[:, None] >= alone) | (np.arange(len(made.sequence.tracks)) < others)
+        found = found_at(cold(made, seen))
+        assert found is None if pitch == 0.0 else found is not None and found <= alone + 1
+
+
+def test_where_nobody_ever_told_it_is_a_rough_one() -> None:
+    made = exact(drive(2, frames=PATIENT + 3), LEVEL, 1.0)
+    seen = np.zeros(made.sequence.observations.shape[:2], np.bool_)
+    assert found_at(cold(made, seen)) == PATIENT - 1
+    assert found_at(cold(made, ~seen)) is None
+
+
+def test_frames_before_it_was_found_are_gone_through_again() -> None:
+    """The answers are then those of a camera that is told to be a rough one, columns that stood for others included."""
+    made = exact(drive(2, frames=20), PerspectiveCamera(pitch=0.06), 1.0)
+    frames, people = made.sequence.observations.shape[:2]
+    late = cold(made, np.broadcast_to(np.arange(frames)[:, None] >= 8, (frames, people)))
+    choice, tracking = RoughCamera(SETTINGS, made.problem), Tracking(SETTINGS, made.problem)
+    for t, boxes in enumerate(late.sequence.observations):
+        given = given_at(late.sequence.given, t)
+        if t in (5, 6, 8):
+            for solver in (choice, tracking):
+                solver.forget(np.arange(t - 5, t - 3))
+        expected, found = tracking.step(boxes, given), choice.step(boxes, given)
+        assert found is None or np.array_equal(found.pose, expected.pose)
+    assert found is not None
 
 
 def test_without_settings_every_camera_is_exact() -> None:

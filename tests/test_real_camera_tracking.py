@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tests.rough_crowd import DT, Drive, drive, made_drive, photograph
+from tests.test_odometry_in_solvers import measure
 from vbbench.geometry import FloatArray, wrap_angle
-from vbbench.sequence import Given, Odometry, Truth
+from vbbench.sequence import Given, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import frames_of
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -144,24 +145,28 @@ def test_a_camera_that_sees_nobody_drives_on() -> None:
     assert steps.min() > 0.5 * 1.5 * DT
 
 
+def measured(made: Drive, covariance: FloatArray) -> Drive:
+    """With odometry of this covariance [3, 3]."""
+    given = replace(made.sequence.given, odometry=measure(made.truth, covariance))
+    return replace(made, sequence=replace(made.sequence, given=given))
+
+
 def test_odometry_holds_the_pose() -> None:
-    made = crowd(0)
-    poses = made.truth.poses
-    moved = np.full((FRAMES, 3), np.nan)
-    for t in range(1, FRAMES):
-        cos, sin = np.cos(poses[t - 1, 2]), np.sin(poses[t - 1, 2])
-        step = (poses[t] - poses[t - 1])[:2]
-        moved[t] = (
-            cos * step[0] + sin * step[1],
-            cos * step[1] - sin * step[0],
-            wrap_angle(poses[t, 2] - poses[t - 1, 2]),
-        )
-    told = Odometry(motions=moved, covariances=np.tile(1e-6 * np.eye(3), (FRAMES, 1, 1)))
-    given = replace(made.sequence.given, odometry=told)
-    known = replace(made, sequence=replace(made.sequence, given=given))
+    known = measured(crowd(0), 1e-6 * np.eye(3))
     assert lasting(known).max() < 0.05
     few = replace(known, sequence=replace(known.sequence, observations=np.full((FRAMES, 25, 3), np.nan)))
     assert lasting(few).max() < 0.05
+
+
+def test_with_odometry_a_pose_is_about_as_sure_as_odometry_is() -> None:
+    """What is wrong with one measured step is not wrong with the next."""
+    frames, covariance = 100, np.diag((0.005, 0.005, 0.002)) ** 2
+    made = measured(at_speeds(0, np.zeros(frames)), covariance)
+    estimate = replace(made, problem=replace(made.problem, covariances=True)).solved(MapCausal)
+    assert estimate.pose_covariances is not None
+    sigma = np.sqrt(estimate.pose_covariances[-1].diagonal())
+    assert (sigma < 3.0 * np.sqrt(frames * covariance.diagonal())).all()
+    assert (sigma > 0.2 * np.sqrt(frames * covariance.diagonal())).all()
 
 
 def blank(boxes: FloatArray) -> None:

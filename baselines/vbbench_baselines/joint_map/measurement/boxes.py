@@ -85,12 +85,16 @@ class GroundCheck:
     Parameters
     ----------
     problem : tells camera, noise and the prior of heights.
+
+    Attributes
+    ----------
+    boxes : [K] how many of each person it looked at.
     """
 
     def __init__(self, problem: Problem) -> None:
         self._camera, self._pixel_std = problem.camera, problem.pixel_std
         self._mean, self._variance = problem.height_mean, max(problem.height_std, HEIGHT_FLOOR) ** 2
-        self._surprises, self._boxes = np.zeros((2, len(problem.tracks)))
+        self._surprises, self.boxes = np.zeros((2, len(problem.tracks)))
 
     def look(self, boxes: FloatArray) -> bool:
         """Whether feet can still be trusted after the boxes [..., K, 3] in px; NaN = none."""
@@ -102,14 +106,14 @@ class GroundCheck:
         shown = ~np.isnan(squared)
         over = tuple(range(boxes.ndim - 2))
         self._surprises += np.where(shown, squared, 0.0).sum(axis=over)
-        self._boxes += shown.sum(axis=over)
-        seen = self._boxes > 0
-        surprises = self._surprises[seen] / self._boxes[seen]
+        self.boxes += shown.sum(axis=over)
+        seen = self.boxes > 0
+        surprises = self._surprises[seen] / self.boxes[seen]
         return bool(EXPECTING + surprises.sum() < SURPRISED * (EXPECTING + len(surprises)))
 
     def forget(self, columns: IntArray) -> None:
         """The columns [M] stand for new people."""
-        self._surprises[columns] = self._boxes[columns] = 0.0
+        self._surprises[columns] = self.boxes[columns] = 0.0
 
 
 def statures_of(problem: Problem, feet: bool) -> Statures:

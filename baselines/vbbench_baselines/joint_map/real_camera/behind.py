@@ -5,12 +5,18 @@ import numpy as np
 from vbbench.geometry import FloatArray, place_levers, pose_levers
 
 
-def carried(covariance: FloatArray, before: FloatArray, now: FloatArray, step: FloatArray) -> FloatArray:
+def carried(
+    covariance: FloatArray, before: FloatArray, now: FloatArray, step: FloatArray, measured: bool
+) -> FloatArray:
     """The covariance [3, 3] of the pose ``now`` [≥ 3] from that of the pose ``before`` and that of the ``step``.
 
-    A speed or a turning that was wrong stays wrong for long, so that errors add up instead of averaging out.
+    A speed or a turning that was wrong stays wrong for long, so that errors add up instead of averaging out; not so
+    where odometry ``measured`` the step, since its errors are new ones in each frame.
     """
-    root = _root(_along(pose_levers(now, before), covariance)) + _root(step)
+    behind = _along(pose_levers(now, before), covariance)
+    if measured:
+        return behind + step
+    root = _root(behind) + _root(step)
     return np.asarray(root @ root.T)
 
 

@@ -143,12 +143,13 @@ class Tracking:
     def _let_go(self) -> None:
         """Carry on what the oldest frame tells of people and of the camera, which the window loses."""
         rows = self.rows
+        seen, columns = rows.seen(held=self._held)
         if self._nothing_given(HELD):
-            self._behind = carried(self._behind, rows.frames[HELD - 1], rows.frames[HELD], self._early)
+            steps = rows.frames[HELD - 1], rows.frames[HELD], self._early
+            self._behind = carried(self._behind, *steps, measured=not seen.free[HELD])
         else:
             self._behind = np.zeros((3, 3))
         self._drift = self._drift._replace(mean=rows.frames[1, PITCH:].copy(), std=CARRIED * self._drift.step)
-        seen, columns = rows.seen(held=self._held)
         let_first_go(self._point(rows.frames, seen, columns), seen, self.model, 0)
         rows.carry_on(seen, columns)
 
