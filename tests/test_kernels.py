@@ -240,3 +240,58 @@ except numba.TypingError: print((Compiler.define_pipelines, Dispatcher.add_overl
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=environment)
     assert done.stdout == "True\n", done.stderr
+
+
+RETURNING = """
+import os, signal, sys, threading
+from typing import NamedTuple
+import numpy as np
+from vbbench.geometry import FloatArray
+from vbbench.kernels import kernel
+
+class Inner(NamedTuple):
+    values: FloatArray
+    number: int
+
+class Outer(NamedTuple):
+    one: Inner
+    pair: tuple[FloatArray, FloatArray]
+    values: FloatArray
+
+@kernel
+def summed(values, rounds):
+    total = 0.0
+    for n in range(rounds):
+        total += np.sin(n * values[0])
+    return total
+
+@kernel
+def named(values, rounds):
+    return Outer(Inner(values + summed(values, rounds), 3), (values, values), values)
+
+@kernel
+def plain(values, rounds):
+    return values + summed(values, rounds), 3, values
+
+ones = np.ones(3)
+for function in (named, plain):
+    function(ones, 1)
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    try:
+        while True:
+            function(ones, 3_000_000)
+    except KeyboardInterrupt:
+        print("stopped")
+    assert type(function(ones, 1)).__name__ == ("Outer" if function is named else "tuple")
+"""
+
+
+@pytest.mark.slow
+def test_a_signal_while_a_kernel_runs_is_an_exception_whatever_it_returns(tmp_path: Path) -> None:
+    (tmp_path / "returning.py").write_text(RETURNING)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for _cold_and_from_the_cache in range(2):
+        done = subprocess.run(
+            [sys.executable, "returning.py"], capture_output=True, text=True, cwd=tmp_path, env=environment
+        )
+        assert (done.returncode, done.stdout) == (0, "stopped\nstopped\n"), done.stderr

@@ -5,8 +5,8 @@ in the order in which they are written, so that results depend neither on the wi
 threads, and neighbouring triangles share their edges to the last bit. The cache is beside the source, or in the user's
 cache folder if nothing can be written there. ``docs/development.md`` explains how to write kernels that compile fast.
 
-Only this module of the core and `vbbench.inner_kernels` import numba; `vbbench.solving.isolation.kernel_cache` does
-when numba asks it for a cache.
+Only this module of the core, `vbbench.inner_kernels` and `vbbench.returned_tuples` import numba;
+`vbbench.solving.isolation.kernel_cache` does when numba asks it for a cache.
 """
 
 import errno
@@ -25,6 +25,7 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 
 from vbbench.inner_kernels import leave_inner_kernels_unfinished
+from vbbench.returned_tuples import tuples_made_safely
 
 try:
     import fcntl
@@ -95,7 +96,8 @@ def _one_process_at_a_time(dispatcher: Any) -> Callable[[Any], Any]:
 
     @wraps(compile_here)
     def compile_or_load(signature: Any) -> Any:
-        with global_compiler_lock, _alone(Path(dispatcher.stats.cache_path), dispatcher.py_func):
+        alone = _alone(Path(dispatcher.stats.cache_path), dispatcher.py_func)
+        with global_compiler_lock, alone, tuples_made_safely():
             return compile_here(signature)
 
     return compile_or_load
