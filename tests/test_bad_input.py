@@ -134,7 +134,8 @@ def test_a_scenario_that_no_memory_holds(write: Write, changes: dict[str, str], 
         (b"a = " + b"[\n" * 3000 + b"]" * 1500, "nested too deeply|is not TOML"),
         (b"[" + b"a." * 20_000 + b"a]\n", "more than 2,000 bytes"),
         (b"[" + b"a." * 500 + b"a]\nb = 1", "nested too deeply"),
-        (b"title = '\xff'", "is not TOML"),
+        (b"a = 1\ntitle = '\xff'", "mine.toml, line 2: is not UTF-8; save it as UTF-8"),
+        (b"\xef\xbb\xbftitel = 1", "unknown key 'titel'"),
         (b"# " + b"x" * 70_000, "has more than 65,536 bytes"),
     ],
 )
@@ -348,6 +349,25 @@ def test_a_failure_of_the_program_stays_one(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("vbbench.generation.catalogue.describe_splits", broken)
     with pytest.raises(KeyError):
         main(["splits"])
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("score answr --dataset mine", "vbbench: answr: there is no such folder; name the folder of a submission\n"),
+        (
+            "challenge status crwd",
+            "vbbench: crwd: holds no challenge.toml; make a challenge with 'vbbench challenge new'\n",
+        ),
+    ],
+)
+def test_a_folder_that_is_not_there_is_named(
+    command: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tiny_dataset(tmp_path / "mine", Crowd(sequences=2))
+    monkeypatch.chdir(tmp_path)
+    assert main(command.split()) == 2
+    assert capsys.readouterr().err == said
 
 
 @pytest.mark.slow

@@ -235,6 +235,9 @@ def test_what_is_kept_says_how_long_a_frame_lasts(tmp_path, capsys):
     assert main([*asked, "--out", str(tmp_path / "map"), "--dt", "0"]) == 2
     assert main([*asked, "--out", str(tmp_path / "map"), "--dt", "0.1"]) == 0
     kept = tmp_path / "map" / "recording"
+    asked[1:4:2] = [str(kept / "boxes.csv"), str(kept / "camera.toml")]
+    assert main([*asked, "--out", str(tmp_path / "other"), "--dt", "0.4"]) == 2
+    assert "--dt says that a frame lasts 0.4 s, and" in capsys.readouterr().err
     again = birdify(kept / "boxes.csv", kept / "camera.toml", tmp_path / "again", solver=FAST, film=False)
     birdify(kept / "boxes.csv", camera, tmp_path / "numpy", solver=FAST, film=False, dt=np.float64(0.1))
     assert read_camera(tmp_path / "numpy" / "recording" / "camera.toml").facts.seconds == 0.1

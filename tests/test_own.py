@@ -86,6 +86,8 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("mount_height = 0", "mount_height, the camera's height over the ground, must be 0.05 to 100 m, not 0"),
         ("focal = 4.2", "a focal length of 4.2 px lets 1280 px span 179°, which no camera does"),
         ("focal = 70000", "span 1.05°"),
+        ("cy = 3605", "cy = 3605 is far outside the 720 rows of the picture; their middle is 360"),
+        ("cx = -9999", "cx = -9999 is far outside the 1280 columns"),
         ("fx = 700", "focal and fx, fy say the same"),
         ("focl = 700", "unknown key 'focl'; did you mean 'focal'"),
         ("model = 'fisheye'", "no camera is called 'fisheye'"),

@@ -47,6 +47,7 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visible is 2"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
+        (TIMED + "0,1,2,3,4,50\n100,1,2,3,4,50\n200,1,2,3,4,50\n", 3, "are these milliseconds, or nanoseconds"),
         (TIMED + "5,1,2,3,4,50\n", None, "all boxes are of one time"),
     ],
 )
@@ -70,3 +71,9 @@ def test_clocks_that_drift_and_frames_in_steps_are_counted(tmp_path):
     rows = read_boxes(path, 0.04)
     assert (rows.frame[-1], rows.timeline.dt, rows.timeline.times[0]) == (13, pytest.approx(0.16), pytest.approx(0.28))
     assert "in steps of 4" in rows.timeline.notes[0]
+
+
+@pytest.mark.parametrize("name", ["boxes.csv", "boxes.txt", "boxes"])
+def test_a_file_that_is_not_there_is_named(tmp_path, name):
+    with pytest.raises(FileError, match=f"{name}: the file is missing"):
+        read_boxes(tmp_path / name, 0.1)

@@ -139,7 +139,7 @@ def _doubts(report: Report) -> Iterator[str]:
         share = f"{report.few_people:.0%} of the frames show fewer than {FEW_PEOPLE} people"
         yield f"{share}: they tell little of how the camera moves"
     if report.converged is not None and report.converged < 1.0 - SCALE_DOUBT:
-        yield f"the solver found its optimum in {report.converged:.0%} of the frames only"
+        yield f"in {1.0 - report.converged:.0%} of the frames the solver warns that the pose may be far off"
     if report.misfits > SCALE_DOUBT:
         yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
 

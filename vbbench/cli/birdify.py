@@ -54,6 +54,8 @@ def birdify(
         raise VbbenchError(f"--{next(iter(given))} is for films, and {boxes} is a file of boxes; leave it out")
     if dt is not None and is_film(boxes):
         raise VbbenchError(f"--dt is for boxes, and {boxes} is a film; write dt or fps in {camera} if its own is wrong")
+    if dt is not None:
+        _check_dt(dt, camera)
     options: dict[str, Any] = {
         "odometry": odometry,
         "solver": solver,
@@ -68,3 +70,13 @@ def birdify(
     else:
         made = make(boxes, camera, out, dt=dt, **options)
     print(f"{made.folder}: {made.report.summary()}")
+
+
+def _check_dt(dt: float, camera: Path) -> None:
+    """Refuse another ``dt`` than that of the camera file, which would count."""
+    from vbbench.errors import VbbenchError
+    from vbbench.exchange.own.camera_file import read_camera
+
+    seconds = read_camera(camera).facts.seconds
+    if seconds is not None and abs(dt / seconds - 1.0) > 1e-6:
+        raise VbbenchError(f"--dt says that a frame lasts {dt:g} s, and {camera} {seconds:g} s; keep one of them")

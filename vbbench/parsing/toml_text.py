@@ -98,7 +98,7 @@ def _parse(path: Path) -> dict[str, Any]:
         endless = next((n for n, row in enumerate(text.split(b"\n"), 1) if len(row) > LONGEST_ROW), None)
         if endless is not None:
             raise FileError(path, f"has more than {LONGEST_ROW:,} bytes; write it in several lines", endless)
-        table = tomllib.loads(text.decode("utf-8"))
+        table = tomllib.loads(_decoded(path, text))
         _check_values(table)
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
@@ -107,6 +107,15 @@ def _parse(path: Path) -> dict[str, Any]:
     except ValueError as error:  # also of text that is not UTF-8, and of numbers of thousands of digits
         raise FileError(path, f"is not TOML: {error}") from error
     return table
+
+
+def _decoded(path: Path, text: bytes) -> str:
+    """The text without the mark that some editors write before it."""
+    try:
+        return text.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = text.count(b"\n", 0, error.start) + 1
+        raise FileError(path, "is not UTF-8; save it as UTF-8 in your editor", line) from error
 
 
 def _check_values(table: dict[str, Any]) -> None:

@@ -7,7 +7,7 @@ from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any, Literal
 
-from vbbench.errors import VbbenchError, is_printable
+from vbbench.errors import FileError, VbbenchError, is_printable
 from vbbench.parsing.toml_text import read_toml
 from vbbench_leaderboards.markup import is_web_address
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
@@ -228,6 +228,8 @@ class Challenge:
 
 def read_challenge(folder: Path | str) -> Challenge:
     """The challenge in a folder; raises FileError, which names file and key."""
+    if not (Path(folder) / CHALLENGE_FILE).exists():
+        raise FileError(folder, f"holds no {CHALLENGE_FILE}; make a challenge with 'vbbench challenge new'")
     return read_toml(Path(folder) / CHALLENGE_FILE, Challenge, "challenge")
 
 

@@ -62,6 +62,8 @@ class Organiser:
         """
         if not (self.data / INFO_FILE).is_file():
             raise FileError(self.data, "the secret set is missing; make it with 'vbbench challenge generate'")
+        if not self.truth.is_dir():
+            raise FileError(self.truth, "the secret truth is missing; if this is a bundle, name the folder it is from")
         found, wanted = Dataset(self.data, self.truth), self.challenge.data
         check_withheld(self.data)
         if (found.info.split, found.info.tier) != (wanted.split, wanted.tier):

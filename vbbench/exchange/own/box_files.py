@@ -68,6 +68,8 @@ def read_boxes(path: Path, dt: float | None) -> BoxRows:
         If it cannot be read or has no boxes; with the line, if a cell is not a number, a box has no size, a track has
         two boxes in a frame, an id is not whole, a share is not between 0 and 1, or the clock jumps.
     """
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
     named = path.suffix.lower() == ".csv" and _has_header(path)
     rows = _named_rows(path, dt) if named else _mot_rows(path, dt)
     _check(rows)
@@ -75,8 +77,6 @@ def read_boxes(path: Path, dt: float | None) -> BoxRows:
 
 
 def _has_header(path: Path) -> bool:
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
     with path.open("rb") as file:
         return any(byte in b"abcdefghijklmnopqrstuvwxyz" for byte in file.readline(4096).lower())
 

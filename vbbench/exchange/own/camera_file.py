@@ -50,6 +50,10 @@ class OdometryNoise:
         return np.asarray((still + moving**2)[:, :, None] * np.eye(3))
 
 
+FARTHEST_CENTRE = 1.5
+"""In widths and heights of the picture: no principal point is farther from its middle, not even where it was cut."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CameraFile:
     """The keys of ``camera.toml``.
@@ -100,6 +104,12 @@ class CameraFile:
             raise ValueError("fx and fy belong together; write both, or focal alone")
         if self.distortion is not None and self.model != "perspective":
             raise ValueError(f"[distortion] is for model 'perspective'; the model is '{self.model}'")
+
+        for name, size, lines in (("cx", self.width, "columns"), ("cy", self.height, "rows")):
+            point = getattr(self, name)
+            if point is not None and size is not None and abs(point - 0.5 * size) > FARTHEST_CENTRE * size:
+                middle = f"their middle is {0.5 * size:g}"
+                raise ValueError(f"{name} = {point:g} is far outside the {size:g} {lines} of the picture; {middle}")
 
     @property
     def seconds(self) -> float | None:

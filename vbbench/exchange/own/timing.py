@@ -83,6 +83,12 @@ def number_frames(
     return frame, Timeline(count, step * dt, times, first, step, tuple(notes))
 
 
+def _jump(stamp: float, apart: float, often: bool) -> str:
+    if often:
+        return f"frames are {apart:.6g} s apart; times are in seconds: are these milliseconds, or nanoseconds?"
+    return f"the clock jumps by {apart:.6g} s, from {stamp:.10g} s; split the recording there"
+
+
 def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None) -> tuple[IntArray, Timeline]:
     """The frame of each row by its time stamp in s, in whatever order the rows are.
 
@@ -108,7 +114,7 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
         after = int(wrong.argmax())
         line = int(lines[row_of[after + 1]])
         if apart[after] > LONGEST_GAP:
-            problem = f"the clock jumps by {apart[after]:.6g} s, from {stamps[after]:.10g} s; split the recording there"
+            problem = _jump(stamps[after], apart[after], often=float(np.mean(apart > LONGEST_GAP)) > 0.5)
         else:
             late = f"{apart[after]:.3g} s after the frame before"
             problem = f"time {stamps[after + 1]:.10g} s is {late}, a frame lasts {said:g} s; write the dt of the stamps"
