@@ -25,7 +25,9 @@ from vbbench.solving.warming import FRAMES, synthetic_sequence, warm_up
 
 SOLVERS = {
     **dict.fromkeys(("cv", "sf"), "no"),
-    **dict.fromkeys(("vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch", "vb-former"), "yes"),
+    **dict.fromkeys(
+        ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch", "vb-former", "vb-former-pure"), "yes"
+    ),
 }
 """Bundled solvers, and whether they report covariances."""
 

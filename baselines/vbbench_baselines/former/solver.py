@@ -1,4 +1,4 @@
-"""``vb-former``: a network that learned view birdification on simulated crowds, frame by frame.
+"""``vb-former``: a network that learned view birdification on simulated crowds, frame by frame; and a pure one.
 
 The network sees everything from the last pose. Poses in the world are composed here, in float64, and what is given
 there is turned into what it sees.
@@ -17,16 +17,8 @@ from vbbench.sequence import Given, Odometry
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.sightings import usable
-from vbbench_baselines.former.composing import (
-    carried_covariance,
-    in_world,
-    measured_motion,
-    motion_between,
-    moved,
-    place_covariances,
-    pose_covariance,
-    seen_from,
-)
+from vbbench_baselines.former.certainty import STILL, Certainty
+from vbbench_baselines.former.composing import in_world, measured_motion, motion_between, moved, seen_from
 from vbbench_baselines.former.network import Answer, Told
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.programs.program import Following, Programs
@@ -63,6 +55,7 @@ class VbFormer:
     """
 
     facts: ClassVar[Mapping[str, str]] = SIMULATED
+    bundled: ClassVar[str] = "vb-former"
 
     weights: Weights | None = None
     feet: bool = True
@@ -75,12 +68,12 @@ class VbFormer:
         self._dt = np.float32(problem.dt)
         self._stature_spread = np.float32(problem.height_std / problem.height_mean)
         self._state, self._begun = _nothing(self._people), False
-        self._pose, self._sigma, self._nowhere = np.zeros(3), np.zeros((3, 3)), _points(self._people)
+        self._pose, self._certainty, self._nowhere = np.zeros(3), Certainty(problem.dt), _points(self._people)
 
     def _programs(self) -> Programs:
         """Of the bundled weights, those that all share; of others, those of the last start if nothing has changed."""
         if self.weights is None:
-            return bundled_programs(self.feet)
+            return bundled_programs(self.bundled, self.feet)
         if self._own is None or self._own.weights is not self.weights or self._own.feet != self.feet:
             self._own = Programs(self.weights, self.feet)
         return self._own
@@ -96,7 +89,7 @@ class VbFormer:
         answer = self._advance(sights, told)
         before, self._begun = self._pose, True
         self._pose = moved(before, answer.motion) if np.isnan(given.poses[2]).any() else np.array(given.poses[2])
-        self._sigma = self._pose_covariance(before, answer, told, given.odometry)
+        self._grow_unsure(before, answer, told, given.odometry)
         positions = in_world(self._pose, answer.places)
         placed = ~np.isnan(given.positions[2])
         positions = np.where(placed, given.positions[2], positions)
@@ -105,9 +98,9 @@ class VbFormer:
             pose=self._pose.copy(),
             positions=positions,
             fallback=fallback,
-            converged=bool(np.hypot(*np.sqrt(self._sigma.diagonal()[:2])) <= DOUBTFUL),
+            converged=bool(np.hypot(*np.sqrt(self._certainty.pose.diagonal()[:2])) <= DOUBTFUL),
             heights=self._heights(),
-            **(self._covariances(answer, sights, told) if self._problem.covariances else {}),
+            **(self._covariances(answer, sights, told, positions) if self._problem.covariances else {}),
         )
 
     def forget(self, columns: IntArray) -> None:
@@ -124,7 +117,7 @@ class VbFormer:
         before, last = given.poses[0], given.poses[1]
         if not self._begun or np.isnan(last).any():
             return
-        self._pose, self._sigma = np.array(last), np.zeros((3, 3))
+        self._pose, self._certainty.pose = np.array(last), STILL
         if np.isnan(before).any():
             return
         motion, back = motion_between(before, last), np.exp(np.complex64(-1j) * np.float32(last[2] - before[2]))
@@ -176,22 +169,22 @@ class VbFormer:
         spreads = np.isfinite(answer.pose_spread).all() and np.isfinite(answer.place_spread).all()
         return bool(sound and spreads and np.isfinite(answer.places).all())
 
-    def _pose_covariance(self, before: FloatArray, answer: Answer, told: Told, odometry: Odometry | None) -> FloatArray:
-        """[3, 3] of the pose: as the network tells, or by odometry since the frame before where that is surer."""
+    def _grow_unsure(self, before: FloatArray, answer: Answer, told: Told, odometry: Odometry | None) -> None:
+        """How sure the pose is, after the pose ``before``."""
+        if told.placed.any():
+            self._certainty.cold = False
         if told.moved:
-            return np.zeros((3, 3))
-        sigma = pose_covariance(self._pose, answer.pose_spread)
-        if told.measured is None or odometry is None:
-            return sigma
-        carried = carried_covariance(before, self._pose, self._sigma, odometry.covariances[-1])
-        return carried if np.trace(carried[:2, :2]) < np.trace(sigma[:2, :2]) else sigma
+            self._certainty.pose = STILL
+            return
+        motion = None if told.measured is None or odometry is None else odometry.covariances[-1]
+        self._certainty.follow(before, self._pose, answer.pose_spread, motion)
 
-    def _covariances(self, answer: Answer, sights: Sights, told: Told) -> dict[str, FloatArray]:
+    def _covariances(self, answer: Answer, sights: Sights, told: Told, places: FloatArray) -> dict[str, FloatArray]:
         """Those of the pose and of people's places; NaN for whom no box shows."""
-        places = place_covariances(self._pose, sights.ray, answer.place_spread)
-        places[told.placed > 0.5] = GIVEN * np.eye(2)
-        places[sights.seen < 0.5] = np.nan
-        return {"pose_covariance": self._sigma.copy(), "position_covariances": places}
+        everyone = self._certainty.of_places(self._pose, places, sights.ray, answer.place_spread)
+        everyone[told.placed > 0.5] = GIVEN * np.eye(2)
+        everyone[sights.seen < 0.5] = np.nan
+        return {"pose_covariance": self._certainty.pose.copy(), "position_covariances": everyone}
 
     def _heights(self) -> FloatArray:
         """[K] in m."""
@@ -199,10 +192,17 @@ class VbFormer:
         return heights
 
 
+@dataclass(kw_only=True)
+class PureVbFormer(VbFormer):
+    """For comparison: a learned solver that tells the pose by attention alone, and fits nothing."""
+
+    bundled: ClassVar[str] = "vb-former-pure"
+
+
 @cache
-def bundled_programs(feet: bool) -> Programs:
-    """Of the weights that come with the package."""
-    return Programs(bundled_weights(), feet)
+def bundled_programs(solver: str, feet: bool) -> Programs:
+    """Of the weights that come with the package, see `bundled_weights`."""
+    return Programs(bundled_weights(solver), feet)
 
 
 def _as_trained(people: Walkers) -> Walkers:

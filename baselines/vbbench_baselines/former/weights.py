@@ -1,4 +1,4 @@
-"""The weights that are learned: those that come with the package are ``weights/vb-former.npz``, made as its TOML says.
+"""The weights that are learned: those that come with the package are in ``weights``, made as the TOML files there say.
 
 The file of weights must be the one that its recipe names, by its SHA-256.
 """
@@ -39,10 +39,10 @@ class Recipe:
 
 
 @cache
-def bundled_weights() -> Weights:
-    """The weights that come with the package."""
+def bundled_weights(solver: str) -> Weights:
+    """The weights that come with the package, of the solver ``vb-former`` or ``vb-former-pure``."""
     with as_file(files(__package__).joinpath("weights")) as folder:
-        return read_weights(folder / "vb-former.npz")
+        return read_weights(folder / f"{solver}.npz")
 
 
 def read_weights(path: Path) -> Weights:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import torch
 
 from vbbench.protocol import START_FRAMES
-from vbbench_baselines.former.composing import NARROWEST, WIDEST
+from vbbench_baselines.former.certainty import NARROWEST, WIDEST
 from vbbench_baselines.former.network import Answer, Birdifier, Told
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.sights import Sights

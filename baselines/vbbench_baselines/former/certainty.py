@@ -1,0 +1,99 @@
+"""How sure poses and places are: what the network says of them, and what adds up that it cannot know."""
+
+import math
+
+import numpy as np
+
+from vbbench.geometry import FloatArray, place_levers, pose_levers
+from vbbench_baselines.common.cold_start import add_drift
+from vbbench_baselines.former.operations import Array
+
+NARROWEST, WIDEST = -7.0, 3.0
+"""ln of the least and greatest standard deviations in m and rad that are learned."""
+
+TURNED = 0.1
+"""In rad after a second, growing as its root: by how much all may seem to turn after a cold start."""
+
+STILL = np.zeros((3, 3))
+"""The covariance of a motion that is known."""
+
+
+class Certainty:
+    """How sure the last pose is, and people's places.
+
+    Parameters
+    ----------
+    dt : of a frame, in s.
+
+    Attributes
+    ----------
+    pose : [3, 3] covariance in m² and rad².
+    cold : whether nobody's place was given yet.
+    """
+
+    def __init__(self, dt: float) -> None:
+        self.pose, self.cold = STILL, True
+        self._dt, self._astray = dt, 0.0
+
+    def follow(self, before: FloatArray, now: FloatArray, spread: Array, motion: FloatArray | None) -> None:
+        """A frame leads from the pose ``before`` to ``now`` [3], of which the network says the ``spread`` [3].
+
+        ``motion`` [3, 3] is the covariance of what odometry measured. The network knows best, or odometry where it is
+        surer. But after a cold start nothing makes a pose surer than the one before, and the network, which learned on
+        short windows, cannot know how far all may drift together.
+        """
+        told = _turned(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)), now)
+        carried = _carried(before, now, self.pose, STILL if motion is None else motion)
+        if motion is None:
+            self._astray += self._dt
+        if not self.cold:
+            self.pose = told if motion is None else min(told, carried, key=_size)
+        elif motion is None:
+            add_drift(told, np.zeros((0, 2, 2)), np.array(self._astray))
+            told[2, 2] += TURNED**2 * self._astray
+            self.pose = max(told, carried, key=_size)
+        else:
+            self.pose = carried
+
+    def of_places(self, pose: FloatArray, places: FloatArray, rays: Array, spread: Array) -> FloatArray:
+        """[K, 2, 2] of ``places`` [K, 2], whose ``spread`` [K, 2] along and across ``rays`` the network says."""
+        told = _along_and_across(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)), rays, pose)
+        if not self.cold:
+            return told
+        levers = place_levers(places, pose)
+        return np.asarray(told + levers @ self.pose @ np.swapaxes(levers, -1, -2))
+
+
+def _size(covariance: FloatArray) -> float:
+    return float(np.trace(covariance[:2, :2]))
+
+
+def _turned(variances: FloatArray, pose: FloatArray) -> FloatArray:
+    """[3, 3] of a pose [3] with these ``variances`` [3] ahead, to the left and in yaw."""
+    ahead, left, yaw = variances.tolist()
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    across = (ahead - left) * cos * sin
+    return np.array(
+        (
+            (ahead * cos**2 + left * sin**2, across, 0.0),
+            (across, ahead * sin**2 + left * cos**2, 0.0),
+            (0.0, 0.0, yaw),
+        )
+    )
+
+
+def _carried(before: FloatArray, now: FloatArray, covariance: FloatArray, motion: FloatArray) -> FloatArray:
+    """[3, 3] of a pose ``now`` from that of the pose ``before`` and that of the ``motion`` since."""
+    levers = pose_levers(now, before)
+    cos, sin = math.cos(before[2]), math.sin(before[2])
+    axes = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    return np.asarray(levers @ covariance @ levers.T + axes @ motion @ axes.T)
+
+
+def _along_and_across(variances: FloatArray, rays: Array, pose: FloatArray) -> FloatArray:
+    """[K, 2, 2] of places with these ``variances`` [K, 2] along and across ``rays`` [K] of a pose."""
+    along = rays * np.exp(1j * pose[2])
+    axes = np.stack([along.real, along.imag], axis=-1)
+    round_about = np.broadcast_to(np.eye(2), (len(axes), 2, 2)) * variances[:, 1, None, None]
+    further = (variances[:, 0] - variances[:, 1])[:, None, None]
+    return np.asarray(round_about + further * axes[:, :, None] * axes[:, None, :])
