@@ -43,7 +43,7 @@ class Report:
     people_differ : in m/s, how far people's velocities in a frame are from their mean (RMS), the median over frames.
     place_std, yaw_std : standard deviations of the pose, in m along the worst direction, and in rad.
     position_std : of people's positions, in m.
-    converged, fallback : shares of frames where the solver's optimum was found, and where its prior decided.
+    converged, fallback : shares of frames where the solver does not warn of its answer, and where its prior decided.
     cues : what feet and heights say together.
     heights_median, heights_spread : people's heights in m by their boxes and places, over tracks.
     column_error, height_error : of boxes against places and heights: median distance, as shares of the box height.
@@ -127,7 +127,7 @@ class Report:
         if self.position_std is not None:
             yield "σ of people's positions", _spread(self.position_std, "m")
         if self.converged is not None:
-            yield "frames whose optimum was found", f"{self.converged:.1%}"
+            yield "frames without a warning of the solver", f"{self.converged:.1%}"
         if self.fallback is not None:
             yield "frames decided by the prior alone", f"{self.fallback:.1%}"
         yield "scale", _scale(self)
