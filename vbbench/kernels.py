@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -24,6 +25,7 @@ from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 
+from vbbench import inner_kernels, returned_tuples
 from vbbench.inner_kernels import leave_inner_kernels_unfinished
 from vbbench.returned_tuples import tuples_made_safely
 
@@ -36,6 +38,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 MESSAGE = "compiling kernels, once"
 """Printed on a terminal before the first of them is compiled."""
+
+_RULES = (__file__, inner_kernels.__file__, returned_tuples.__file__)
+_HOW = sha256(b"".join(Path(file).read_bytes() for file in _RULES)).hexdigest()
+"""By what rules kernels are compiled: those in a cache that were compiled by others are compiled again."""
 
 _functions: set[Callable[..., Any]] = set()
 
@@ -54,7 +60,8 @@ def _compiled(function: F, *, parallel: bool) -> F:
     _functions.add(function)
     options: dict[str, Any] = {"error_model": "numpy", "parallel": parallel}
     dispatcher = njit(cache=True, **options)(function)
-    dispatcher._cache._cache_file.__class__ = _CacheFile
+    file = dispatcher._cache._cache_file
+    file.__class__, file._source_stamp = _CacheFile, (file._source_stamp, _HOW)
     leave_inner_kernels_unfinished(dispatcher)
     dispatcher.compile = _one_process_at_a_time(dispatcher)
     return cast(F, dispatcher)
